@@ -51,7 +51,7 @@ fn main() -> ExitCode {
         let careful = all.good[1];
         if all.count(judged) || judged.is_broken() {
             wrong += 1;
-            println!("WRONG, {}: {drawn}\n", judged.verdict.line());
+            println!("WRONG, error {:?}: {drawn}\n", judged.verdict.error);
         }
         if all.good[1] > careful {
             // Why a good result is called doubtful: the first words of the first reason.

@@ -11,12 +11,16 @@ use crate::number::Real;
 
 /// Reads the one of `[metric]` and `[potential]` that is given.
 pub(super) fn geometry<'t>(
-    root: &Section<'t>,
-    metric: Option<Field<'t>>,
-    potential: Option<Field<'t>>,
+    root: &mut Section<'t>,
+    [metric, potential, force]: [Option<Field<'t>>; 3],
     particle: Section<'t>,
 ) -> Result<Scenery<'t>, CaseError> {
+    if let (Some(_), Some(force)) = (&metric, &force) {
+        let help = "a force in a metric is metric.force".to_owned();
+        return Err(force.key_error("[force] belongs to a potential, and the case has a metric").with_help(help));
+    }
     match (metric, potential) {
+        (None, None) if force.is_some() => potential::read(root.section("potential")?, force, particle),
         (Some(_), Some(potential)) => {
             let help = "a case has exactly one of [metric] and [potential]".to_owned();
             Err(potential.key_error("both a metric and a potential are given").with_help(help))
@@ -34,7 +38,7 @@ pub(super) fn geometry<'t>(
             }
             metric::read(metric.section()?)
         }
-        (None, Some(potential)) => potential::read(potential.section()?, particle),
+        (None, Some(potential)) => potential::read(potential.section()?, force, particle),
     }
 }
 
@@ -99,6 +103,7 @@ pub(super) fn start<S: Real>(
     let geometry = geometry.around(&q).map_err(|error| outside.error(&error, initial, &names, &q))?;
     scenery.check_factor(&q)?;
     let bare = scenery.bare()?;
+    check_masses(scenery, bare.as_ref().unwrap_or(&geometry), &q)?;
     let of_data = bare.as_ref().unwrap_or(&geometry);
     let solved = start::solve(&initial.data, of_data, parameters, rounding, None);
     let Solved { start, is_double } = solved.map_err(|none| no_start(&none, initial, &names))?;
@@ -175,10 +180,22 @@ pub(super) fn particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
     let both = [(Place::Mass(None), &potential.mass), (Place::SpeedOfLight, &potential.c)];
     for (place, text) in both.into_iter().chain(masses) {
         let Some((_, field)) = scenery.fields.iter().find(|(other, _)| *other == place) else { continue };
-        // What is no number is refused where it is compiled.
+        // What depends on t is looked at with the start, and what is no number is refused where it is compiled.
         let value = super::Quantity::new(text.clone()).value::<f64>(&potential.parameters);
         if let Some(value) = value.ok().filter(|value| *value <= 0.0) {
             return Err(field.error(format!("{} must be positive, got {value}", field.path)));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses masses that depend on t and are not positive at the start.
+fn check_masses<S: Real>(scenery: &Scenery<'_>, geometry: &Geometry<S>, q: &[S]) -> Result<(), CaseError> {
+    let GeometryText::Potential(potential) = &scenery.text else { return Ok(()) };
+    let diagonal = geometry.diagonal(q);
+    for a in (0..potential.coordinates.len()).filter(|a| diagonal[a + 1].to_f64() > 0.0) {
+        if let Some((_, field)) = scenery.fields.iter().find(|(place, _)| *place == Place::Mass(Some(a))) {
+            return Err(field.error(format!("{} must be positive, and is not at the start", field.path)));
         }
     }
     Ok(())
@@ -223,6 +240,10 @@ fn check_motion<S: Real>(
         GeometryText::Metric(_) => None,
         GeometryText::Potential(PotentialText { law, .. }) => Some(*law),
     };
+    if let Some(from) = &initial.from {
+        // K is what that run has made of it.
+        return Ok(from.has(Tau::NAME).then(|| scenery.tau(k, geometry.has_force())).transpose()?.flatten());
+    }
     if law == Some(Law::Newtonian) && !is_null {
         let message = format!("a newtonian scene has K = 0, and these data give K = {}", k.to_f64());
         let help = "leave out s_dot and p_s (or p_t): they follow from the energy".to_owned();

@@ -31,6 +31,7 @@ pub fn on_grid<S: Real>(
         .map_err(|invalid| invalid.message)?;
     Ok(Setup {
         gamma_i: S::ZERO,
+        carried: None,
         limit: Limit::Length(length),
         until: Vec::new(),
         settings: Settings { sbp, form, n_gamma, windows, accuracy: None, ..setup.settings },

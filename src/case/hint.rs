@@ -64,10 +64,13 @@ impl<'a> Missing<'a> {
             Some(table) => keys.extend(wanted.iter().filter(|key| !table.contains_key(key)).map(|key| (name, *key))),
         };
         need("potential", &[]);
-        need("initial", &["x"]);
+        let is_continued = has("initial", "from");
+        if !is_continued {
+            need("initial", &["x"]);
+        }
         for (rate, others) in [("t_dot", ["p_t", "solve"]), ("x_dot", ["p_x", "velocity"])] {
             let is_given = others.iter().any(|other| has("initial", other)) || has("initial", "solve");
-            if table("initial").is_some() && !is_given {
+            if table("initial").is_some() && !is_given && !is_continued {
                 need("initial", &[rate]);
             }
         }

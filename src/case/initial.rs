@@ -1,11 +1,17 @@
 //! `[initial]`: which positions, velocities and momenta are given.
 
+use std::fs;
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
 use super::CaseError;
 use super::quantity::Quantity;
 use super::reader::{Field, Section};
 use super::scenery::{Scenery, known};
 use crate::formula::similar::nearest;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Law};
+use crate::solve::Continuation;
 
 /// Which of two roots is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,6 +67,8 @@ pub(super) struct Initial<'t> {
     pub(super) norm: Option<Field<'t>>,
     pub(super) solve: Option<Field<'t>>,
     pub(super) section: Section<'t>,
+    /// The end of the run that this one continues, if it continues one.
+    pub(super) from: Option<Continuation>,
 }
 
 /// Reads `[initial]`.
@@ -70,6 +78,9 @@ pub(super) fn read<'t>(
     geometry: &Geometry,
 ) -> Result<Initial<'t>, CaseError> {
     let names = geometry.names();
+    if let Some(field) = section.take("from") {
+        return continued(&field, section, names);
+    }
     let q: Vec<Option<Field<'t>>> = names.iter().map(|name| section.take(name)).collect();
     let velocities: Vec<_> = names.iter().map(|name| section.take(&format!("{name}_dot"))).collect();
     let momenta: Vec<_> = names.iter().map(|name| section.take(&format!("p_{name}"))).collect();
@@ -92,7 +103,37 @@ pub(super) fn read<'t>(
     let rates =
         rates.into_iter().zip(names).map(|(rate, name)| rate.ok_or_else(|| missing(&section, name, &value, is_lifted)));
     let data = StartData { q: positions, rates: rates.collect::<Result<_, _>>()?, norm: value };
-    Ok(Initial { data, q, rates: fields, norm, solve, section })
+    Ok(Initial { data, q, rates: fields, norm, solve, section, from: None })
+}
+
+/// The end of an earlier run, from its folder or its summary.
+fn continued<'t>(field: &Field<'t>, section: Section<'t>, names: &[String]) -> Result<Initial<'t>, CaseError> {
+    let help = "initial.from is the folder of an earlier run, or the summary.json there; it stands alone in [initial]";
+    let mistake = |message: String| field.error(message).with_help(help.to_owned());
+    section.finish().map_err(|error| error.with_help(help.to_owned()))?;
+    let mut path = PathBuf::from(field.string()?);
+    if path.is_dir() {
+        path.push("summary.json");
+    }
+    let text =
+        fs::read_to_string(&path).map_err(|error| mistake(format!("cannot read {}: {error}", path.display())))?;
+    let end = serde_json::from_str(&text).map(|Ended { end_state }| end_state);
+    let end = end.map_err(|error| mistake(format!("{} has no end_state: {error}", path.display())))?;
+    let mut data = StartData { q: Vec::new(), rates: Vec::new(), norm: None };
+    for name in names {
+        let missing = || mistake(format!("{} ends without a coordinate '{name}'", path.display()));
+        let [q, p] = end.formulas(name).filter(|_| end.has(name)).ok_or_else(missing)?;
+        data.q.push(Quantity::new(q));
+        data.rates.push(Rate::Momentum(Quantity::new(p)));
+    }
+    let fields = || vec![Some(field.clone()); names.len()];
+    Ok(Initial { q: fields(), rates: fields(), norm: None, solve: None, section, from: Some(end), data })
+}
+
+/// What is read of a summary.
+#[derive(Deserialize)]
+struct Ended {
+    end_state: Continuation,
 }
 
 /// The rates that are given, and where they stand.

@@ -64,7 +64,7 @@ pub use source::{key_of, overridden};
 
 use crate::geometry::{Geometry, GeometryText, Start, value_of};
 use crate::number::Real;
-use crate::solve::{Limit, Settings};
+use crate::solve::{Carried, Continuation, Limit, Settings};
 
 /// The most Newton iterations of a window, where a case does not say.
 pub const MAX_ITERATIONS: usize = 50;
@@ -84,6 +84,10 @@ pub struct Case {
     /// The coefficients of V, lowest power first, if it is given by them.
     coefficients: Option<Vec<String>>,
     initial: StartData,
+    /// The end of the run that it continues, if it continues one.
+    from: Option<Continuation>,
+    /// dt/dγ at the start, if there is a coordinate t; otherwise 0.
+    t_dot: f64,
     /// Whether the two roots for the rate that follows from K are one.
     is_double: bool,
     /// Whether it has a scheme that is not used, since an accuracy is asked for.
@@ -170,6 +174,9 @@ impl Case {
 
     /// The start in the geometry of this case, which [`Self::geometry`] has compiled.
     pub fn start_in<S: Real>(&self, geometry: &Geometry<S>) -> Start<S> {
+        if let Some((start, _)) = self.carried(geometry) {
+            return start;
+        }
         let (parameters, rounding) = (self.geometry.parameters(), rounding(self.solver.digits));
         let bare = conformal::bare(&self.geometry);
         let bare = bare.map(|text| Geometry::new(&text).expect("a valid case has valid formulas"));
@@ -182,6 +189,11 @@ impl Case {
         conformal::with_factor(&self.geometry, of_data, &self.initial, start)
     }
 
+    /// The end of the run that this one continues, with what it takes over besides.
+    fn carried<S: Real>(&self, geometry: &Geometry<S>) -> Option<(Start<S>, Carried<S>)> {
+        self.from.as_ref()?.state(geometry.names(), geometry.active(), self.is_backward())
+    }
+
     /// A number of this case, rounded once if it is written as a decimal.
     pub fn value<S: Real>(&self, quantity: &Quantity) -> S {
         quantity.value(self.geometry.parameters()).expect("the numbers of a valid case are finite")
@@ -192,7 +204,8 @@ impl Case {
         self.value(&self.grid.gamma_i)
     }
 
-    /// Where the run ends: the length of its range of γ, or its duration in the coordinate t. With [`Self::until`] it
+    /// Where the run ends: the length of its range of γ, or its duration in the coordinate t, which is negative if t
+    /// falls. With [`Self::until`] it
     /// may end before.
     pub fn end<S: Real>(&self) -> End<S> {
         End::new(self.limit(), |t| self.value(&self.initial.q[t]))
@@ -207,7 +220,7 @@ impl Case {
             }
             (None, gamma_f) => {
                 let default = || S::from(DEFAULT_GAMMA_F);
-                Limit::Length(gamma_f.as_ref().map_or_else(default, |last| self.value(last)) - self.gamma_i())
+                Limit::Length((gamma_f.as_ref().map_or_else(default, |last| self.value(last)) - self.gamma_i()).abs())
             }
         }
     }

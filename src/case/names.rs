@@ -1,6 +1,7 @@
 //! The names of a case: coordinates, parameters, definitions and invariants.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::CaseError;
 use super::reader::Field;
@@ -54,8 +55,18 @@ impl Taken {
 
 /// The coordinates that an array names; `others` are names that the scene has besides.
 pub(super) fn coordinates(field: &Field<'_>, others: &[&str]) -> Result<Vec<String>, CaseError> {
+    checked(field, field.strings()?, others)
+}
+
+/// The coordinates that the keys of a table name.
+pub(super) fn keys(field: &Field<'_>, others: &[&str]) -> Result<Vec<String>, CaseError> {
+    let keys = field.section()?.fields().into_iter().map(|field| (field.key.clone(), field.key_span));
+    checked(field, keys.collect(), others)
+}
+
+fn checked(field: &Field<'_>, given: Vec<(String, Range<usize>)>, others: &[&str]) -> Result<Vec<String>, CaseError> {
     let mut names: Vec<String> = Vec::new();
-    for (name, span) in field.strings()? {
+    for (name, span) in given {
         let meaning = |what: &str| format!("a coordinate cannot have the name '{name}': {what}");
         let prefix = PREFIXES.into_iter().find(|prefix| name.starts_with(prefix));
         let (message, help) = if is_reserved(&name) {

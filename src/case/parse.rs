@@ -7,6 +7,7 @@ use super::settings::{self, Context};
 use super::source::Source;
 use super::{Case, CaseError, check, initial, metric, rounding};
 use crate::number::{Extended, Real};
+use crate::solve::Continuation;
 
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
@@ -39,12 +40,12 @@ impl Case {
     }
 
     fn read<'t>(source: &'t Source, mut root: Section<'t>) -> Result<Self, CaseError> {
-        let (title, metric, potential) = (root.take("title"), root.take("metric"), root.take("potential"));
+        let [title, metric, potential, force] = ["title", "metric", "potential", "force"].map(|key| root.take(key));
         let [particle, initial, grid, scheme] = ["particle", "initial", "grid", "scheme"].map(|key| root.section(key));
         let [solver, expect, invariants] = ["solver", "expect", "invariants"].map(|key| root.section(key));
         let [events, plot] = ["events", "plot"].map(|key| root.section(key));
         root.finish()?;
-        let mut scenery = check::geometry(&root, metric, potential, particle?)?;
+        let mut scenery = check::geometry(&mut root, [metric, potential, force], particle?)?;
         // First, because an accuracy in an override takes the scheme away.
         let solver = settings::solver(solver?, source)?;
         let scheme = scheme?;
@@ -64,8 +65,9 @@ impl Case {
         let is_double = found.is_double;
         let (start, compiled) = found.place(&mut scenery, &initial)?;
         let (names, parameters) = (scenery.text.coordinates(), scenery.text.parameters());
-        let formulas = Formulas { coordinates: &names, parameters, definitions: scenery.definitions() };
-        let context = Context { source, names: &names, parameters, formulas: &formulas, start: &start };
+        let formulas = Formulas { coordinates: &names, parameters, definitions: scenery.text.definitions() };
+        let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
+        let context = Context { gamma_i, source, names: &names, parameters, formulas: &formulas, start: &start };
         let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,
             grid: settings::grid(grid?, operator, &context)?,
@@ -77,8 +79,10 @@ impl Case {
             is_of_x: source.is_of_x,
             coefficients: scenery.coefficients.clone(),
             initial: initial.data,
+            from: initial.from,
             geometry: scenery.text.clone(),
             compiled,
+            t_dot: names.iter().position(|name| name == "t").map_or(0.0, |t| start.q_dot[t]),
             is_double,
             ignores_scheme,
             scheme,

@@ -21,21 +21,35 @@ struct Particle<'t> {
     law: Law,
 }
 
-/// Reads `[potential]` and `[particle]`.
-pub(super) fn read<'t>(mut section: Section<'t>, particle: Section<'t>) -> Result<Scenery<'t>, CaseError> {
+/// Reads `[potential]` and `[particle]`, and `[force]`, which stands for `[potential]` with this force.
+pub(super) fn read<'t>(
+    mut section: Section<'t>,
+    force: Option<Field<'t>>,
+    particle: Section<'t>,
+) -> Result<Scenery<'t>, CaseError> {
     let coordinates = section.take("coordinates");
     let kinds: Vec<Field<'t>> = KINDS.into_iter().filter_map(|kind| section.take(kind)).collect();
-    let (one_form, force) = (section.section("one_form")?, section.section("force")?);
+    let [one_form, definitions] = ["one_form", "definitions"].map(|key| section.section(key));
+    let own = section.take("force");
     let (conformal, mut parameters) = (section.take("conformal"), vec![section.section("parameters")?]);
     section.finish()?;
     let particle = read_particle(particle)?;
     let others: &[&str] = if particle.law == Law::Newtonian { &["t", "s"] } else { &["t"] };
-    let names = match &coordinates {
-        Some(field) => names::coordinates(field, others)?,
-        None => vec!["x".to_owned()],
+    if let (Some(own), Some(_)) = (&own, &force) {
+        let help = "keep one of them".to_owned();
+        return Err(own.key_error("both [force] and potential.force are given").with_help(help));
+    }
+    let force = force.or(own);
+    // Under Newton's law a force is enough.
+    let alone = force.as_ref().filter(|_| kinds.is_empty() && particle.law == Law::Newtonian);
+    let names = match (&coordinates, alone) {
+        (Some(field), _) => names::coordinates(field, others)?,
+        (None, Some(force)) => names::keys(force, others)?,
+        (None, None) => vec!["x".to_owned()],
     };
     let kind = match kinds.as_slice() {
-        [kind] => kind.clone(),
+        [kind] => Some(kind.clone()),
+        [] if alone.is_some() => None,
         [] => return Err(section.error("no potential is given").with_help(POTENTIALS.to_owned())),
         [first, second, ..] => {
             let message = format!("more than one potential is given: {} and {}", first.key, second.key);
@@ -43,26 +57,42 @@ pub(super) fn read<'t>(mut section: Section<'t>, particle: Section<'t>) -> Resul
         }
     };
     let mut places = Vec::new();
-    let (expression, coefficients) = expression(&kind, &names, &mut parameters, &mut places)?;
+    let (expression, coefficients) = match &kind {
+        Some(kind) => expression(kind, &names, &mut parameters, &mut places)?,
+        None => ("0".to_owned(), None),
+    };
     let mut taken = Taken::new(&[&["t".to_owned()], names.as_slice()].concat());
     let mut text = PotentialText { coordinates: names, expression, law: particle.law, ..PotentialText::default() };
-    for section in &parameters {
-        for field in section.fields() {
-            taken.take(&field, "a parameter")?;
-            text.parameters.push((field.key.clone(), field.formula()?));
-            places.push((Place::Parameter(field.key.clone()), field));
-        }
-    }
+    text.parameters = named(&parameters, ("a parameter", Place::Parameter), &mut taken, &mut places)?;
     text.parameters.sort();
-    text.one_form = by_coordinate(&one_form, &text.coordinates, Place::OneForm, &mut places)?;
-    text.force = by_coordinate(&force, &text.coordinates, Place::Force, &mut places)?;
+    text.definitions = named(&[definitions?], ("a definition", Place::Definition), &mut taken, &mut places)?;
+    text.one_form = by_coordinate(&one_form?, &text.coordinates, Place::OneForm, &mut places)?;
+    if let Some(force) = &force {
+        text.force = by_coordinate(&force.section()?, &text.coordinates, Place::Force, &mut places)?;
+    }
     if let Some(field) = conformal {
         text.conformal = Some(field.formula()?);
         places.push((Place::Conformal, field));
     }
     add_particle(&mut text, particle, &mut places)?;
-    let (is_of_x, text, whole) = (section.is_of_x(), GeometryText::Potential(text), Some(kind));
+    let (is_of_x, text, whole) = (section.is_of_x(), GeometryText::Potential(text), kind);
     Ok(Scenery { text, preset: None, fields: places, section, whole, coefficients, is_of_x })
+}
+
+/// The formulas of some tables below names of their own.
+fn named<'t>(
+    sections: &[Section<'t>],
+    (kind, place): (&'static str, fn(String) -> Place),
+    taken: &mut Taken,
+    places: &mut Vec<(Place, Field<'t>)>,
+) -> Result<Vec<(String, String)>, CaseError> {
+    let mut formulas = Vec::new();
+    for field in sections.iter().flat_map(Section::fields) {
+        taken.take(&field, kind)?;
+        formulas.push((field.key.clone(), field.formula()?));
+        places.push((place(field.key.clone()), field));
+    }
+    Ok(formulas)
 }
 
 fn read_particle(mut section: Section<'_>) -> Result<Particle<'_>, CaseError> {

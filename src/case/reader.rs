@@ -31,7 +31,7 @@ pub(super) struct Field<'t> {
     pub(super) key: String,
     item: &'t Item,
     span: Range<usize>,
-    key_span: Range<usize>,
+    pub(super) key_span: Range<usize>,
 }
 
 impl<'t> Section<'t> {

@@ -3,9 +3,12 @@
 use super::CaseError;
 use super::conformal;
 use super::reader::{Field, Section};
-use crate::formula::Function;
+use crate::formula::functions;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Place, Preset};
 use crate::number::Real;
+
+/// Help lists no more names than this.
+const MOST_NAMED: usize = 12;
 
 /// The geometry of a case while it is read.
 pub(super) struct Scenery<'t> {
@@ -60,10 +63,13 @@ impl Scenery<'_> {
                 Some(field) => field.error(format!("'{}' is not a finite number", field.path)),
                 None => whole(format!("{error}")),
             },
-            GeometryError::Circular(circle) => match field(&Place::Definition(circle[0].clone())) {
-                Some(field) => field.error(format!("{error}")),
-                None => whole(format!("{error}")),
-            },
+            GeometryError::Circular(circle) => {
+                let place = |place: fn(String) -> Place| field(&place(circle[0].clone()));
+                match place(Place::Definition).or_else(|| place(Place::Parameter)) {
+                    Some(field) => field.error(format!("{error}")),
+                    None => whole(format!("{error}")),
+                }
+            }
             GeometryError::WithoutComponent(a) => {
                 let name = &names[*a];
                 whole(format!("no component with '{name}' is given, so the metric has no inverse"))
@@ -76,27 +82,12 @@ impl Scenery<'_> {
         }
     }
 
-    /// Names and formulas of the definitions.
-    pub(super) fn definitions(&self) -> &[(String, String)] {
-        match &self.text {
-            GeometryText::Metric(metric) => &metric.definitions,
-            GeometryText::Potential(_) => &[],
-        }
-    }
-
     /// What a formula may be made of.
     fn known(&self, place: &Place) -> String {
-        let positions = match &self.text {
-            GeometryText::Metric(metric) => metric.coordinates.clone(),
-            GeometryText::Potential(potential) => {
-                std::iter::once("t".to_owned()).chain(potential.coordinates.iter().cloned()).collect()
-            }
-        };
-        let definitions = self.definitions();
+        let (positions, definitions) = (self.text.positions(), self.text.definitions());
         let constants = || self.text.parameters().iter().map(|(name, _)| name.clone());
         let names: Vec<String> = match place {
-            Place::Parameter(_) => Vec::new(),
-            Place::Mass(_) | Place::SpeedOfLight => constants().collect(),
+            Place::Parameter(_) | Place::Mass(_) | Place::SpeedOfLight => constants().collect(),
             _ => {
                 let velocities = positions.iter().map(|name| format!("{name}_dot"));
                 let velocities = velocities.filter(|_| matches!(place, Place::Force(_)));
@@ -110,7 +101,12 @@ impl Scenery<'_> {
 
 /// The names and functions that a formula may be made of, in words.
 pub(super) fn known(names: &[String]) -> String {
-    let names: String = names.iter().map(|name| format!("{name}, ")).collect();
-    let functions = Function::NAMED.map(|(name, _)| name).join(" ");
+    let more = names.len().saturating_sub(MOST_NAMED);
+    let first = &names[..names.len() - more];
+    let mut names: String = first.iter().map(|name| format!("{name}, ")).collect();
+    if more > 0 {
+        names += &format!("{more} more names, ");
+    }
+    let functions = functions().collect::<Vec<_>>().join(" ");
     format!("known are {names}pi, numbers, + - * / ^, parentheses and {functions}")
 }

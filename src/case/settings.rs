@@ -91,6 +91,8 @@ pub struct Expect {
 
 /// What the settings are checked against.
 pub(super) struct Context<'c> {
+    /// γ at the start, unless the case gives it.
+    pub(super) gamma_i: String,
     pub(super) source: &'c Source,
     pub(super) names: &'c [String],
     pub(super) parameters: &'c [(String, String)],
@@ -100,10 +102,9 @@ pub(super) struct Context<'c> {
 
 impl Context<'_> {
     /// A number, checked, as it is written and as it is.
-    fn number(&self, field: Option<&Field<'_>>, default: f64) -> Result<(Quantity, f64), CaseError> {
-        let Some(field) = field else { return Ok((Quantity::new(default.to_string()), default)) };
-        let quantity = field.quantity()?;
-        check_number(&quantity, Some(field), self.parameters)?;
+    fn number(&self, field: Option<&Field<'_>>, default: &str) -> Result<(Quantity, f64), CaseError> {
+        let quantity = field.map_or_else(|| Ok(Quantity::new(default)), Field::quantity)?;
+        check_number(&quantity, field, self.parameters)?;
         let value = quantity.value(self.parameters).unwrap_or(f64::NAN);
         Ok((quantity, value))
     }
@@ -232,7 +233,7 @@ pub(super) fn grid(
     let (n_gamma, windows) = nodes(&section, sbp, &n_gamma, &windows)?;
     check_nodes(sbp.ok(), n_gamma, windows).map_err(|invalid| context.source.invalid(invalid))?;
     let intervals = (n_gamma.max(2) - 1) * windows;
-    let (gamma_i, first) = context.number(gamma_i.as_ref(), 0.0)?;
+    let (gamma_i, first) = context.number(gamma_i.as_ref(), &context.gamma_i)?;
     let spaced = |path: &str, length: f64| {
         check_spacing(path, first, intervals, length).map_err(|invalid| context.source.invalid(invalid))
     };
@@ -244,14 +245,14 @@ pub(super) fn grid(
             grid.t_f = Some(t_f);
         }
         None => {
-            let (quantity, last) = context.number(gamma_f.as_ref(), DEFAULT_GAMMA_F)?;
-            if last <= first {
-                let message = format!("gamma_f = {last} must be greater than gamma_i = {first}");
+            let (quantity, last) = context.number(gamma_f.as_ref(), &DEFAULT_GAMMA_F.to_string())?;
+            if last == first {
+                let message = format!("gamma_f = {last} must be another value than gamma_i = {first}");
                 let error =
                     gamma_f.map_or_else(|| section.error(message.clone()), |field| field.error(message.clone()));
                 return Err(error.with_help("gamma_f is 1 if it is not given".to_owned()));
             }
-            spaced("grid.gamma_f", last - first)?;
+            spaced("grid.gamma_f", (last - first).abs())?;
             grid.gamma_f = Some(quantity);
         }
     }
@@ -265,15 +266,15 @@ fn end_time(field: &Field<'_>, context: &Context<'_>) -> Result<(Quantity, f64, 
         let help = "end at grid.gamma_f, or at grid.until".to_owned();
         return Err(field.key_error("t_f needs a coordinate t, and there is none").with_help(help));
     };
-    let (t_f, last) = context.number(Some(field), 0.0)?;
+    let (t_f, last) = context.number(Some(field), "0")?;
     let (first, rate) = (context.start.q[t], context.start.q_dot[t]);
-    if rate <= 0.0 {
-        return Err(field.error(format!("t_f needs t_dot > 0 at the start, and it is {rate}")));
+    if rate == 0.0 {
+        return Err(field.error("t_f needs a t_dot at the start, and it is 0"));
     }
-    if last <= first {
-        return Err(field.error(format!("t_f = {last} must be later than the initial t = {first}")));
+    if last == first {
+        return Err(field.error(format!("t_f = {last} must be another time than the initial t = {first}")));
     }
-    Ok((t_f, last - first, rate))
+    Ok((t_f, (last - first).abs(), rate.abs()))
 }
 
 /// Reads `[expect]`.
@@ -288,16 +289,16 @@ pub(super) fn expect(mut section: Section<'_>, context: &Context<'_>) -> Result<
     let ends = status.as_ref().map_or(Ok(Status::Converged), Field::word)?;
     let mut numbers = Vec::new();
     for (a, field) in finals.iter().enumerate().filter_map(|(a, field)| Some((a, field.as_ref()?))) {
-        numbers.push((a, context.number(Some(field), 0.0)?.0));
+        numbers.push((a, context.number(Some(field), "0")?.0));
     }
-    let gamma_final = gamma_final.map(|field| context.number(Some(&field), 0.0)).transpose()?.map(|(gamma, _)| gamma);
+    let gamma_final = gamma_final.map(|field| context.number(Some(&field), "0")).transpose()?.map(|(gamma, _)| gamma);
     let has_numbers = !numbers.is_empty() || gamma_final.is_some();
     if let Some(status) = status.filter(|_| ends != Status::Converged && has_numbers) {
         return Err(status.error(format!("a case that ends {ends} has no final coordinates")));
     }
     let tolerance = match tolerance {
         Some(field) => {
-            let (quantity, value) = context.number(Some(&field), 0.0)?;
+            let (quantity, value) = context.number(Some(&field), "0")?;
             if value <= 0.0 {
                 return Err(field.error(format!("tolerance must be positive, got {value}")));
             }

@@ -6,14 +6,43 @@ use std::sync::Arc;
 use super::{Axes, Case, Event};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::number::Real;
-use crate::solve::{Place, Setup, Until};
+use crate::solve::{Continuation, Place, Setup, Until};
 use crate::trajectory::Watch;
 
 impl Case {
     fn place<S: Real>(&self) -> Place<S> {
         let geometry = self.geometry();
-        let start = self.start_in(&geometry);
+        let mut start = self.start_in(&geometry);
+        let geometry = if self.is_backward() { self.reversed(geometry, &start.q) } else { geometry };
+        if self.is_backward() {
+            start = start.reversed();
+        }
         Place { geometry: Arc::new(geometry), start: Arc::new(start) }
+    }
+
+    /// The geometry in which the motion goes the way back. Only one-forms and forces, by dγ, tell the two apart: what
+    /// is by dt, as in Newton's law, does not.
+    fn reversed<S: Real>(&self, geometry: Geometry<S>, q: &[S]) -> Geometry<S> {
+        let is_same = match &self.geometry {
+            GeometryText::Metric(metric) => metric.one_form.is_empty() && metric.force.is_empty(),
+            GeometryText::Potential(potential) => potential.law == Law::Newtonian || potential.force.is_empty(),
+        };
+        if is_same {
+            return geometry;
+        }
+        let reversed = Geometry::backward(&self.geometry).expect("a valid case has valid formulas");
+        reversed.around(q).expect("a valid case starts inside its domain")
+    }
+
+    /// Whether γ falls: to γ_f below γ_i, or to a t_f on the other side of the start.
+    pub fn is_backward(&self) -> bool {
+        match (self.t_f::<f64>(), &self.grid.gamma_f) {
+            (Some(t_f), _) => {
+                let t = self.coordinates().iter().position(|name| name == "t").expect("t_f needs a coordinate t");
+                (t_f - self.value::<f64>(&self.initial.q[t])) * self.t_dot < 0.0
+            }
+            (None, last) => last.as_ref().is_some_and(|last| self.value::<f64>(last) < self.gamma_i()),
+        }
     }
 
     /// Whether the space-time is the lift of Newton's law: its first coordinate is t, its last one s.
@@ -21,9 +50,9 @@ impl Case {
         matches!(self.geometry_text(), GeometryText::Potential(potential) if potential.law == Law::Newtonian)
     }
 
-    /// The formulas of `[invariants]`, compiled, with their names, in their order.
+    /// The formulas of `[invariants]`, compiled for what the solver computes, with their names, in their order.
     pub fn observables<S: Real>(&self) -> Vec<(String, Observable<S>)> {
-        let compiled = |(name, formula): &(String, String)| (name.clone(), observable(self.geometry_text(), formula));
+        let compiled = |(name, formula): &(String, String)| (name.clone(), self.observable(formula));
         self.invariants().iter().map(compiled).collect()
     }
 
@@ -36,6 +65,12 @@ impl Case {
         self.events().iter().map(watch).collect()
     }
 
+    /// A formula of what the solver computes.
+    fn observable<S: Real>(&self, formula: &str) -> Observable<S> {
+        let observable = observable(self.geometry_text(), formula);
+        if self.is_backward() { observable.of_reversed() } else { observable }
+    }
+
     /// The formulas of the axes of the picture of the orbit, compiled, and as text.
     pub fn plot_axes<S: Real>(&self, geometry: &Geometry<S>) -> ([Observable<S>; 2], [String; 2]) {
         let Axes { x, y } = self.axes_or_default(geometry);
@@ -44,26 +79,29 @@ impl Case {
 
     /// What a solver is told.
     pub fn setup<S: Real>(&self) -> Setup<S> {
-        let text = self.geometry_text();
         let ending =
             self.events().iter().filter(|event| event.until).map(|event| (event.when.as_str(), event.direction));
         let until = self.until().map(|formula| (formula, Direction::Both)).into_iter().chain(ending);
         let until = until
             .map(|(formula, direction)| Until {
-                formula: observable(text, formula),
-                rough: observable(text, formula),
+                formula: self.observable(formula),
+                rough: self.observable(formula),
                 direction,
             })
             .collect();
         let place: Place<S> = self.place();
+        let carried = self.carried(&place.geometry).map(|(_, carried)| carried);
+        let origin = self.from.as_ref().and_then(Continuation::origin);
         // In f64 both are the same.
         let same = (&place as &dyn Any).downcast_ref::<Place>().cloned();
         Setup {
             rough: same.unwrap_or_else(|| self.place()),
             place,
             // A shift of t changes no other digit. Formulas of the case see the coordinates themselves.
-            origin: self.is_of_x.then(|| (0, self.value(&self.initial.q[0]))),
+            origin: self.is_of_x.then(|| (0, origin.unwrap_or_else(|| self.value(&self.initial.q[0])))),
+            carried,
             gamma_i: self.gamma_i(),
+            is_backward: self.is_backward(),
             limit: self.limit(),
             until,
             regularised: self.scheme.regularised,

@@ -59,6 +59,9 @@ impl Source {
                 others.iter().filter(free).for_each(|other| remove(document.as_table_mut(), other));
             }
         }
+        if given.iter().any(|key| key == "initial.from") {
+            remove(document.as_table_mut(), "initial");
+        }
         for setting in overrides {
             set(document.as_table_mut(), setting)
                 .map_err(|message| self.error(None, format!("--set {setting}: {message}"), None))?;
@@ -80,8 +83,8 @@ fn is_of_x(root: &Table) -> bool {
     let table = |name: &str| root.get(name).and_then(Item::as_table_like);
     let has =
         |name: &str, keys: &[&str]| table(name).is_some_and(|table| keys.iter().any(|key| table.contains_key(key)));
-    !(["metric", "events", "invariants", "plot"].iter().any(|key| root.contains_key(key))
-        || has("potential", &["coordinates", "one_form", "force", "conformal"])
+    !(["metric", "force", "events", "invariants", "plot"].iter().any(|key| root.contains_key(key))
+        || has("potential", &["coordinates", "one_form", "force", "definitions", "conformal"])
         || has("particle", &["masses", "law"])
         || has("grid", &["until"])
         || table("potential").is_some_and(is_of_time))

@@ -67,9 +67,9 @@ impl Case {
         self.formulas().iter().any(|formula| mentions(formula, name))
     }
 
-    /// Every formula of the case but those of parameters.
+    /// Every formula of the case.
     fn formulas(&self) -> Vec<&str> {
-        let mut formulas: Vec<&str> = Vec::new();
+        let mut formulas: Vec<&str> = self.geometry.parameters().iter().map(|(_, text)| text.as_str()).collect();
         match &self.geometry {
             GeometryText::Metric(metric) => {
                 formulas.extend(metric.components.iter().map(|(_, text)| text.as_str()));
@@ -80,6 +80,7 @@ impl Case {
             GeometryText::Potential(potential) => {
                 formulas.extend([&potential.expression, &potential.mass, &potential.c].map(String::as_str));
                 formulas.extend(potential.masses.iter().map(String::as_str));
+                formulas.extend(potential.definitions.iter().map(|(_, text)| text.as_str()));
                 formulas.extend(potential.one_form.iter().chain(&potential.force).map(|(_, text)| text.as_str()));
                 formulas.extend(potential.conformal.as_deref());
             }

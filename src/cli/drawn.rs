@@ -5,6 +5,7 @@ use geodesic_ivp::number::Real;
 use geodesic_ivp::output::pictures::PlotAxes;
 use geodesic_ivp::output::{Chart, OutputSet, Summary, pictures};
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
+use geodesic_ivp::solve::Place;
 use geodesic_ivp::study::run::Run;
 
 use super::run::event_names;
@@ -40,7 +41,7 @@ fn pictures<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
     if case.is_of_x() {
         let runs = [pictures::Run { label: "", solution: line, diagnostics }];
         // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
-        let (geometry, start) = (case.geometry(), case.start());
+        let Place { geometry, start } = case.setup::<f64>().place;
         let reference = ReferenceTrajectory::new(&geometry, &start, line.length.to_f64(), f64::MOST_DIGITS).ok();
         let duration = (line.end_state().t - line.t_i()).to_f64();
         let in_time = time_parametrised(&geometry, &start, duration, 400);

@@ -18,6 +18,7 @@ use geodesic_ivp::output::{
 use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
+use toml_edit::Value;
 
 use super::details::details;
 use super::drawn::{draw, picture_names};
@@ -79,6 +80,10 @@ pub(super) struct RunArgs {
     )]
     every: usize,
 
+    /// Continue an earlier run from its end: the folder of its results, or its summary.json
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::AnyPath)]
+    from: Option<PathBuf>,
+
     #[command(flatten)]
     pub(super) samples: SampleArgs,
 
@@ -91,6 +96,11 @@ fn whole(text: &str) -> Result<usize, String> {
 }
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
+    if let Some(from) = &args.from {
+        let mut args = RunArgs { from: None, ..args.clone() };
+        args.case.set.push(format!("initial.from={}", Value::from(from.display().to_string())));
+        return run(&args);
+    }
     if args.vary.is_given() {
         return vary(args);
     }

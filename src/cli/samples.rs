@@ -1,4 +1,4 @@
-//! `run --sample-t START:STOP:STEP` and `--sample-gamma START:STOP:STEP`.
+//! `run --sample-t` and `--sample-gamma`: where samples are wanted.
 
 use clap::Args;
 use geodesic_ivp::number::Real;
@@ -12,7 +12,7 @@ const MOST_SAMPLES: f64 = 1e8;
 
 #[derive(Debug, Clone, Args)]
 pub(super) struct SampleArgs {
-    /// Also write samples.csv at these times, for example 0:10:0.1
+    /// Also write samples.csv at these times: 0:10:0.1, or a list as 0,1,2.5, or a column of a table as @times.csv:t
     #[arg(
         long,
         value_name = "START:STOP:STEP",
@@ -22,7 +22,7 @@ pub(super) struct SampleArgs {
     )]
     sample_t: Option<Range>,
 
-    /// Also write samples.csv at these values of gamma
+    /// Also write samples.csv at these values of gamma, given in the same ways
     #[arg(long, value_name = "START:STOP:STEP", value_parser = Range::parse, allow_hyphen_values = true)]
     sample_gamma: Option<Range>,
 
@@ -31,20 +31,36 @@ pub(super) struct SampleArgs {
     samples_only: bool,
 }
 
-/// A range of samples. Its numbers are kept as text, so that a step of 0.1 is one tenth in every precision.
+/// Where samples are wanted. Numbers are kept as text, so that a step of 0.1 is one tenth in every precision.
 #[derive(Debug, Clone)]
 struct Range {
     text: String,
-    start: String,
-    step: String,
-    count: usize,
+    numbers: Numbers,
+}
+
+#[derive(Debug, Clone)]
+enum Numbers {
+    Steps { start: String, step: String, count: usize },
+    List(Vec<String>),
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
 impl Range {
     fn parse(text: &str) -> Result<Self, String> {
+        let numbers = match text.strip_prefix('@') {
+            Some(column) => Self::list(&read_column(column)?)?,
+            None if text.contains(':') => Self::steps(text)?,
+            None => Self::list(&text.split(',').map(|part| part.trim().to_owned()).collect::<Vec<_>>())?,
+        };
+        Ok(Self { text: text.to_owned(), numbers })
+    }
+
+    fn steps(text: &str) -> Result<Numbers, String> {
         let parts: Vec<&str> = text.split(':').map(str::trim).collect();
-        let numbers: Option<Vec<f64>> =
-            parts.iter().map(|part| part.parse().ok().filter(|n: &f64| n.is_finite())).collect();
+        let numbers: Option<Vec<f64>> = parts.iter().map(|part| number(part)).collect();
         let (Some(&[start, stop, step]), &[from, _, by]) = (numbers.as_deref(), parts.as_slice()) else {
             return Err("expected START:STOP:STEP, three numbers, for example 0:10:0.1".to_owned());
         };
@@ -57,14 +73,58 @@ impl Range {
         }
         // STOP belongs to the range even if rounding makes the last step end just short of it.
         let count = (steps * (1.0 + 16.0 * f64::EPSILON)).floor() as usize + 1;
-        Ok(Self { text: text.to_owned(), start: from.to_owned(), step: by.to_owned(), count })
+        Ok(Numbers::Steps { start: from.to_owned(), step: by.to_owned(), count })
     }
 
-    fn values<S: Real>(&self) -> impl Iterator<Item = S> + '_ {
-        let read = |text: &str| S::from_decimal(text).unwrap_or_else(|| S::from(f64::NAN));
-        let (start, step) = (read(&self.start), read(&self.step));
-        (0..self.count).map(move |k| start + S::from(k as f64) * step)
+    fn list(texts: &[String]) -> Result<Numbers, String> {
+        let mut values = Vec::with_capacity(texts.len());
+        for text in texts {
+            let value = number(text);
+            values.push(value.ok_or_else(|| {
+                format!(
+                    "'{text}' is not a finite number (a list is written 0,1,2.5, a column of a table @FILE.csv:COLUMN)"
+                )
+            })?);
+        }
+        if !values.is_sorted() && !values.is_sorted_by(|a, b| a >= b) {
+            return Err("the numbers of a list must be in order, ascending or descending".to_owned());
+        }
+        Ok(Numbers::List(texts.to_vec()))
     }
+
+    fn count(&self) -> usize {
+        match &self.numbers {
+            Numbers::Steps { count, .. } => *count,
+            Numbers::List(list) => list.len(),
+        }
+    }
+
+    fn values<S: Real>(&self) -> Vec<S> {
+        let read = |text: &str| S::from_decimal(text).unwrap_or_else(|| S::from(f64::NAN));
+        match &self.numbers {
+            Numbers::Steps { start, step, count } => {
+                let (start, step): (S, S) = (read(start), read(step));
+                (0..*count).map(|k| start + S::from(k as f64) * step).collect()
+            }
+            Numbers::List(list) => list.iter().map(|text| read(text)).collect(),
+        }
+    }
+}
+
+/// The numbers below a heading of a CSV, which `column` names as FILE.csv:COLUMN.
+fn read_column(column: &str) -> Result<Vec<String>, String> {
+    let example = "expected @FILE.csv:COLUMN, for example @times.csv:t";
+    let (path, name) = column.rsplit_once(':').ok_or(example)?;
+    let cannot = |error: csv::Error| format!("cannot read {path}: {error}");
+    let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(cannot)?;
+    let headings = table.headers().map_err(cannot)?.clone();
+    let place = headings.iter().position(|heading| heading == name).ok_or_else(|| {
+        let headings = headings.iter().collect::<Vec<_>>().join(", ");
+        format!("{path} has no column '{name}'; its columns are {headings}")
+    })?;
+    let rows: Result<Vec<String>, _> = table.records().map(|row| Ok(row?[place].to_owned())).collect();
+    let rows = rows.map_err(cannot)?;
+    if rows.is_empty() { Err(format!("{path} has no rows")) } else { Ok(rows) }
 }
 
 impl SampleArgs {
@@ -90,7 +150,7 @@ impl SampleArgs {
 
     /// How many samples are asked for.
     pub(super) fn count(&self) -> usize {
-        self.range().map_or(0, |(_, range, _)| range.count)
+        self.range().map_or(0, |(_, range, _)| range.count())
     }
 
     /// Whether nothing but samples is asked for.
@@ -104,15 +164,15 @@ impl SampleArgs {
     /// [`Refusal`] if the coordinate by which they are asked for is none of the case's.
     pub(super) fn stream<S: Real>(&self, case: &Case) -> anyhow::Result<Option<SampleStream<S>>> {
         let Some((by_time, range, _)) = self.range() else { return Ok(None) };
-        let values = range.values().collect();
+        let values = range.values();
         if !by_time {
-            return Ok(Some(SampleStream::new(Coordinate::Gamma, values, false)));
+            return Ok(Some(SampleStream::new(Coordinate::Gamma, values, case.is_backward())));
         }
         let t = case.coordinates().iter().position(|name| name == "t").ok_or_else(|| {
             Refusal::usage("--sample-t needs a coordinate t, and the scene has none")
                 .help("take samples with --sample-gamma")
         })?;
-        let backwards = case.start::<f64>().q_dot[t] < 0.0;
+        let backwards = (case.start::<f64>().q_dot[t] < 0.0) != case.is_backward();
         Ok(Some(SampleStream::new(Coordinate::Value(t), values, backwards)))
     }
 
@@ -137,7 +197,8 @@ impl SampleArgs {
     fn outside<S: Real>(&self, outside: OutsideRun<S>, digits: u32) -> CaseError {
         let (option, range) = self.range().map_or(("", ""), |(_, range, option)| (option, range.text.as_str()));
         let (from, to) = outside.range;
-        let starts_before = self.range().is_some_and(|(_, range, _)| range.values::<S>().any(|value| value < from));
+        let starts_before =
+            self.range().is_some_and(|(_, range, _)| range.values::<S>().iter().any(|value| *value < from));
         let [from, to] = [from, to].map(|end| end.to_decimal(digits));
         let message = format!("--{option} {range} goes beyond the run, which covers {from} to {to}");
         let longer = match option {

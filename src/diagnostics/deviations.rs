@@ -48,6 +48,13 @@ pub struct NormDeviation<S = f64> {
 }
 
 impl<S: Real> ChargeDeviation<S> {
+    /// That of the motion, from that of the reversed one.
+    fn reversed(mut self) -> Self {
+        let rows = self.delta.iter_mut().chain(&mut self.corrected);
+        rows.chain([&mut self.value, &mut self.last]).for_each(|p| *p = -*p);
+        self
+    }
+
     /// That of a run, from those of its first part, `self`, and its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
         Self {
@@ -155,7 +162,7 @@ impl<'r, S: Real> Fields<'r, S> {
             }
         }
         let corrected = corrected(run.grids(), &delta, shares.into_iter());
-        ChargeDeviation {
+        let deviation = ChargeDeviation {
             max_interior: largest(&delta, run.grids().map(|grid| grid.exact())),
             max_last: largest(&delta, run.grids().map(|grid| grid.last())),
             last: delta.last().copied().unwrap_or(S::ZERO),
@@ -165,7 +172,8 @@ impl<'r, S: Real> Fields<'r, S> {
             value,
             delta,
             corrected,
-        }
+        };
+        if run.is_backward { deviation.reversed() } else { deviation }
     }
 
     /// The deviation of K.

@@ -56,8 +56,8 @@ use crate::solve::WorldLine;
 /// are those of the last one, and the largest values and sums are those of all.
 #[derive(Debug, Clone)]
 pub struct Diagnostics<S: Real = f64> {
-    /// Dq^a on the nodes, for every coordinate; D̄q^a in the weak form. In the strong form the value at the last node
-    /// of a window is not a velocity, see [`Self::tangent`].
+    /// Dq^a on the nodes, by γ from the start, for every coordinate; D̄q^a in the weak form. In the strong form the
+    /// value at the last node of a window is not a velocity, see [`Self::tangent`].
     pub q_dot: Vec<Vec<S>>,
     /// The charges of the ignorable coordinates, in order. That of t in one coordinate is ΔQ_t = g00(x)∘(Dt) − Q_t, the
     /// paper's ΔE.
@@ -169,6 +169,10 @@ impl<S: Real> Diagnostics<S> {
     /// the row of D takes up the defect of D and does not give a velocity. Its place is taken by what the next window
     /// continues with.
     pub fn tangent(&self, run: &WorldLine<S>) -> Vec<Cow<'_, [S]>> {
-        self.q_dot.iter().enumerate().map(|(a, row)| tangent(run, a, row)).collect()
+        let mut rows: Vec<_> = self.q_dot.iter().enumerate().map(|(a, row)| tangent(run, a, row)).collect();
+        if run.is_backward {
+            rows.iter_mut().flat_map(|row| row.to_mut().iter_mut()).for_each(|rate| *rate = -*rate);
+        }
+        rows
     }
 }

@@ -128,7 +128,7 @@ pub(super) fn work<S: Real>(fields: &Fields<'_, S>) -> Vec<WorkBalance<S>> {
             let force = &fields.forces[coordinate];
             let work = sum(line.grids().map(|grid| grid.sbp().integrate(&force[grid.nodes()])));
             let gained = line.last_joint().p[coordinate] - line.joint(0).p[coordinate];
-            WorkBalance { coordinate, work, defect: gained - work }
+            WorkBalance { coordinate, work: line.signed(work), defect: line.signed(gained - work) }
         })
         .collect()
 }

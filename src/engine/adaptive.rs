@@ -18,7 +18,7 @@ use super::tuning::{
     AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, RESOLVED, STRETCH,
 };
 use super::window::{Known, Solver};
-use super::{Accuracy, Failure, GOOD_DIGITS, State, Window, Windows};
+use super::{Accuracy, Failure, GOOD_DIGITS, Handed, State, Window, Windows};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
 
@@ -38,6 +38,7 @@ pub(super) struct Adaptive<'g, const N: usize> {
     /// The estimate needs this of a window.
     known: Known,
     start: Start,
+    handed: Option<Handed>,
     sizes: Sizes,
     /// The length of the run; an estimate, if it ends at a target.
     length: f64,
@@ -101,6 +102,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             asked: wanted.value().min(LOOSEST_KEPT),
             is_promised: wanted.is_promised(),
             start: start.clone(),
+            handed: None,
             sizes,
             length,
             target,
@@ -128,8 +130,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
                 return Err(self.reason(Failure::TooShort));
             };
             self.control.rung = rung;
-            let accuracy = self.accuracy;
-            let least = LEAST * self.ladder.length(0);
+            let (accuracy, least) = (self.accuracy, LEAST * self.ladder.length(0));
             let end = if self.target.is_some() { f64::INFINITY } else { self.length };
             let (rest, full) = ((end - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
             let is_last = rest <= full * (1.0 + STRETCH);
@@ -161,6 +162,9 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             if !is_resolved || !self.control.accepts(inside / (INSIDE * accuracy), local.end / allowed) {
                 self.refused += 1;
                 continue;
+            }
+            if self.control.is_stuck(tables.length <= least) {
+                return Err(self.reason(Failure::TooShort));
             }
             if let Some(between) = &mut self.between
                 && between.hides(&self.solver, tables.length, self.length, accuracy)
@@ -356,6 +360,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
     fn begin_again(&mut self) {
         self.restarts += 1;
         self.solver.begin(&self.start, &self.sizes);
+        self.handed.iter().for_each(|handed| _ = self.solver.resume(handed, 0.0));
         self.control = Control::new(N);
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
         self.target.iter_mut().for_each(Target::begin);
@@ -368,6 +373,11 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.begin_again();
         (self.restarts, self.refused, self.sweeps) = (0, 0, 0);
         self.strictness = 1.0;
+    }
+
+    fn resume(&mut self, handed: &Handed) {
+        self.solver.resume(handed, 0.0);
+        self.handed = Some(handed.clone());
     }
 
     fn error_estimate(&self) -> Option<f64> {

@@ -1,7 +1,7 @@
 //! The step controller: from the errors of a window to the length of the next one.
 
 use super::tuning::{
-    AIM, ALONE, HIDDEN, KINK, LARGEST_CUT, LARGEST_GROWTH, LEAST_KINK, PATIENCE, ROUNDED, SHARE, UNSOLVED,
+    AIM, ALONE, HIDDEN, KINK, LARGEST_CUT, LARGEST_GROWTH, LEAST_KINK, MOST_IDLE, PATIENCE, ROUNDED, SHARE, UNSOLVED,
 };
 
 /// Chooses rungs of the ladder of window lengths.
@@ -16,6 +16,8 @@ pub(super) struct Control {
     /// After a refusal no window is longer than this rung, for so many windows.
     longest: i32,
     patience: u32,
+    /// Number of windows in turn that are too short to be cut.
+    idle: usize,
 }
 
 impl Control {
@@ -24,7 +26,7 @@ impl Control {
     pub(super) fn new(nodes: usize) -> Self {
         let n = nodes as f64;
         let relative_order = (2.0 * n - 1.0) / n;
-        Self { rungs_per_octave: 4.0 / n, relative_order, rung: 0, longest: i32::MAX, patience: 0 }
+        Self { rungs_per_octave: 4.0 / n, relative_order, rung: 0, longest: i32::MAX, patience: 0, idle: 0 }
     }
 
     /// True if a window is good enough, by its errors inside and at the end, each divided by what is allowed. Chooses
@@ -52,6 +54,13 @@ impl Control {
     /// The window was not solved, or it does not resolve the motion.
     pub(super) fn refuse(&mut self) {
         self.shorten(-UNSOLVED);
+    }
+
+    /// True if too many windows in turn are as short as no more than one that passes a kink has to be: something holds
+    /// the motion there.
+    pub(super) fn is_stuck(&mut self, is_short: bool) -> bool {
+        self.idle = if is_short { self.idle + 1 } else { 0 };
+        self.idle > MOST_IDLE
     }
 
     /// Something may hide in the window of this rung, which was good enough.

@@ -4,7 +4,7 @@ use super::ladder::continued;
 use super::rule::{Rule, Tables};
 use super::sizes::Sizes;
 use super::window::{Known, Solver};
-use super::{Failure, Window, Windows};
+use super::{Failure, Handed, Window, Windows};
 use crate::geometry::{Geometry, Start};
 use crate::number::vector::{Matrix, Twofold};
 
@@ -20,6 +20,8 @@ pub(super) struct March<'g, const N: usize> {
     /// Number of windows, and of those that were solved.
     windows: usize,
     solved: usize,
+    /// True if the slopes before the first window are known.
+    is_resumed: bool,
     /// True if the next window has no solution.
     has_failed: bool,
     /// Number of sweeps over the last one, and over all.
@@ -45,6 +47,7 @@ impl<'g, const N: usize> March<'g, N> {
             tolerance,
             windows,
             solved: 0,
+            is_resumed: false,
             has_failed: false,
             last: 0,
             sweeps: 0,
@@ -61,10 +64,10 @@ impl<const N: usize> Windows for March<'_, N> {
         if self.solved == self.windows {
             return Ok(None);
         }
-        let continuation = (self.solved > 0).then(|| {
+        if self.solved > 0 {
             solver.advance();
-            &*self.continuation
-        });
+        }
+        let continuation = (self.solved > 0 || self.is_resumed).then_some(&*self.continuation);
         // Sweeps to rounding go on until two changes in turn are no more than that: ended early, they leave an error of
         // one sign.
         let swept = match solver.solve(tables, continuation, *tolerance) {
@@ -92,7 +95,11 @@ impl<const N: usize> Windows for March<'_, N> {
 
     fn rewind(&mut self) {
         self.solver.begin(&self.start, &self.sizes);
-        (self.solved, self.has_failed, self.last, self.sweeps) = (0, false, 0, 0);
+        (self.solved, self.is_resumed, self.has_failed, self.last, self.sweeps) = (0, false, false, 0, 0);
+    }
+
+    fn resume(&mut self, handed: &Handed) {
+        self.is_resumed = self.solver.resume(handed, self.tables.length);
     }
 
     fn sizes(&self) -> Vec<f64> {

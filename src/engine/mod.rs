@@ -23,6 +23,7 @@
 //! sizes        the units of a motion, from the motion itself
 //! solved       a solved window, as it is lent
 //! window       one window
+//! handed       what a run hands on to one that continues it, which `resume` begins from that
 //! view         what is known of it when it is finished
 //! dense        a window between its nodes
 //! certificate  the gradient of the action at a window
@@ -47,12 +48,14 @@ mod dense;
 pub(crate) mod enclosure;
 mod estimate;
 mod failure;
+mod handed;
 mod kernel;
 mod ladder;
 mod linear;
 mod march;
 mod plane;
 mod reason;
+mod resume;
 mod rule;
 mod sizes;
 mod solved;
@@ -69,6 +72,7 @@ mod window;
 
 pub use self::dense::Dense;
 pub use self::failure::Failure;
+pub use self::handed::{Handed, Marched};
 pub use self::solved::{State, Window, WindowNodes};
 
 use std::ops::ControlFlow;
@@ -146,6 +150,9 @@ trait Windows {
 
     /// As [`Engine::rewind`].
     fn rewind(&mut self);
+
+    /// As [`Engine::resume`].
+    fn resume(&mut self, handed: &Handed);
 
     /// As [`Engine::error_estimate`].
     fn error_estimate(&self) -> Option<f64> {
@@ -346,6 +353,11 @@ impl<'g> Engine<'g> {
     /// Goes back to the start, as if nothing was known, with the tables that were made.
     pub fn rewind(&mut self) {
         self.0.rewind();
+    }
+
+    /// Continues another run from its end, which is the start of this one. This comes before the first window.
+    pub fn resume(&mut self, handed: &Handed) {
+        self.0.resume(handed);
     }
 
     /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.

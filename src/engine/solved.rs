@@ -1,6 +1,7 @@
 //! A solved window, which is lent to whoever pulls it.
 
 use super::dense::Dense;
+use super::handed::Handed;
 use crate::number::Compensated;
 
 /// The state at the start or the end of a window, in sums that lose nothing.
@@ -49,6 +50,8 @@ pub(super) trait Solved {
     fn complete(&mut self);
     /// The motion between the nodes.
     fn dense(&self) -> Dense;
+    /// What its end hands on.
+    fn handed(&self) -> Handed;
     /// The largest entry of the gradient of its action; `None` if it is no critical point of one.
     fn gradient_norm(&mut self) -> Option<f64>;
     /// The places of the nodes, as fractions.
@@ -71,6 +74,11 @@ impl Window<'_> {
     /// The state at its end.
     pub fn end(&self) -> &State {
         self.solved.ends()[1]
+    }
+
+    /// What its end hands on to a run that continues this one.
+    pub fn handed(&self) -> Handed {
+        self.solved.handed()
     }
 
     /// The motion over it.

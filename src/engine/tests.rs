@@ -35,14 +35,11 @@ fn potential(law: Law, formula: &str, coordinates: &[&str]) -> GeometryText {
     GeometryText::Potential(PotentialText {
         coordinates: names(coordinates),
         expression: formula.to_owned(),
-        parameters: Vec::new(),
         mass: "1".to_owned(),
         masses: names(&vec!["1"; coordinates.len()]),
         c: "1".to_owned(),
         law,
-        one_form: Vec::new(),
-        force: Vec::new(),
-        conformal: None,
+        ..PotentialText::default()
     })
 }
 

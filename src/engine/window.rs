@@ -4,6 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use super::certificate::{Certificate, Solution};
 use super::dense::Dense;
+use super::handed::Handed;
 use super::kernel::{Ends, LocalErrors, Row, Sweeps, Swept, grow, integrated, inverse, plus};
 use super::rule::{Order, Rule, Tables};
 use super::sizes::Sizes;
@@ -315,6 +316,10 @@ impl<const N: usize> Solved for Solver<'_, N> {
 
     fn dense(&self) -> Dense {
         self.motion()
+    }
+
+    fn handed(&self) -> Handed {
+        self.handed()
     }
 
     fn fractions(&self) -> &[f64] {

@@ -130,7 +130,7 @@ impl<S: Real> Graph<S> {
                 self.divide(half, value)
             }
             Function::Abs => self.call(Function::Sign, u),
-            Function::Sign => self.whole(0),
+            Function::Sign | Function::Step => self.whole(0),
         }
     }
 }

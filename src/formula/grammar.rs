@@ -5,7 +5,7 @@
 //! product = signed (("*" | "/") signed)*
 //! signed  = ("+" | "-") signed | power
 //! power   = atom ("^" signed)?              right-associative, binds tighter than unary minus on its left
-//! atom    = number | variable | "pi" | parameter | function "(" sum ")" | "(" sum ")"
+//! atom    = number | variable | "pi" | parameter | function "(" sum ("," sum)? ")" | "(" sum ")"
 //! ```
 
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ use winnow::stream::{LocatingSlice, Location, Stateful};
 use winnow::token::{any, take_while};
 
 use super::graph::{Graph, NodeId};
-use super::{FormulaError, Function, hint};
+use super::{FormulaError, Function, hint, pairs};
 use crate::number::Real;
 
 /// The longest expression that is accepted: the potential of nine bodies in space has two kilobytes.
@@ -30,6 +30,9 @@ const MAX_BYTES: usize = 65_536;
 const MAX_DEPTH: usize = 64;
 /// The most powers that are exponents of each other, for the same reason.
 const MAX_POWERS: usize = 512;
+
+/// A message lists no more variables than this.
+const MOST_NAMED: usize = 12;
 
 /// The names that a formula may use besides those of the grammar.
 #[derive(Debug, Clone, Copy)]
@@ -176,7 +179,7 @@ fn atom<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fai
             let found = other.map_or_else(|| "the end".to_owned(), |c| format!("'{c}'"));
             let named: Vec<&str> =
                 input.state.names.variables.iter().copied().filter(|name| !name.is_empty()).collect();
-            let variables = named.join(", ");
+            let variables = if named.len() > MOST_NAMED { "a name".to_owned() } else { named.join(", ") };
             input.state.report(
                 offset,
                 format!("expected a number, {variables}, a parameter, a function or a parenthesis, found {found}"),
@@ -203,6 +206,18 @@ fn closed<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>, opened: usize) -> R
         return Err(cut());
     }
     Ok(inner)
+}
+
+/// The first argument of a function of two, with the comma after it.
+fn first_of_two<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>, name: &str) -> Result<NodeId, Failure> {
+    let first = sum(input)?;
+    let offset = input.current_token_start();
+    if token(',').parse_next(input).is_err() {
+        let rest = found(&input.input);
+        input.state.report(offset, format!("the function '{name}' has two arguments: expected a comma, found {rest}"));
+        return Err(cut());
+    }
+    Ok(first)
 }
 
 fn number<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Failure> {
@@ -237,15 +252,23 @@ fn name<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fai
     let offset = input.current_token_start();
     let name: &str = token(take_while(1.., |c: char| c.is_ascii_alphanumeric() || c == '_')).parse_next(input)?;
     let called = peek_char(input) == Some('(');
-    if let Some(function) = Function::from_name(name) {
+    let (function, pair) = (Function::from_name(name), pairs::from_name(name));
+    if function.is_some() || pair.is_some() {
+        let opened = input.current_token_start();
         if !called {
-            input.state.report(offset, format!("the function '{name}' needs its argument in parentheses"));
+            let arguments = if pair.is_some() { "its two arguments" } else { "its argument" };
+            input.state.report(offset, format!("the function '{name}' needs {arguments} in parentheses"));
             return Err(cut());
         }
-        let opened = input.current_token_start();
         token('(').parse_next(input)?;
-        let argument = closed(input, opened)?;
-        return Ok(input.state.graph.call(function, argument));
+        let first = pair.map(|pair| Ok((pair, first_of_two(input, name)?))).transpose()?;
+        let last = closed(input, opened)?;
+        let graph = &mut input.state.graph;
+        return Ok(match (function, first) {
+            (Some(function), _) => graph.call(function, last),
+            (None, Some((pair, first))) => graph.pair(pair, first, last),
+            (None, None) => last,
+        });
     }
     let Names { variables, parameters, definitions } = input.state.names;
     let constant = if name == "pi" { Some(S::PI) } else { parameters.get(name).copied() };

@@ -1,10 +1,10 @@
 //! Advice for mistakes in a formula.
 
-use super::Function;
+use super::functions;
 use crate::formula::similar::nearest;
 
 /// Words and signs of other languages, and what is written here instead.
-const OTHERS: [(&str, &str); 20] = [
+const OTHERS: [(&str, &str); 23] = [
     ("pow", "pow(a, b) is written a^b"),
     ("log", "the natural logarithm is ln, the one to base 10 is log10"),
     ("log2", "the logarithm to base 2 is ln(x)/ln(2)"),
@@ -18,6 +18,9 @@ const OTHERS: [(&str, &str); 20] = [
     ("arccos", "the inverse cosine is acos"),
     ("arctan", "the inverse tangent is atan"),
     ("fabs", "the absolute value is abs"),
+    ("sgn", "the sign is sign"),
+    ("heaviside", "0 below 0, and 1 from 0 on, is step"),
+    ("arctan2", "the angle of (x, y) is atan2(y, x)"),
     ("e", "Euler's number is exp(1)"),
     ("²", "a square is written ^2"),
     ("³", "a cube is written ^3"),
@@ -52,6 +55,6 @@ pub(super) fn at<'n>(expression: &str, offset: usize, names: impl Iterator<Item 
     if let Some(meaning) = other(word).or_else(|| other(&word.to_lowercase())) {
         return Some(meaning);
     }
-    let known = Function::NAMED.iter().map(|(name, _)| *name).chain(names);
+    let known = functions().map(|name| -> &str { name }).chain(names);
     nearest(word, known).filter(|name| *name != word).map(|name| format!("did you mean '{name}'?"))
 }

@@ -3,6 +3,7 @@
 //! ```text
 //! grammar     parses text into a graph
 //! graph       holds every distinct sub-expression once, in tables of quick keys (`hash`)
+//! pairs       writes functions of two arguments by those of one
 //! derivative  adds symbolic derivatives to a graph, so they are exact and share sub-expressions with the rest
 //! reduce      writes expressions with fewer operations
 //! program     compiles what the wanted outputs need to a list of steps on registers
@@ -13,8 +14,8 @@
 //! ```
 //!
 //! The grammar is that of a case file: numbers (also `1e-3`), variables, parameters, `pi`, `+ - * / ^`
-//! (right-associative, binding tighter than unary minus), parentheses and the functions of [`Function`]. A formula may
-//! have any number of variables.
+//! (right-associative, binding tighter than unary minus), parentheses, the functions of [`Function`], and min, max,
+//! atan2 and hypot of two arguments. A formula may have any number of variables.
 
 mod algebra;
 mod derivative;
@@ -24,6 +25,7 @@ mod graph;
 mod hash;
 mod hint;
 mod mend;
+mod pairs;
 mod program;
 mod reduce;
 pub mod similar;
@@ -34,6 +36,7 @@ pub use crate::number::Function;
 pub(crate) use algebra::{Algebra, BLOCK, run};
 pub(crate) use grammar::{Names, parse};
 pub(crate) use graph::{Fused, Graph, NodeId};
+pub(crate) use pairs::Pair;
 pub(crate) use program::{Operation, Program, Register, Step};
 pub(crate) use reduce::Level;
 #[cfg(test)]
@@ -61,9 +64,14 @@ impl FormulaError {
     }
 }
 
+/// The names of all functions.
+pub(crate) fn functions() -> impl Iterator<Item = &'static str> {
+    Function::NAMED.iter().map(|(name, _)| *name).chain(Pair::NAMED.iter().map(|(name, _)| *name))
+}
+
 /// Whether the grammar already gives `name` a meaning in formulas of any variables.
 pub(crate) fn is_reserved(name: &str) -> bool {
-    name == "pi" || Function::from_name(name).is_some()
+    name == "pi" || functions().any(|function| function == name)
 }
 
 /// Whether `name` can be written in a formula: a letter or underscore, and then letters, digits and underscores.

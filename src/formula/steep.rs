@@ -22,7 +22,7 @@ pub(crate) enum Kind {
     Step,
     /// An angle: by its difference.
     Angle,
-    /// The argument of abs: by its sign.
+    /// The argument of abs, sign and step: by its sign.
     Sign,
     /// The argument of asin and acos: by the ratio of its distances from ±1.
     Edge,
@@ -83,7 +83,7 @@ pub(crate) fn kind(function: Function) -> Kind {
     match function {
         Function::Sqrt | Function::Ln | Function::Log10 => Kind::Ratio,
         Function::Sin | Function::Cos | Function::Tan => Kind::Angle,
-        Function::Abs | Function::Sign => Kind::Sign,
+        Function::Abs | Function::Sign | Function::Step => Kind::Sign,
         Function::Asin | Function::Acos => Kind::Edge,
         Function::Exp => Kind::Exponent,
         Function::Sinh | Function::Cosh | Function::Tanh | Function::Atan => Kind::Step,

@@ -105,6 +105,14 @@ impl<S: Real> Geometry<S> {
         Ok(Self { signs: vec![S::ONE, -S::ONE], c_squared: Some(c * c), ..geometry })
     }
 
+    /// The scene in which a world-line goes the way back: its velocities and momenta have the other sign.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn backward(text: &GeometryText) -> Result<Self, GeometryError> {
+        Self::of_parts(Parts::new(text)?.reversed(), &[])
+    }
+
     /// The coordinates that are active in any case are `kept`.
     fn of_parts(mut parts: Parts<S>, kept: &[usize]) -> Result<Self, GeometryError> {
         let inverse = Inverse::new(&mut parts)?;

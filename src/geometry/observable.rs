@@ -13,6 +13,8 @@ use crate::number::Real;
 pub struct Observable<S = f64> {
     program: Program<S>,
     registers: Vec<S>,
+    /// Whether velocities and momenta are those of the reversed motion.
+    is_reversed: bool,
 }
 
 /// What an observable may use of a scene with these coordinates: all positions, all velocities, all momenta and the
@@ -34,16 +36,16 @@ impl<S: Real> Observable<S> {
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
         let parameters: BTreeMap<String, S> = parts::parameters(scene.parameters())?;
         let mut graph = Graph::default();
-        let definitions = match scene {
-            GeometryText::Metric(metric) => {
-                parts::definitions(&mut graph, &metric.coordinates, &parameters, &metric.definitions)?
-            }
-            GeometryText::Potential(_) => BTreeMap::new(),
-        };
+        let definitions = parts::definitions(&mut graph, &scene.positions(), &parameters, scene.definitions())?;
         let names = Names { variables: &variables, parameters: &parameters, definitions: &definitions };
         let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place, error))?;
         let program = Program::new(&mut graph, variables.len(), &[node]);
-        Ok(Self { registers: program.registers(|constant| constant), program })
+        Ok(Self { registers: program.registers(|constant| constant), program, is_reversed: false })
+    }
+
+    /// The same, which is given velocities and momenta of the reversed motion.
+    pub fn of_reversed(self) -> Self {
+        Self { is_reversed: true, ..self }
     }
 
     /// The value at a state, where `norm` is K at the start.
@@ -51,6 +53,9 @@ impl<S: Real> Observable<S> {
         let n = q.len();
         for (place, values) in [q, q_dot, p].into_iter().enumerate() {
             self.registers[place * n..][..n].copy_from_slice(values);
+        }
+        if self.is_reversed {
+            self.registers[n..3 * n].iter_mut().for_each(|rate| *rate = -*rate);
         }
         self.registers[3 * n] = norm;
         self.program.run(1, &mut self.registers);

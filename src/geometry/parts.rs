@@ -41,6 +41,14 @@ impl<S: Real> Scope<'_, S> {
         self.parse(text, place, false)
     }
 
+    /// A formula of the first coordinate, which is t in a potential.
+    fn of_time(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
+        let mut variables = vec![""; 2 * self.all];
+        variables[0] = &self.coordinates[0];
+        let names = Names { variables: &variables, parameters: &self.parameters, definitions: &BTreeMap::new() };
+        formula::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
+    }
+
     /// A formula of positions and velocities.
     fn of_velocity(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
         self.parse(text, place, true)
@@ -93,41 +101,45 @@ impl<S: Real> Scope<'_, S> {
 
     /// Adds the definitions, each after those that it uses.
     fn define(&mut self, definitions: &[(String, String)]) -> Result<(), GeometryError> {
-        let uses: Vec<Vec<usize>> = definitions
-            .iter()
-            .map(|(_, text)| (0..definitions.len()).filter(|&k| mentions(text, &definitions[k].0)).collect())
-            .collect();
-        let mut path = Vec::new();
-        for k in 0..definitions.len() {
-            self.define_one(k, definitions, &uses, &mut path)?;
+        for k in in_order(definitions)? {
+            let (name, text) = &definitions[k];
+            let node = self.of_position(text, Place::Definition(name.clone()))?;
+            self.definitions.insert(name.clone(), node);
         }
         Ok(())
     }
+}
 
-    fn define_one(
-        &mut self,
-        k: usize,
-        definitions: &[(String, String)],
-        uses: &[Vec<usize>],
-        path: &mut Vec<usize>,
-    ) -> Result<(), GeometryError> {
-        let (name, text) = &definitions[k];
-        if self.definitions.contains_key(name) {
-            return Ok(());
-        }
-        if let Some(start) = path.iter().position(|&other| other == k) {
-            let circle = path[start..].iter().chain([&k]).map(|&k| definitions[k].0.clone());
-            return Err(GeometryError::Circular(circle.collect()));
-        }
-        path.push(k);
-        for &used in &uses[k] {
-            self.define_one(used, definitions, uses, path)?;
-        }
-        path.pop();
-        let node = self.of_position(text, Place::Definition(name.clone()))?;
-        self.definitions.insert(name.clone(), node);
-        Ok(())
+/// The places of named formulas, each after those that it uses.
+fn in_order(named: &[(String, String)]) -> Result<Vec<usize>, GeometryError> {
+    let mut order = Vec::new();
+    for k in 0..named.len() {
+        append(k, named, &mut order, &mut Vec::new())?;
     }
+    Ok(order)
+}
+
+/// Appends what formula `k` uses, and itself; those on the `path` wait for it.
+fn append(
+    k: usize,
+    named: &[(String, String)],
+    order: &mut Vec<usize>,
+    path: &mut Vec<usize>,
+) -> Result<(), GeometryError> {
+    if order.contains(&k) {
+        return Ok(());
+    }
+    if let Some(start) = path.iter().position(|&other| other == k) {
+        let circle = path[start..].iter().chain([&k]).map(|&k| named[k].0.clone());
+        return Err(GeometryError::Circular(circle.collect()));
+    }
+    path.push(k);
+    for used in (0..named.len()).filter(|&used| mentions(&named[k].1, &named[used].0)) {
+        append(used, named, order, path)?;
+    }
+    path.pop();
+    order.push(k);
+    Ok(())
 }
 
 /// Whether `name` occurs in the text as a word of its own.
@@ -148,7 +160,7 @@ pub(super) fn constant<S: Real>(
     if value.is_finite() { Ok(value) } else { Err(GeometryError::NotFinite(place)) }
 }
 
-/// The definitions of a metric in the expressions of `graph`, whose first variables are the coordinates `names`.
+/// The definitions of a scene in the expressions of `graph`, whose first variables are the coordinates `names`.
 pub(super) fn definitions<S: Real>(
     graph: &mut Graph<S>,
     names: &[String],
@@ -163,10 +175,13 @@ pub(super) fn definitions<S: Real>(
 
 /// The values of the parameters.
 pub(super) fn parameters<S: Real>(texts: &[(String, String)]) -> Result<BTreeMap<String, S>, GeometryError> {
-    let value = |(name, text): &(String, String)| {
-        Ok((name.clone(), constant(text, &BTreeMap::new(), Place::Parameter(name.clone()))?))
-    };
-    texts.iter().map(value).collect()
+    let mut values = BTreeMap::new();
+    for k in in_order(texts)? {
+        let (name, text) = &texts[k];
+        let value = constant(text, &values, Place::Parameter(name.clone()))?;
+        values.insert(name.clone(), value);
+    }
+    Ok(values)
 }
 
 impl<S: Real> Parts<S> {
@@ -214,16 +229,14 @@ impl<S: Real> Parts<S> {
         let parameters: BTreeMap<String, S> = parameters(&text.parameters)?;
         let number = |text: &str, place| constant(text, &parameters, place);
         let mass = number(&text.mass, Place::Mass(None))?;
-        let masses: Vec<S> =
-            text.masses.iter().enumerate().map(|(a, m)| number(m, Place::Mass(Some(a)))).collect::<Result<_, _>>()?;
         let c = number(&text.c, Place::SpeedOfLight)?;
         let is_newtonian = text.law == Law::Newtonian;
         // With the paper's metric the Lagrangian is −1/m of Newton's, with the lift it is −1 of it.
         let scale = if is_newtonian { S::ONE } else { mass };
-        let definitions = BTreeMap::new();
-        let particles = 1..text.coordinates.len() + 1;
+        let (definitions, particles) = (BTreeMap::new(), 1..text.coordinates.len() + 1);
         let coordinates = &names[..particles.end];
         let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions };
+        scope.define(&text.definitions)?;
         let v = scope.of_position(&text.expression, Place::Potential)?;
         let mut metric = BTreeMap::new();
         let two_over_scale = scope.graph.constant(S::from(2.0) / scale);
@@ -233,13 +246,19 @@ impl<S: Real> Parts<S> {
             g_tt = scope.graph.add(c_squared, g_tt);
         }
         metric.insert([0, 0], g_tt);
-        for (a, &mass) in masses.iter().enumerate() {
-            metric.insert([a + 1, a + 1], scope.graph.constant(-mass / scale));
+        let minus_one_over_scale = scope.graph.constant(-S::ONE / scale);
+        for (a, mass) in text.masses.iter().enumerate() {
+            let mass = scope.of_time(mass, Place::Mass(Some(a)))?;
+            let component = match scope.graph.as_constant(mass) {
+                Some(mass) if !mass.is_finite() => return Err(GeometryError::NotFinite(Place::Mass(Some(a)))),
+                Some(mass) => scope.graph.constant(-mass / scale),
+                None => scope.graph.multiply(minus_one_over_scale, mass),
+            };
+            metric.insert([a + 1, a + 1], component);
         }
         if is_newtonian {
             metric.insert([0, n - 1], scope.graph.constant(S::ONE));
         }
-        let minus_one_over_scale = scope.graph.constant(-S::ONE / scale);
         // −ṫ A·ẋ, so that the Lagrangian stays homogeneous: the path does not depend on the rate of t.
         for (a, component) in &text.one_form {
             let node = scope.of_position(component, Place::OneForm(*a))?;
@@ -264,6 +283,18 @@ impl<S: Real> Parts<S> {
         }
         let one_form = BTreeMap::new();
         Ok(Self { graph, names, metric, one_form, hamiltonian, force, particles }.without_zeros())
+    }
+
+    /// The same world-lines on their way back: velocities and momenta have the other sign.
+    pub(super) fn reversed(mut self) -> Self {
+        let (graph, n) = (&mut self.graph, self.names.len());
+        let mut replacement: Vec<NodeId> = (0..3 * n).map(|variable| graph.variable(variable)).collect();
+        replacement[n..].iter_mut().for_each(|rate| *rate = graph.negate(*rate));
+        self.one_form.values_mut().for_each(|node| *node = graph.negate(*node));
+        for node in self.force.values_mut().chain(&mut self.hamiltonian) {
+            *node = graph.substitute(&[*node], &replacement)[0];
+        }
+        self
     }
 
     fn without_zeros(mut self) -> Self {

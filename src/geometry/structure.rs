@@ -121,6 +121,14 @@ pub struct Start<S = f64> {
     pub p: Vec<S>,
 }
 
+impl<S: Real> Start<S> {
+    /// The same place on the way back.
+    pub fn reversed(mut self) -> Self {
+        self.q_dot.iter_mut().chain(&mut self.p).for_each(|rate| *rate = -*rate);
+        self
+    }
+}
+
 /// The other index of a pair that contains `a`.
 pub(crate) fn other([first, second]: [usize; 2], a: usize) -> Option<usize> {
     match (first == a, second == a) {

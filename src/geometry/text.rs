@@ -14,7 +14,7 @@ pub struct MetricText {
     pub components: Vec<([usize; 2], String)>,
     /// Named expressions in the coordinates, the parameters and each other.
     pub definitions: Vec<(String, String)>,
-    /// Named constants: numbers, or formulas without variables.
+    /// Named constants: numbers, or formulas in each other.
     pub parameters: Vec<(String, String)>,
     /// A_a by the index of the coordinate. What is not given is zero.
     pub one_form: Vec<(usize, String)>,
@@ -66,11 +66,13 @@ pub struct PotentialText {
     pub coordinates: Vec<String>,
     /// V in t and these coordinates.
     pub expression: String,
-    /// Named constants: numbers, or formulas without variables.
+    /// Named expressions in t, the coordinates, the parameters and each other.
+    pub definitions: Vec<(String, String)>,
+    /// Named constants: numbers, or formulas in each other.
     pub parameters: Vec<(String, String)>,
     /// m, the mass in c² + 2V/m.
     pub mass: String,
-    /// m_a of every coordinate.
+    /// m_a of every coordinate, in t.
     pub masses: Vec<String>,
     /// The speed of light; not used by [`Law::Newtonian`].
     pub c: String,
@@ -118,6 +120,24 @@ impl GeometryText {
         }
     }
 
+    /// The definitions, by name.
+    pub fn definitions(&self) -> &[(String, String)] {
+        match self {
+            Self::Metric(metric) => &metric.definitions,
+            Self::Potential(potential) => &potential.definitions,
+        }
+    }
+
+    /// The coordinates that formulas of positions may use; they are the first ones.
+    pub(crate) fn positions(&self) -> Vec<String> {
+        match self {
+            Self::Metric(metric) => metric.coordinates.clone(),
+            Self::Potential(potential) => {
+                std::iter::once("t".to_owned()).chain(potential.coordinates.iter().cloned()).collect()
+            }
+        }
+    }
+
     /// The parameters, by name.
     pub fn parameters(&self) -> &[(String, String)] {
         match self {
@@ -157,7 +177,7 @@ pub enum GeometryError {
     Formula(Place, FormulaError),
     /// A parameter or a mass is not a finite number.
     NotFinite(Place),
-    /// Definitions that refer to each other in a circle, in order.
+    /// Definitions or parameters that refer to each other in a circle, in order.
     Circular(Vec<String>),
     /// A coordinate without any component, so that the metric has no inverse.
     WithoutComponent(usize),

@@ -20,13 +20,15 @@ pub enum Function {
     Log10,
     Sqrt,
     Abs,
-    /// Sign of the argument; arises as the derivative of `abs` and has no name in the grammar.
+    /// 1, −1 or 0: the derivative of `abs`.
     Sign,
+    /// 0 below 0, and 1 from 0 on.
+    Step,
 }
 
 impl Function {
     /// Every function of the grammar with its name.
-    pub const NAMED: [(&'static str, Function); 14] = [
+    pub const NAMED: [(&'static str, Function); 16] = [
         ("sin", Function::Sin),
         ("cos", Function::Cos),
         ("tan", Function::Tan),
@@ -41,6 +43,8 @@ impl Function {
         ("log10", Function::Log10),
         ("sqrt", Function::Sqrt),
         ("abs", Function::Abs),
+        ("sign", Function::Sign),
+        ("step", Function::Step),
     ];
 
     /// The function of that name.
@@ -68,6 +72,9 @@ impl Function {
             Self::Abs => u.abs(),
             Self::Sign if u == S::ZERO => S::ZERO,
             Self::Sign => u.signum(),
+            Self::Step if u >= S::ZERO => S::ONE,
+            Self::Step if u < S::ZERO => S::ZERO,
+            Self::Step => u,
         }
     }
 }

@@ -7,7 +7,7 @@
 
 use std::marker::PhantomData;
 
-use crate::formula::{Algebra, Function, Fused, Operation, Program, Register, Step, run};
+use crate::formula::{Algebra, Function, Fused, Kind, Operation, Program, Register, Step, kind, run};
 use crate::number::{Extended, Real, sum};
 
 /// The series of a value, with room for all coefficients. Those that are not known yet are of no interest.
@@ -95,17 +95,16 @@ impl<S: Real> ProgramSeries<S> {
         &self.registers[register].coefficients[..self.known]
     }
 
-    /// The series of every argument of `abs` and of its derivative. Where one changes its sign, the series around this
-    /// point are no longer valid.
+    /// The series of every argument of `abs`, `sign` and `step`, each once. Where one changes its sign, the series
+    /// around this point are no longer valid.
     pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
-        let of = |function| {
-            self.steps.iter().filter_map(move |step| match step.operation() {
-                Operation::Call(other, a) if other == function => Some(a),
-                _ => None,
-            })
+        let argument = |step: &Step| match step.operation() {
+            Operation::Call(function, a) if kind(function) == Kind::Sign => Some(a),
+            _ => None,
         };
-        let signs_alone = of(Function::Sign).filter(move |a| !of(Function::Abs).any(|other| other == *a));
-        of(Function::Abs).chain(signs_alone).map(|a| self.known_of(a))
+        let is_first = move |&(k, a): &(usize, Register)| !self.steps[..k].iter().any(|step| argument(step) == Some(a));
+        let all = self.steps.iter().enumerate().filter_map(move |(k, step)| Some((k, argument(step)?)));
+        all.filter(is_first).map(|(_, a)| self.known_of(a))
     }
 }
 
@@ -272,7 +271,7 @@ fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut [S], k: usi
             _ => (u[k] / S::LN_10 - weighted(y, u, k) / number(k)) / u[0],
         },
         Function::Sqrt => square_root(u[k], y, k),
-        Function::Abs | Function::Sign => {
+        Function::Abs | Function::Sign | Function::Step => {
             if k == 0 {
                 partner[0] = u[0].signum();
                 return function.apply(u[0]);

@@ -97,7 +97,7 @@ fn until<S: Arithmetic>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) ->
         scale: None,
     };
     let excess = |line: &WorldLine<S>| {
-        let end = line.end();
+        let end = line.end_inside();
         let value = formula.at(&end.q, &end.q_dot, &end.p, k);
         Excess { value: if to_positive { value } else { -value }, slope: None }
     };

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::accuracy::MOST_SWEEPS;
-use super::narrow::{self, Narrow};
+use super::narrow::{self, Reasons};
 use super::newton::Failure;
 use super::status::{InitialGuess, Iterations, MOST_NODES, Status};
 use crate::number::norm::rounded_up;
@@ -27,10 +27,10 @@ pub struct NoSolution {
     pub needed: f64,
     /// The accuracy that was asked for and is not reached; 0 for every other status.
     pub asked: f64,
-    /// Where an accuracy is not reached, the narrowest place of the motion.
-    pub narrow: Option<Box<Narrow>>,
     /// Whether an accuracy was asked for, so that windows and operator were not the user's to choose.
     pub adaptive: bool,
+    /// What a run to an accuracy may have failed for.
+    pub reasons: Box<Reasons>,
     /// The iterations done.
     pub iterations: Box<Iterations>,
 }
@@ -91,8 +91,8 @@ impl NoSolution {
             residual: f64::INFINITY,
             needed: 0.0,
             asked: 0.0,
-            narrow: None,
             adaptive: false,
+            reasons: Box::default(),
             iterations: Box::new(Iterations::from(InitialGuess::None)),
         }
     }
@@ -169,6 +169,16 @@ impl fmt::Display for Point<'_> {
 
 impl fmt::Display for NoSolution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.message(f)?;
+        match self.reasons.towards_zero.as_slice() {
+            [] => Ok(()),
+            names => write!(f, "; {} → 0, where the formulas have no value", names.join(", ")),
+        }
+    }
+}
+
+impl NoSolution {
+    fn message(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { status, residual, needed, .. } = self;
         let count = self.iterations.count;
         let place = Point { gamma: self.gamma, point: &self.point };
@@ -205,7 +215,7 @@ impl fmt::Display for NoSolution {
                     self.asked,
                     rounded_up(*needed)
                 )?;
-                self.narrow.iter().try_for_each(|narrow| write!(f, "; {narrow}"))
+                self.reasons.narrow.iter().try_for_each(|narrow| write!(f, "; {narrow}"))
             }
             (Status::EvaluationLimit, _) => {
                 write!(f, "stopped after {count} evaluations of the force at {place}: {}", pace(*needed))
@@ -292,7 +302,11 @@ impl NoSolution {
 
     /// The same where the program chooses the windows: there is no n_gamma to raise.
     fn advice_to_an_accuracy(&self) -> &'static str {
-        if self.status == Status::AccuracyNotReached && self.narrow.is_some() {
+        if !self.reasons.towards_zero.is_empty() {
+            return "end the run before, at an earlier gamma or by grid.until: no motion follows from the formulas \
+                    there";
+        }
+        if self.status == Status::AccuracyNotReached && self.reasons.narrow.is_some() {
             return narrow::ADVICE;
         }
         match (self.status, &self.domain) {
@@ -329,8 +343,9 @@ impl NoSolution {
                  1, choose units nearer to it"
             }
             (Status::EvaluationLimit | Status::MaxIterations | Status::Stalled | Status::Singular, _) => {
-                "end the run before this gamma, or look at the scene there: it is not smooth enough for an accuracy; \
-                 far from 1, choose units nearer to it"
+                "end the run before this gamma, or look at the scene there: it is not smooth enough for an accuracy, \
+                 or a jump of a force holds it, as friction does (an event with until ends the run at rest); far from \
+                 1, choose units nearer to it"
             }
         }
     }

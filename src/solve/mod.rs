@@ -3,6 +3,7 @@
 mod accuracy;
 mod arithmetic;
 mod collocation;
+mod continuation;
 mod critical_point;
 mod derivative;
 mod end;
@@ -30,9 +31,10 @@ mod window;
 mod world_line;
 
 pub use arithmetic::Arithmetic;
+pub use continuation::{Carried, Continuation};
 pub use failure::{Domain, NoSolution};
 pub use memory::bytes_needed;
-pub use narrow::Narrow;
+pub use narrow::{Narrow, Reasons};
 pub(crate) use operator::WindowGrid;
 pub use setup::{Limit, Settings, Setup, System, Until};
 pub use solution::{EndState, Solution};

@@ -24,6 +24,15 @@ pub struct Narrow {
     pub point: Vec<(String, f64)>,
 }
 
+/// What a run to an accuracy may have failed for.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Reasons {
+    /// Where the accuracy is not reached, the narrowest place of the motion.
+    pub narrow: Option<Narrow>,
+    /// The names of coordinates that come to 0 where it failed, if the motion has no rates there.
+    pub towards_zero: Vec<String>,
+}
+
 /// What is known of the windows of a run so far.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Lengths {

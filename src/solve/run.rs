@@ -11,7 +11,7 @@ use super::setup::{Settings, Setup, System};
 use super::status::{InitialGuess, Iterations, Status};
 use super::window::Window as Problem;
 use super::world_line::{Joint, Place, Window, WorldLine};
-use crate::engine::GOOD_DIGITS;
+use crate::engine::{GOOD_DIGITS, Handed};
 use crate::geometry::{Geometry, Start};
 use crate::number::{Compensated, Real};
 use crate::sbp::SbpOperator;
@@ -29,6 +29,8 @@ pub(super) struct Run<'o, S> {
     /// The nodes to make room for.
     capacity: usize,
     observer: Option<Observer<'o, S>>,
+    /// What rounding took from q^a at the start, if that is known.
+    carried: Vec<S>,
 }
 
 /// Where a window ended that Newton's method or a recursion solved.
@@ -39,16 +41,19 @@ struct Reached<S> {
 }
 
 impl<S: Real> Reached<S> {
-    fn start(start: &Start<S>) -> Self {
-        Self { here: start.clone(), sums: start.q.iter().map(|&q| Compensated::from(q)).collect() }
+    /// At the start of a run, where rounding took `lows` from its coordinates.
+    fn start(start: &Start<S>, lows: &[S]) -> Self {
+        let low = |a: usize| lows.get(a).copied().unwrap_or(S::ZERO);
+        let sums = start.q.iter().enumerate().map(|(a, &high)| Compensated { high, low: low(a) });
+        Self { here: start.clone(), sums: sums.collect() }
     }
 }
 
 impl<'o, S: Real> Run<'o, S> {
     /// The run of `setup` without windows, with these settings.
     pub(super) fn new(setup: &Setup<S>, settings: &Settings, observer: Option<Observer<'o, S>>) -> Self {
-        let Setup { place, origin, gamma_i, .. } = setup;
-        let (place, origin, gamma_i) = (place.clone(), *origin, *gamma_i);
+        let Setup { place, origin, gamma_i, is_backward, .. } = setup;
+        let (place, origin, gamma_i, is_backward) = (place.clone(), *origin, *gamma_i, *is_backward);
         let n = place.start.q.len();
         let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.active().len());
         let line = WorldLine {
@@ -56,6 +61,7 @@ impl<'o, S: Real> Run<'o, S> {
             place,
             origin,
             gamma_i,
+            is_backward,
             length: S::ZERO,
             q: vec![Vec::new(); n],
             p: vec![Vec::new(); if is_doubled { 0 } else { m }],
@@ -74,9 +80,12 @@ impl<'o, S: Real> Run<'o, S> {
             ended_at: None,
             form: settings.form,
             sbp_name: settings.sbp,
+            sums: Vec::new(),
+            handed: Handed::default(),
             operators: Operators::none(),
         };
-        let mut run = Self { line, gamma: S::ZERO, reached: None, capacity: 0, observer };
+        let carried = setup.carried.as_ref().map_or_else(Vec::new, |carried| carried.sums.clone());
+        let mut run = Self { line, gamma: S::ZERO, reached: None, capacity: 0, observer, carried };
         run.begin();
         run
     }
@@ -136,6 +145,7 @@ impl<'o, S: Real> Run<'o, S> {
             let operator = self.line.operators.place_of(&grid.sbp);
             self.append(piece, operator, end)?;
         }
+        self.line.sums = self.reached.map_or_else(Vec::new, |reached| reached.sums.iter().map(|sum| sum.low).collect());
         Ok(self.line)
     }
 
@@ -182,7 +192,7 @@ impl<'o, S: Real> Run<'o, S> {
         if !piece.gradient_norm.is_finite() {
             return Err(self.overflow(piece, operator));
         }
-        let mut reached = self.reached.take().unwrap_or_else(|| Reached::start(&self.line.place.start));
+        let mut reached = self.reached.take().unwrap_or_else(|| Reached::start(&self.line.place.start, &self.carried));
         let end = self.end_of(&piece, &mut reached);
         let joint = Joint { q: &end.q, p: &end.p };
         let geometry = self.line.geometry();

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::continuation::Carried;
 use super::world_line::Place;
 use crate::action::Form;
 use crate::engine::Accuracy;
@@ -98,6 +99,11 @@ pub struct Setup<S: Real = f64> {
     pub origin: Option<(usize, S)>,
     /// The first value of γ.
     pub gamma_i: S,
+    /// Whether γ falls from there. Lengths count from it in any case, and velocities and momenta of `place` are those
+    /// of the reversed motion.
+    pub is_backward: bool,
+    /// What the run takes over from the one that it continues, if it does.
+    pub carried: Option<Carried<S>>,
     /// Where the run ends at the latest.
     pub limit: Limit<S>,
     /// Formulas at whose first change of sign it ends before that.
@@ -115,6 +121,8 @@ impl<S: Real> Clone for Setup<S> {
             rough: self.rough.clone(),
             origin: self.origin,
             gamma_i: self.gamma_i,
+            is_backward: self.is_backward,
+            carried: self.carried.clone(),
             limit: self.limit,
             until: self.until.clone(),
             regularised: self.regularised,
@@ -137,6 +145,8 @@ impl<S: Real> Setup<S> {
             rough: self.rough.clone(),
             origin: self.origin.map(|(coordinate, origin)| (coordinate, origin.to_f64())),
             gamma_i: self.gamma_i.to_f64(),
+            is_backward: self.is_backward,
+            carried: self.carried.as_ref().map(Carried::in_f64),
             limit: match self.limit {
                 Limit::Length(length) => Limit::Length(length.to_f64()),
                 Limit::Value { coordinate, value } => Limit::Value { coordinate, value: value.to_f64() },

@@ -31,7 +31,7 @@ pub struct EndState<S = f64> {
 impl<S: Real> Solution<S> {
     /// t_i.
     pub fn t_i(&self) -> S {
-        self.origin_of(T)
+        self.origin_of(T) + self.place.start.q[T]
     }
 
     /// t on the nodes (forward branch), counted from the start of their window.
@@ -52,7 +52,7 @@ impl<S: Real> Solution<S> {
     /// What to continue from.
     pub fn end_state(&self) -> EndState<S> {
         let [t, x] = [T, X].map(|a| self.last_position(a));
-        EndState { t, x, x_dot: -self.last_joint().p[X], q_t: self.end_charge() }
+        EndState { t, x, x_dot: self.signed(-self.last_joint().p[X]), q_t: self.signed(self.end_charge()) }
     }
 
     /// Q_t at the end of the run.
@@ -75,7 +75,7 @@ impl<S: Real> Solution<S> {
 
     /// Q_t of the start.
     pub fn q_t(&self) -> S {
-        self.place.start.p[T]
+        self.signed(self.place.start.p[T])
     }
 
     /// K of the start.

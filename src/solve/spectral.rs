@@ -33,6 +33,9 @@ pub(super) fn windows<S: Arithmetic>(
     }
     let Place { geometry, start, .. } = &setup.rough;
     let Ok(mut engine) = Engine::equal(geometry, start, length.to_f64(), windows, points) else { return Ok(None) };
+    if let Some(carried) = &setup.carried {
+        engine.resume(&carried.handed);
+    }
     let mut run = Run::new(setup, &setup.settings, observer);
     run.expect(windows, points);
     run.reserve();
@@ -43,6 +46,9 @@ pub(super) fn windows<S: Arithmetic>(
         let Ok(Some(mut window)) = engine.next() else { return Ok(None) };
         let gamma = if index == windows { length } else { S::from(index as f64 * window_length) };
         run.line.iterations.count += window.sweeps;
+        if index == windows {
+            run.line.handed = window.handed();
+        }
         if append(&mut run, &mut window, &mut joint, (geometry, operator), gamma).is_err() {
             return Ok(None);
         }

@@ -6,7 +6,7 @@ use super::operator::{Operators, WindowGrid};
 use super::setup::origin_of;
 use super::status::Iterations;
 use crate::action::Form;
-use crate::engine::{Accuracy, GOOD_DIGITS};
+use crate::engine::{Accuracy, GOOD_DIGITS, Handed};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::{SbpName, SbpOperator};
@@ -68,7 +68,9 @@ pub struct WorldLine<S = f64> {
     pub(crate) origin: Option<(usize, S)>,
     /// γ of the first node.
     pub gamma_i: S,
-    /// γ_f − γ_i.
+    /// Whether γ falls from there. Inside, all counts from the start: γ, and velocities and momenta by that.
+    pub is_backward: bool,
+    /// |γ_f − γ_i|.
     pub length: S,
     /// q^a on the nodes, a row for each coordinate; ignorable ones are counted from the start of their window.
     pub(crate) q: Vec<Vec<S>>,
@@ -109,6 +111,9 @@ pub struct WorldLine<S = f64> {
     pub form: Form,
     /// The name of the operator.
     pub sbp_name: SbpName,
+    /// What rounding took from q^a at the end of a run that Newton's method solved, and what the engine hands on.
+    pub(crate) sums: Vec<S>,
+    pub(crate) handed: Handed,
     /// The operators of the windows: one if all have the same length and as many nodes.
     pub(crate) operators: Operators<S>,
 }
@@ -119,6 +124,7 @@ impl<S: Copy> Clone for WorldLine<S> {
             place: self.place.clone(),
             origin: self.origin,
             gamma_i: self.gamma_i,
+            is_backward: self.is_backward,
             length: self.length,
             q: self.q.clone(),
             p: self.p.clone(),
@@ -138,6 +144,8 @@ impl<S: Copy> Clone for WorldLine<S> {
             ended_at: self.ended_at,
             form: self.form,
             sbp_name: self.sbp_name,
+            sums: self.sums.clone(),
+            handed: self.handed.clone(),
             operators: self.operators.clone(),
         }
     }
@@ -221,9 +229,29 @@ impl<S: Real> WorldLine<S> {
 
     /// What to continue from.
     pub fn end(&self) -> Start<S> {
+        self.turned(self.end_inside())
+    }
+
+    /// The same, of the reversed motion if γ falls.
+    pub(crate) fn end_inside(&self) -> Start<S> {
         let joint = self.last_joint();
         let q = (0..joint.q.len()).map(|a| self.last_position(a)).collect();
         Start { q, q_dot: self.velocities(joint), p: joint.p.to_vec() }
+    }
+
+    /// A state with the velocities and momenta of the motion, from those of the reversed one if γ falls, or back.
+    pub(crate) fn turned(&self, state: Start<S>) -> Start<S> {
+        if self.is_backward { state.reversed() } else { state }
+    }
+
+    /// A rate or a momentum of the motion, from that of the reversed one if γ falls.
+    pub(crate) fn signed(&self, rate: S) -> S {
+        if self.is_backward { -rate } else { rate }
+    }
+
+    /// γ at this distance from the start.
+    pub(crate) fn gamma_at(&self, from_start: S) -> S {
+        self.gamma_i + self.signed(from_start)
     }
 
     /// What a coordinate counts from, which is 0 for most.
@@ -254,7 +282,7 @@ impl<S: Real> WorldLine<S> {
 
     /// γ of the last node.
     pub fn gamma_f(&self) -> S {
-        self.gamma_i + self.length
+        self.gamma_at(self.length)
     }
 
     /// γ − γ_i on the nodes.
@@ -264,7 +292,7 @@ impl<S: Real> WorldLine<S> {
 
     /// γ on the nodes.
     pub fn gamma(&self) -> impl Iterator<Item = S> + '_ {
-        self.gamma_from_start().map(|gamma| self.gamma_i + gamma)
+        self.gamma_from_start().map(|gamma| self.gamma_at(gamma))
     }
 
     /// q^a on the nodes.

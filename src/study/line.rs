@@ -61,7 +61,7 @@ impl Line {
             max_iterations: MAX_ITERATIONS,
             ..own.settings
         };
-        let plain = Setup { gamma_i: 0.0, regularised: true, settings, ..own.clone() };
+        let plain = Setup { gamma_i: 0.0, carried: None, regularised: true, settings, ..own.clone() };
         let (is_lifted, is_scene, g00) = (case.is_lifted(), !case.is_of_x(), case.g00());
         Self { exact: case.setup(), own, plain, is_lifted, is_scene, g00 }
     }

@@ -108,7 +108,13 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
     let solve_seconds = start.elapsed().as_secs_f64();
     let line = match solved {
         Ok(line) => line,
-        Err(failure) => return (Err(NoRun::Unsolved(failure, events.found())), solve_seconds),
+        Err(mut failure) => {
+            if setup.is_backward {
+                let gamma_i = setup.gamma_i.to_f64();
+                failure.gamma = gamma_i - (failure.gamma - gamma_i);
+            }
+            return (Err(NoRun::Unsolved(failure, events.found())), solve_seconds);
+        }
     };
     let start = Instant::now();
     if !wanted.is_streamed {

@@ -72,7 +72,7 @@ pub fn facts_of_run<S: Real>(
     Facts {
         errors: error.map(found),
         accuracy: line.accuracy,
-        good_until: line.good_until.map(|until| line.gamma_i.to_f64() + until),
+        good_until: line.good_until.map(|until| line.gamma_at(S::from(until)).to_f64()),
         reference: reference.map(relative),
         stepped_over: error.map_or(0.0, |error| error.stepped_over),
         digits: line.digits,

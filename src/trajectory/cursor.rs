@@ -38,11 +38,11 @@ impl<'l, S: Real> Cursor<'l, S> {
     /// # Errors
     /// [`OutsideRun`] beyond the ends by more than rounding.
     pub(super) fn at_gamma(&self, gamma: S) -> Result<(usize, S), OutsideRun<S>> {
-        let WorldLine { gamma_i, windows, digits, .. } = self.line;
+        let (line, WorldLine { gamma_i, windows, digits, .. }) = (self.line, self.line);
         let ends = windows.first().zip(windows.last()).map(|(first, last)| [first.gamma[0], last.gamma[1]]);
         let ends = ends.ok_or(OutsideRun { range: (*gamma_i, *gamma_i) })?;
-        let from_start = within(gamma - *gamma_i, ends, slack(*digits))
-            .ok_or(OutsideRun { range: (*gamma_i + ends[0], *gamma_i + ends[1]) })?;
+        let from_start = within(line.signed(gamma - *gamma_i), ends, slack(*digits))
+            .ok_or(OutsideRun { range: (line.gamma_at(ends[0]), line.gamma_at(ends[1])) })?;
         let window = self.window_at(from_start);
         Ok((window, from_start - windows[window].gamma[0]))
     }

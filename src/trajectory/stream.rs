@@ -47,7 +47,7 @@ impl<S: Real> SampleStream<S> {
         }
         let Some(last) = solution.windows.last() else { return };
         let (origin, end) = match self.coordinate {
-            Coordinate::Gamma => (solution.gamma_i, last.gamma[1]),
+            Coordinate::Gamma => (solution.gamma_i, solution.signed(last.gamma[1])),
             Coordinate::Value(a) => ends(solution, a),
         };
         if let Coordinate::Value(a) = self.coordinate {
@@ -81,6 +81,7 @@ impl<S: Real> SampleStream<S> {
         for &value in &self.values[self.samples.len()..] {
             let sample = sampler.at(self.coordinate, value).map_err(|_| {
                 let range = match self.coordinate {
+                    Coordinate::Gamma if last.is_backward => (last.gamma_f(), last.gamma_i),
                     Coordinate::Gamma => (last.gamma_i, last.gamma_f()),
                     Coordinate::Value(a) => match ends(last, a) {
                         (first, change) if change < S::ZERO => (first + change, first),
@@ -99,11 +100,11 @@ impl<S: Real> SampleStream<S> {
 }
 
 impl<S: Real> SampleStream<S> {
-    /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether the
-    /// coordinate decreases along the run.
+    /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether γ, or
+    /// the coordinate, falls along the run.
     pub fn new(coordinate: Coordinate, mut values: Vec<S>, backwards: bool) -> Self {
         let descending = values.first() > values.last();
-        let reversed = descending != (backwards && coordinate != Coordinate::Gamma);
+        let reversed = descending != backwards;
         if reversed {
             values.reverse();
         }

@@ -262,6 +262,8 @@ pub(crate) fn setup<S: Arithmetic>(
         rough: place(text, q, q_dot),
         origin: None,
         gamma_i: S::ZERO,
+        is_backward: false,
+        carried: None,
         limit: Limit::Length(S::from(length)),
         until: Vec::new(),
         regularised: true,
@@ -283,8 +285,19 @@ pub(crate) fn setup_of(line: &WorldLine) -> Setup {
     };
     let settings = settings((line.sbp_name, line.form, line.nodes()), line.digits);
     let place = || line.place.clone();
-    let (gamma_i, until) = (line.gamma_i, Vec::new());
-    Setup { place: place(), rough: place(), origin: None, gamma_i, limit, until, regularised: true, settings }
+    let (gamma_i, is_backward, until) = (line.gamma_i, line.is_backward, Vec::new());
+    Setup {
+        place: place(),
+        rough: place(),
+        origin: None,
+        gamma_i,
+        is_backward,
+        carried: None,
+        limit,
+        until,
+        regularised: true,
+        settings,
+    }
 }
 
 /// The error of a run against a Taylor reference.

@@ -85,7 +85,7 @@ impl Gap {
             nodes.map(|_| values.next().expect("a gap has a node at both ends"))
         };
         Self {
-            gamma: nodes.map(|k| (line.gamma_i + view.grid.gamma_at(k)).to_f64()),
+            gamma: nodes.map(|k| line.gamma_at(view.grid.gamma_at(k)).to_f64()),
             coordinates: names.map(|(a, name)| (name, ends(a))).collect(),
         }
     }

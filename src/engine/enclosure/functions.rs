@@ -38,7 +38,7 @@ pub(super) fn after(function: Function, x: &Lanes, out: &mut Lanes) {
     let (lo, hi) = out.0.split_at_mut(BOXES);
     for k in 0..BOXES {
         (lo[k], hi[k]) = match function {
-            Function::Abs | Function::Sign => (lo[k], hi[k]),
+            Function::Abs | Function::Sign | Function::Step => (lo[k], hi[k]),
             Function::Sin | Function::Cos => angle(x_lo[k], x_hi[k], lo[k], hi[k]),
             _ => interval(lo[k], hi[k], range(function)),
         };

@@ -19,8 +19,10 @@ pub(super) type Bounds = [f64; BOXES];
 /// Room for the bounds of all values.
 pub(super) struct Influence {
     bounds: Vec<Bounds>,
-    /// Arguments of abs and sign, and the bounds of each on the nodes of a window.
+    /// Arguments of abs, sign and step, and the bounds of each on the nodes of a window.
     kinks: Vec<(Register, Vec<[f64; 2]>)>,
+    /// Number of these nodes.
+    points: usize,
 }
 
 impl Influence {
@@ -28,13 +30,14 @@ impl Influence {
     pub(super) fn new(program: &Program<f64>) -> Self {
         let mut kinks: Vec<(Register, Vec<[f64; 2]>)> = Vec::new();
         for step in program.steps_to(program.outputs()) {
-            if let Operation::Call(Function::Abs | Function::Sign, a) = step.operation()
+            if let Operation::Call(function, a) = step.operation()
+                && kind(function) == Kind::Sign
                 && kinks.iter().all(|kink| kink.0 != a)
             {
                 kinks.push((a, Vec::new()));
             }
         }
-        Self { bounds: vec![[0.0; BOXES]; program.size()], kinks }
+        Self { bounds: vec![[0.0; BOXES]; program.size()], kinks, points: 0 }
     }
 
     /// Looks at the nodes of a window, if there may be kinks.
@@ -42,6 +45,7 @@ impl Influence {
         if self.kinks.is_empty() {
             return;
         }
+        self.points = path.points;
         self.kinks.iter_mut().for_each(|kink| kink.1.clear());
         for first in (0..path.points).step_by(BOXES) {
             for (row, &variable) in path.variables.iter().enumerate() {
@@ -58,12 +62,12 @@ impl Influence {
         }
     }
 
-    /// Whether the nodes at both ends of a pair show both sides of the kink.
+    /// Whether the nodes of a pair, or of one beside it, whose bend the kink makes too, show both sides of it.
     fn is_seen(&self, register: Register, pair: usize) -> bool {
         let kink = self.kinks.iter().find(|kink| kink.0 == register);
         kink.is_some_and(|(_, seen)| {
-            let [one, other] = [seen[pair], seen[pair + 1]];
-            one[1] <= 0.0 && other[0] >= 0.0 || one[0] >= 0.0 && other[1] <= 0.0
+            let around = &seen[pair.saturating_sub(1)..(pair + 3).min(self.points)];
+            around.iter().any(|bounds| bounds[0] <= 0.0) && around.iter().any(|bounds| bounds[1] >= 0.0)
         })
     }
 
@@ -114,7 +118,7 @@ impl Influence {
                     let pair = pairs[k.min(pairs.len() - 1)];
                     let is_steep = is_steep(a, kind(function));
                     match function {
-                        Function::Abs | Function::Sign if is_steep && self.is_seen(a, pair) => of(a, k).min(width),
+                        _ if is_steep && kind(function) == Kind::Sign && self.is_seen(a, pair) => of(a, k).min(width),
                         _ if is_steep => steep,
                         _ => times(slope(function, [lo[k], hi[k]], enclosed, a, k), of(a, k)).min(width),
                     }
@@ -137,7 +141,7 @@ fn slope(function: Function, [lo, hi]: [f64; 2], enclosed: &Enclosed, a: Registe
             let largest = a_lo[k].abs().max(a_hi[k].abs());
             1.0 / ((1.0 - largest) * (1.0 + largest)).sqrt()
         }
-        Function::Sign => 0.0,
+        Function::Sign | Function::Step => 0.0,
         // Of abs, sin, cos, tanh, atan, none is above 1; others are written by these.
         _ => 1.0,
     }

@@ -9,7 +9,7 @@ use super::{Enclosed, Enclosure, is_gentle};
 use crate::formula::{Function, Graph, Kind, Names, NodeId, Program, plain};
 use crate::number::{Extended, Real};
 
-const ALL: [Function; 15] = [
+const ALL: [Function; 16] = [
     Function::Sin,
     Function::Cos,
     Function::Tan,
@@ -25,6 +25,7 @@ const ALL: [Function; 15] = [
     Function::Sqrt,
     Function::Abs,
     Function::Sign,
+    Function::Step,
 ];
 
 /// The interval of the only output on a box; all eight boxes agree.

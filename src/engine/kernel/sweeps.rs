@@ -32,7 +32,7 @@ pub(in super::super) struct Row<const N: usize> {
     /// The product of the slopes with the part of the matrix that rounding took from its entries.
     low: Nodes<N>,
     /// The slopes in the window that was finished last.
-    pub(super) slopes_before: Nodes<N>,
+    pub(in super::super) slopes_before: Nodes<N>,
 }
 
 impl<const N: usize> Row<N> {

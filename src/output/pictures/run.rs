@@ -201,7 +201,7 @@ fn norm<S: Real>(line: &WorldLine<S>) -> S {
 fn points<S: Real>(line: &WorldLine<S>, axes: &mut PlotAxes<S>, count: usize) -> Vec<(f64, f64)> {
     let (norm, mut sampler) = (norm(line), Sampler::new(line));
     let step = line.length / S::from((count - 1) as f64);
-    let gammas = (0..count).map(|k| line.gamma_i + S::from(k as f64) * step);
+    let gammas = (0..count).map(|k| line.gamma_at(S::from(k as f64) * step));
     gammas.filter_map(|gamma| sampler.at_gamma(gamma).ok()).map(|sample| axes.point(&sample, norm)).collect()
 }
 

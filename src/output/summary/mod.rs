@@ -14,7 +14,7 @@ use crate::engine::{Accuracy, GOOD_DIGITS};
 use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::output::json::json as text_of;
-use crate::solve::{Domain, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine};
+use crate::solve::{Continuation, Domain, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine};
 use crate::study::run::{Judged, Run};
 
 /// The whole summary; keys that do not apply are absent.
@@ -98,6 +98,8 @@ pub struct Seconds {
 struct Solved {
     #[serde(flatten)]
     numbers: Value,
+    /// The end, from which `initial.from` continues the run.
+    end_state: Box<Continuation>,
     /// With an accuracy: the estimated error of every coordinate at the nodes, relative to its size.
     #[serde(skip_serializing_if = "Option::is_none")]
     error_estimate: Option<f64>,
@@ -123,6 +125,7 @@ impl Summary {
         };
         let solved = Solved {
             numbers,
+            end_state: Box::new(Continuation::new(line)),
             error_estimate: line.error_estimate,
             good_until: good_until(line),
             windows_unproved: line.windows_unproved,
@@ -224,8 +227,8 @@ fn of_failure(failure: &NoSolution) -> Value {
 
 /// In a run to a tolerance γ until which so many digits are good, by their number.
 fn good_until<S: Real>(line: &WorldLine<S>) -> Option<BTreeMap<String, f64>> {
-    let gamma_i = line.gamma_i.to_f64();
+    let gamma = |until: f64| line.gamma_at(S::from(until)).to_f64();
     let until = GOOD_DIGITS.iter().zip(line.good_until);
     let has_tolerance = line.accuracy.is_some_and(|accuracy| !accuracy.is_promised());
-    has_tolerance.then(|| until.map(|(digits, until)| (digits.to_string(), gamma_i + until)).collect())
+    has_tolerance.then(|| until.map(|(digits, until)| (digits.to_string(), gamma(until))).collect())
 }

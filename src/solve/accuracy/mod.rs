@@ -5,7 +5,7 @@ mod watch;
 use self::watch::Watches;
 use super::arithmetic::Arithmetic;
 use super::failure::NoSolution;
-use super::narrow::Lengths;
+use super::narrow::{Lengths, Reasons};
 use super::places;
 use super::run::{Observer, Run, has_finite_action};
 use super::setup::{Limit, Settings, Setup, System};
@@ -17,6 +17,8 @@ use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::SbpName;
 
+/// A coordinate that is below this part of its size may be on its way to 0.
+const SMALL: f64 = 1e-4;
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
 /// The most sweeps that a run may need: a day. At its pace a run that needs more is ended early.
@@ -33,13 +35,7 @@ pub(super) fn solve<S: Arithmetic>(
 ) -> Result<WorldLine<S>, NoSolution> {
     let (geometry, start) = (&*setup.rough.geometry, &*setup.rough.start);
     let goal = Goal::new(setup, start);
-    let engine = match goal {
-        Goal::Length(length) => Engine::accurate(geometry, start, length, wanted, POINTS),
-        Goal::Value { coordinate, value, .. } => {
-            Engine::accurate_to_value(geometry, start, (coordinate, value), wanted, POINTS)
-        }
-    };
-    let mut engine = engine.expect("a run begins inside the domain");
+    let mut engine = begun(setup, goal, wanted);
     let is_kept = observer.is_none();
     let settings = Settings { system: System::PhysicalLimit, form: Form::Weak, ..setup.settings };
     let mut run = Run::new(setup, &Settings { sbp: SbpName::Gll(POINTS as u8), ..settings }, observer);
@@ -88,7 +84,24 @@ pub(super) fn solve<S: Arithmetic>(
         let (nodes, done) = (run.line.window_count * POINTS, goal.done(end, &joint.q));
         within_limits(setup, &engine, (is_kept.then_some(nodes), done))?;
     }
+    run.line.handed = engine.window().handed();
     Ok(ended(setup, &engine, goal, run.line))
+}
+
+/// The engine at the start of the run.
+fn begun<S: Real>(setup: &Setup<S>, goal: Goal, wanted: Accuracy) -> Engine<'_> {
+    let (geometry, start) = (&*setup.rough.geometry, &*setup.rough.start);
+    let engine = match goal {
+        Goal::Length(length) => Engine::accurate(geometry, start, length, wanted, POINTS),
+        Goal::Value { coordinate, value, .. } => {
+            Engine::accurate_to_value(geometry, start, (coordinate, value), wanted, POINTS)
+        }
+    };
+    let mut engine = engine.expect("a run begins inside the domain");
+    if let Some(carried) = &setup.carried {
+        engine.resume(&carried.handed);
+    }
+    engine
 }
 
 /// Where a run ends.
@@ -214,6 +227,8 @@ fn failed<S: Real>(
     lengths: &Lengths,
 ) -> NoSolution {
     let (gamma, q) = engine.place();
+    let towards_zero =
+        if matches!(failure, Failure::OutsideDomain(_)) { Vec::new() } else { singular(setup, engine, &q) };
     let (gamma, q) = (setup.gamma_i.to_f64() + gamma, q.into_iter().map(S::from).collect::<Vec<S>>());
     let geometry = &setup.place.geometry;
     let (status, at) = match failure {
@@ -224,14 +239,26 @@ fn failed<S: Real>(
     };
     let failure = NoSolution::adaptive(status, at);
     if status != Status::AccuracyNotReached {
-        return failure;
+        return NoSolution { reasons: Box::new(Reasons { narrow: None, towards_zero }), ..failure };
     }
     let place = |gamma: f64, q: &[f64]| places::place(&setup.rough.geometry, setup.gamma_i.to_f64() + gamma, q);
     NoSolution {
         residual: engine.error_estimate().unwrap_or(f64::INFINITY),
         needed: engine.reachable().unwrap_or(0.0),
         asked: wanted.value(),
-        narrow: lengths.narrow(place).map(Box::new),
+        reasons: Box::new(Reasons { narrow: lengths.narrow(place), towards_zero }),
         ..failure
     }
+}
+
+/// The coordinates that are small at `q`, if there are no rates where they are 0.
+fn singular<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, q: &[f64]) -> Vec<String> {
+    let (geometry, start) = (&setup.rough.geometry, &setup.rough.start);
+    let sizes = engine.sizes();
+    let is_small = |&&a: &&usize| q[a].abs() < SMALL * sizes[a];
+    let small: Vec<usize> = geometry.active().iter().filter(is_small).copied().collect();
+    let mut there = q.to_vec();
+    small.iter().for_each(|&a| there[a] = 0.0);
+    let has_rates = geometry.point().evaluate(&there, &start.p).is_ok();
+    if has_rates { Vec::new() } else { small.iter().map(|&a| geometry.names()[a].clone()).collect() }
 }

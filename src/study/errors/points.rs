@@ -30,18 +30,19 @@ impl<S: Real> Points<S> {
         let mut gamma: Vec<S> = Vec::with_capacity(line.nodes());
         let mut rows: Vec<Vec<S>> = vec![Vec::with_capacity(line.nodes()); n];
         let first = line.gamma_from_start().next().unwrap_or(S::ZERO);
-        let mut before: Vec<&Sample<S>> = samples.iter().filter(|sample| sample.gamma - line.gamma_i < first).collect();
-        if before.first().zip(before.last()).is_some_and(|(first, last)| first.gamma > last.gamma) {
+        let from_start = |sample: &Sample<S>| line.signed(sample.gamma - line.gamma_i);
+        let mut before: Vec<&Sample<S>> = samples.iter().filter(|sample| from_start(sample) < first).collect();
+        if before.first().zip(before.last()).is_some_and(|(first, last)| from_start(first) > from_start(last)) {
             before.reverse();
         }
-        gamma.extend(before.iter().map(|sample| sample.gamma - line.gamma_i));
+        gamma.extend(before.iter().map(|sample| from_start(sample)));
         gamma.extend(line.gamma_from_start());
         for (a, row) in rows.iter_mut().enumerate() {
             row.extend(before.iter().map(|sample| sample.q[a] - line.origin_of(a)));
             row.extend(line.counted_from_origin(a, &line.q[a]));
         }
         let origin = |a: usize| if geometry.active().contains(&a) { S::ZERO } else { start.q[a] };
-        let (q_dot, alike) = (line.end().q_dot, geometry.alike(&start.q));
+        let (q_dot, alike) = (line.end_inside().q_dot, geometry.alike(&start.q));
         Self { gamma, rows, q_dot, clock, origins: (0..n).map(origin).collect(), alike }
     }
 

@@ -92,9 +92,7 @@ impl<'w, S: Real> EventSearch<'w, S> {
 
     /// Every change of sign in the parts that were seen, which the run ends behind, in the order of γ.
     pub fn found(self) -> Vec<Crossing<S>> {
-        let mut found = self.walk.map_or_else(Vec::new, |walk| walk.found);
-        found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
-        found
+        self.walk.map_or_else(Vec::new, Walk::in_order)
     }
 
     /// Every change of sign that was found, in the order of γ. `last` is the last part of the run that was seen.
@@ -103,7 +101,7 @@ impl<'w, S: Real> EventSearch<'w, S> {
         let Some(window) = last.windows.len().checked_sub(1) else { return Vec::new() };
         let end = Sampler::new(last).in_window(window, last.windows[window].length());
         for crossing in &mut walk.found {
-            if end.gamma - crossing.sample.gamma <= walk.nowhere {
+            if (end.gamma - crossing.sample.gamma).abs() <= walk.nowhere {
                 crossing.sample = end.clone();
             }
         }
@@ -117,8 +115,7 @@ impl<'w, S: Real> EventSearch<'w, S> {
                 walk.found.push(Crossing { watch, sample: end.clone() });
             }
         }
-        walk.found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
-        walk.found
+        walk.in_order()
     }
 }
 
@@ -145,6 +142,7 @@ struct Cell<S> {
 #[derive(Debug)]
 struct Walk<S> {
     is_begun: bool,
+    is_backward: bool,
     norm: S,
     /// The value of each formula at the start of the run. The first node of the weak form is close to it only.
     starts: Vec<S>,
@@ -158,11 +156,21 @@ struct Walk<S> {
 }
 
 impl<S: Real> Walk<S> {
+    /// What was found, in the order of the run.
+    fn in_order(mut self) -> Vec<Crossing<S>> {
+        self.found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
+        if self.is_backward {
+            self.found.reverse();
+        }
+        self.found
+    }
+
     fn new(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Self {
-        let start = &line.place.start;
+        let start = line.turned((*line.place.start).clone());
         let norm = line.geometry().norm(&start.q, &start.q_dot);
         Self {
             is_begun: false,
+            is_backward: line.is_backward,
             norm,
             starts: watches.iter_mut().map(|w| w.formula.at(&start.q, &start.q_dot, &start.p, norm)).collect(),
             nowhere: slack::<S>(line.digits) * line.length.max(line.gamma_i.abs()),

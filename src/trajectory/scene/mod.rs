@@ -37,15 +37,16 @@ pub(super) fn sample<S: Real>(
     let [first, last] = line.windows[window].gamma;
     // The end of what is kept is known exactly.
     let is_end = place == last - first && window + 1 == line.windows.len();
-    let gamma = line.gamma_i + if is_end { last } else { first + place };
+    let gamma = line.gamma_at(if is_end { last } else { first + place });
     if is_end {
         let Start { q, q_dot, p } = line.end();
         return Sample { gamma, q, q_dot, p };
     }
-    let Start { mut q, p, .. } = curve.at(place, line.geometry());
+    let Start { q, p, .. } = curve.at(place, line.geometry());
     // A curve that leaves the domain between nodes inside it has velocities that mean as little as its positions.
     let _ = point.evaluate(&q, &p);
     let q_dot = (0..q.len()).map(|a| point.q_dot(a)).collect();
+    let Start { mut q, q_dot, p } = line.turned(Start { q, q_dot, p });
     q.iter_mut().enumerate().for_each(|(a, q)| *q += line.origin_of(a));
     Sample { gamma, q, q_dot, p }
 }

@@ -53,6 +53,28 @@ fn only_the_phase_of_a_drive_matters() {
     assert!((early.q[1] - (9.0 - 9.0_f64.sin())).abs() < 1e-10, "{early:?}");
 }
 
+/// Tsiolkovsky's rocket: v = u ln(m0/m), with what the exhaust takes as a force. Sand that trickles out at rest takes
+/// nothing: m v is constant.
+#[test]
+fn masses_may_change_in_time() {
+    let text = |force: &str, x_dot: f64| {
+        format!(
+            "particle = {{ law = \"newtonian\", masses = {{ x = \"2 - k*t\", y = 3.0 }} }}\n\
+             potential.parameters = {{ k = 0.1, u = 3.0 }}\nforce = {{ x = \"{force}\", y = \"-y\" }}\n\
+             initial = {{ x = 0.0, x_dot = {x_dot}, y = 1.0, y_dot = 0.0 }}"
+        )
+    };
+    for scheme in SCHEMES {
+        let end = solved(&text("-k*(x_dot - u)", 0.0), scheme).end();
+        let (logarithm, y) = ((2.0_f64 / 1.1).ln(), (9.0 / 3.0_f64.sqrt()).cos());
+        let (x, x_dot) = (3.0 * (9.0 - 11.0 * logarithm), 3.0 * logarithm);
+        let off = [end.q[1] - x, end.q_dot[1] - x_dot, end.q[2] - y];
+        assert!(off.iter().all(|off| off.abs() < 1e-9), "{scheme}: {off:?}");
+        let end = solved(&text("0", 0.5), scheme).end();
+        assert!((end.q_dot[1] - 0.5 * 2.0 / 1.1).abs() < 1e-9, "{scheme}: {end:?}");
+    }
+}
+
 /// With a large speed of light the paper's metric has Newton's motion as its limit.
 #[test]
 fn the_paper_s_metric_may_depend_on_time() {

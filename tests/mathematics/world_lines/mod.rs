@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod atlas;
+mod backward;
 mod conformal;
 mod convergence;
 mod diagnostics;
@@ -14,6 +15,7 @@ mod events;
 mod explicit_time;
 mod features;
 mod gaps;
+mod kinks;
 mod one_coordinate;
 mod overflow;
 mod reasons;

@@ -19,7 +19,7 @@ fn run(text: &str, set: &[&str]) -> Result<WorldLine, NoSolution> {
 #[test]
 fn a_close_encounter_is_named_and_a_conformal_factor_helps() {
     let refused = run(PAST_A_MASS, &[]).unwrap_err();
-    let narrow = refused.narrow.clone().unwrap();
+    let narrow = refused.reasons.narrow.clone().unwrap();
     // The first passage of the mass is after half a period of a fall from rest.
     let half = std::f64::consts::PI / 8.0_f64.sqrt();
     assert!((narrow.gamma - half).abs() < 1e-3 && narrow.share < 1e-5 && refused.gamma > 2.0 * half, "{refused}");

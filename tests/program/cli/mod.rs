@@ -11,6 +11,7 @@ mod json;
 mod limits;
 mod malformed;
 mod pages;
+mod restart;
 mod run;
 mod samples;
 mod scenes;

@@ -4,7 +4,7 @@ use std::fs;
 
 use tempfile::TempDir;
 
-use crate::common::{json, names, run_in, succeeded};
+use crate::common::{failed, json, names, run_in, succeeded};
 
 #[test]
 fn samples_are_written_where_they_are_asked_for() {
@@ -44,6 +44,32 @@ fn nothing_but_samples_is_kept_where_nothing_else_is_wanted() {
     let [all, few] = [all, few].map(|out| json(&out.join("summary.json")));
     for key in ["windows", "max_abs_delta_k", "max_abs_delta_k_ends", "gradient_norm", "t_final"] {
         assert_eq!(all[key], few[key], "{key}");
+    }
+}
+
+#[test]
+fn samples_may_be_a_list_or_a_column() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("times.csv"), "n,t\n1,0\n2,1\n3, 2.5\n").unwrap();
+    for case in ["pendulum", "kepler", "quartic-40-digits --set grid.gamma_f=3.0"] {
+        let samples = |times: &str| {
+            let line = format!("run {case} --quiet --stdout --samples-only --sample-t {times}");
+            succeeded(&run_in(folder.path(), &line))
+        };
+        let listed = samples("0,1,2.5");
+        assert_eq!(listed.lines().count(), 4);
+        assert_eq!(listed, samples("@times.csv:t"));
+        assert_eq!(listed.lines().nth(3), samples("0:2.5:2.5").lines().nth(2));
+    }
+    for (times, said) in [
+        ("0,2,1", "must be in order"),
+        ("0,one", "'one' is not a finite number"),
+        ("@times.csv:z", "has no column 'z'; its columns are n, t"),
+        ("@none.csv:t", "cannot read none.csv"),
+        ("0,1,200", "goes beyond the run, which covers 0.0 to 9.99"),
+    ] {
+        let error = failed(&run_in(folder.path(), &format!("run pendulum --quiet --sample-t {times}")), 2);
+        assert!(error.contains(said), "{times}: {error}");
     }
 }
 

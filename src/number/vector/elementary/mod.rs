@@ -99,6 +99,7 @@ impl WithSimd for Call<'_> {
             Function::Sqrt => over!(call, Range::ALL, f64::sqrt),
             Function::Abs => over!(call, Range::ALL, pair::abs),
             Function::Sign => over!(call, Range::ALL, pair::sign),
+            Function::Step => over!(call, Range::ALL, pair::step),
         };
         if outside != 0 {
             outside_of(range, call.function, call.x, call.out);

@@ -1,0 +1,30 @@
+//! What the end of a run hands on to one that continues it, so that the two have the digits of one.
+
+use serde::{Deserialize, Serialize};
+
+/// What rounding took from the numbers at the end of a run, and what the march there knew besides.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Handed {
+    /// What rounding took from q^a of all coordinates and from p_a of active ones; nothing where it is not known.
+    pub q_low: Vec<f64>,
+    /// The same of p_a.
+    pub p_low: Vec<f64>,
+    /// The march.
+    pub march: Option<Marched>,
+}
+
+/// Of a march the unknowns that are not among q and p, the sizes that changes are compared with, and the slopes that
+/// its next first guess continues.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Marched {
+    /// The length of its last window.
+    pub length: f64,
+    /// Velocities where these are unknowns, each with what rounding took from it.
+    pub velocities: Vec<[f64; 2]>,
+    /// 1/size of every unknown, and of its slope.
+    pub inverse_sizes: Vec<[f64; 2]>,
+    /// Where ignorable coordinates began, and 1/size of their ways.
+    pub ways: Vec<[f64; 2]>,
+    /// Slopes on the nodes.
+    pub slopes: Vec<Vec<f64>>,
+}

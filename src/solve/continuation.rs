@@ -1,0 +1,128 @@
+//! The end of a run as text, from which another one continues it to the last bit.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::world_line::WorldLine;
+use crate::engine::{Handed, Marched};
+use crate::geometry::Start;
+use crate::number::{Compensated, Real};
+
+/// A number: its decimal, and what rounding took from it.
+type Digits = [String; 2];
+
+/// The end of a run: `end_state` in `summary.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Continuation {
+    /// γ.
+    gamma: Digits,
+    /// Whether γ falls.
+    is_backward: bool,
+    /// What t counts from in one coordinate.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    t_counts_from: Option<Digits>,
+    /// q^a by their names.
+    q: BTreeMap<String, Digits>,
+    /// dq^a/dγ.
+    q_dot: BTreeMap<String, Digits>,
+    /// p_a.
+    p: BTreeMap<String, Digits>,
+    /// What a march knows besides.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    march: Option<Marched>,
+}
+
+fn digits<S: Real>(value: S, low: S) -> Digits {
+    let decimal = value.to_decimal(S::MOST_DIGITS);
+    let read = S::from_decimal(&decimal).unwrap_or(value);
+    [decimal, ((value - read) + low).to_decimal(S::MOST_DIGITS)]
+}
+
+fn sum<S: Real>(digits: &Digits) -> Option<Compensated<S>> {
+    let [value, dropped] = [S::from_decimal(&digits[0])?, S::from_decimal(&digits[1])?];
+    (value.is_finite() && dropped.is_finite()).then(|| Compensated::from(value).plus(dropped))
+}
+
+impl Continuation {
+    /// That of a run.
+    pub fn new<S: Real>(line: &WorldLine<S>) -> Self {
+        let (names, joint, end) = (line.geometry().names(), line.last_joint(), line.end());
+        let low = |lows: &[f64], k: Option<usize>| S::from(k.and_then(|k| lows.get(k)).copied().unwrap_or(0.0));
+        let place = |a: usize| line.geometry().active().iter().position(|&active| active == a);
+        let handed = &line.handed;
+        let by_name = |of: &dyn Fn(usize) -> Digits| -> BTreeMap<String, Digits> {
+            names.iter().cloned().enumerate().map(|(a, name)| (name, of(a))).collect()
+        };
+        let q_low = |a: usize| line.sums.get(a).copied().unwrap_or_else(|| low(&handed.q_low, Some(a)));
+        Self {
+            gamma: digits(line.gamma_f(), S::ZERO),
+            is_backward: line.is_backward,
+            t_counts_from: line.origin.map(|(_, origin)| digits(origin, S::ZERO)),
+            q: by_name(&|a| digits(joint.q[a], q_low(a))),
+            q_dot: by_name(&|a| digits(end.q_dot[a], S::ZERO)),
+            p: by_name(&|a| digits(end.p[a], line.signed(low(&handed.p_low, place(a))))),
+            march: handed.march.clone(),
+        }
+    }
+
+    /// Whether it has these coordinates.
+    pub fn has(&self, name: &str) -> bool {
+        [&self.q, &self.q_dot, &self.p].iter().all(|values| values.contains_key(name))
+    }
+
+    /// γ as a formula.
+    pub fn gamma(&self) -> String {
+        self.gamma.join(" + ")
+    }
+
+    /// q^a and p_a of a coordinate as formulas.
+    pub fn formulas(&self, name: &str) -> Option<[String; 2]> {
+        let origin = self.t_counts_from.as_ref().filter(|_| name == "t");
+        let origin: String = origin.into_iter().flatten().map(|number| format!(" + {number}")).collect();
+        Some([self.q.get(name)?.join(" + ") + &origin, self.p.get(name)?.join(" + ")])
+    }
+
+    /// What t counts from in one coordinate.
+    pub fn origin<S: Real>(&self) -> Option<S> {
+        Some(sum(self.t_counts_from.as_ref()?)?.high)
+    }
+
+    /// The state at the end, and what else the run hands on to one that goes the same way.
+    pub fn state<S: Real>(
+        &self,
+        names: &[String],
+        active: &[usize],
+        is_backward: bool,
+    ) -> Option<(Start<S>, Carried<S>)> {
+        let all = |values: &BTreeMap<String, Digits>| -> Option<Vec<Compensated<S>>> {
+            names.iter().map(|name| sum(values.get(name)?)).collect()
+        };
+        let (q, q_dot, p) = (all(&self.q)?, all(&self.q_dot)?, all(&self.p)?);
+        let high = |sums: &[Compensated<S>]| sums.iter().map(|sum| sum.high).collect::<Vec<S>>();
+        let p_low = active.iter().map(|&a| p[a].low.to_f64()).map(|low| if is_backward { -low } else { low });
+        let handed = Handed {
+            q_low: q.iter().map(|q| q.low.to_f64()).collect(),
+            p_low: p_low.collect(),
+            march: self.march.clone().filter(|_| self.is_backward == is_backward),
+        };
+        let start = Start { q: high(&q), q_dot: high(&q_dot), p: high(&p) };
+        Some((start, Carried { sums: q.iter().map(|q| q.low).collect(), handed }))
+    }
+}
+
+/// What a run takes over from the one that it continues, besides its start.
+#[derive(Debug, Clone, Default)]
+pub struct Carried<S = f64> {
+    /// What rounding took from q^a.
+    pub sums: Vec<S>,
+    /// What the engine takes over.
+    pub handed: Handed,
+}
+
+impl<S: Real> Carried<S> {
+    /// The same in `f64`.
+    pub(super) fn in_f64(&self) -> Carried {
+        Carried { sums: self.sums.iter().map(|low| low.to_f64()).collect(), handed: self.handed.clone() }
+    }
+}
