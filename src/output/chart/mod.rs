@@ -20,8 +20,8 @@ const GRID: &str = "#dadada";
 const FINE_GRID: &str = "#f0f0f0";
 /// The radius of a symbol in a series that has few of them.
 const RADIUS: f64 = 3.4;
-/// Symbols of a chart.
-const MOST_SYMBOLS: usize = 4000;
+/// A chart has about so many symbols at most, shared by its series.
+const MOST_SYMBOLS: usize = 5000;
 
 /// How the values of an axis are laid out.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
