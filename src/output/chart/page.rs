@@ -276,7 +276,8 @@ mod tests {
     fn the_line_goes_on_at_its_height() {
         let mut page = Page::new("", "");
         page.write("γ_f − 1 < x", (0.0, 0.0), 10.0, "start", TEXT);
-        let text = "γ<tspan dy=\"2.2\" font-size=\"7.2\">f</tspan><tspan dy=\"-2.2\" font-size=\"10\"> − 1 &lt; x</tspan></text>";
+        let text = "γ<tspan dy=\"2.2\" font-size=\"7.2\">f</tspan>\
+                    <tspan dy=\"-2.2\" font-size=\"10\"> − 1 &lt; x</tspan></text>";
         let svg = page.finish(100.0);
         assert!(svg.contains(text), "{svg}");
     }
