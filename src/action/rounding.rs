@@ -84,7 +84,7 @@ impl<S: Real> DoubledAction<'_, S> {
         })
     }
 
-    /// Raises the size of a coordinate that stays next to 0 to where it acts by ε of what the others, or the forces, act
+    /// Raises the size of a coordinate that stays next to 0 to where it acts by ε of what the others or the forces act
     /// by in a step: no size is known better.
     fn raise(&self, sizes: &mut [f64], state: &BranchState<S>, of_forces: f64) {
         let (n, h) = (sizes.len(), self.sbp.spacing().to_f64());

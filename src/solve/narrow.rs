@@ -8,10 +8,12 @@ use super::failure::{At, Point};
 /// A place is narrow if windows there are shorter than this share of the longest one.
 const SHARE: f64 = 1e-3;
 /// What to do where there is such a place.
-pub(super) const ADVICE: &str = "a close encounter or a collision: conformal = a formula that grows there as the force does, such as a sum of \
-     1/distance, makes windows even and loses fewer digits; after a collision there is no motion; at a pole, choose \
-     coordinates without one (the preset kerr-schild has none); or ask for a larger solver.accuracy, or for \
-     solver.tolerance in its place, which goes to the end";
+pub(super) const ADVICE: &str = concat!(
+    "a close encounter or a collision: conformal = a formula that grows there as the force does, such as a sum of ",
+    "1/distance, makes windows even and loses fewer digits; after a collision there is no motion; at a pole, choose ",
+    "coordinates without one (the preset kerr-schild has none); or ask for a larger solver.accuracy, or for ",
+    "solver.tolerance in its place, which goes to the end",
+);
 
 /// The narrowest place of a motion.
 #[derive(Debug, Clone, PartialEq)]

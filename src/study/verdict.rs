@@ -15,7 +15,7 @@
 //!     let solution: Solution = solve(&case)?;
 //!     let found = Diagnostics::new(&solution);
 //!     let verdict = of_run(&solution, &found, run_error(&Setup::from(&case), &solution, &[]).as_ref(), None);
-//!     assert_eq!(verdict.grade, grade, "{}", verdict.line());
+//!     assert_eq!(verdict.grade, grade);
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -3,7 +3,7 @@
 
 use svg::node::element::Path;
 
-use super::page::{At, LABEL, MARGIN, Page, SAMPLE, SMALL, Side, TEXT, WIDTH, extent, px};
+use super::page::{At, LABEL, MARGIN, Page, SAMPLE, SMALL, TEXT, WIDTH, extent, px};
 use super::series::hex;
 use super::{Look, RADIUS};
 
@@ -117,18 +117,18 @@ impl Map {
                 room -= SAMPLE / 2.0;
             }
             let size = TINY * (room / extent(&panel.title, TINY)).min(1.0);
-            page.write(&panel.title, (left + PANEL_WIDTH - room, top + 14.0), size, Side::Start, TEXT);
+            page.write(&panel.title, (left + PANEL_WIDTH - room, top + 14.0), size, "start", TEXT);
             self.draw_panel(&mut page, panel, (left, top + PANEL_TITLE), panel_height);
             if index % ACROSS == 0 {
                 for (row, label) in self.rows.iter().enumerate() {
                     let y = top + PANEL_TITLE + panel_height - (row as f64 + 0.5) * CELL_HEIGHT + 0.36 * TINY;
-                    page.write(label, (left - 5.0, y), TINY, Side::End, TEXT);
+                    page.write(label, (left - 5.0, y), TINY, "end", TEXT);
                 }
             }
         }
         let rows = self.panels.len().div_ceil(ACROSS).max(1) as f64;
         let base = top + rows * (PANEL_TITLE + panel_height + TICKS);
-        page.write(&self.x_label, ((LEFT + WIDTH - MARGIN) / 2.0, base + SMALL), SMALL, Side::Middle, TEXT);
+        page.write(&self.x_label, ((LEFT + WIDTH - MARGIN) / 2.0, base + SMALL), SMALL, "middle", TEXT);
         page.write_upright(&self.y_label, top, base);
         page.finish(base + LABEL + MARGIN)
     }
@@ -155,7 +155,7 @@ impl Map {
             let half = extent(label, TINY) / 2.0;
             if at - half > free {
                 free = at + half + 4.0;
-                page.write(label, (at, bottom + 14.0), TINY, Side::Middle, TEXT);
+                page.write(label, (at, bottom + 14.0), TINY, "middle", TEXT);
             }
         }
         page.stroke(lines, TEXT, 0.8);

@@ -12,7 +12,7 @@ pub use series::{Ink, Look, Mark, Series, Shape};
 use svg::node::element::Polyline;
 
 use self::axis::{Axis, is_drawable};
-use self::page::{At, LABEL, MARGIN, PALE, Page, SAMPLE, SMALL, Side, TEXT, TICK, WIDTH, extent, points, px};
+use self::page::{At, LABEL, MARGIN, PALE, Page, SAMPLE, SMALL, TEXT, TICK, WIDTH, extent, points, px};
 use self::series::looks;
 
 const PLOT_HEIGHT: f64 = 360.0;
@@ -20,8 +20,8 @@ const GRID: &str = "#dadada";
 const FINE_GRID: &str = "#f0f0f0";
 /// The radius of a symbol in a series that has few of them.
 const RADIUS: f64 = 3.4;
-/// Symbols of a chart.
-const MOST_SYMBOLS: usize = 4000;
+/// A chart has about so many symbols at most, shared by its series.
+const MOST_SYMBOLS: usize = 5000;
 
 /// How the values of an axis are laid out.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -145,22 +145,22 @@ impl Chart {
             let half = extent(&label, TICK) / 2.0;
             if at - half > free {
                 free = at + half;
-                page.write(&label, (at, base + 19.0), TICK, Side::Middle, TEXT);
+                page.write(&label, (at, base + 19.0), TICK, "middle", TEXT);
             }
         }
         for &v in &y.labelled {
             ticks += &format!("M{} {}h-5", px(*left), px(frame.row(v)));
-            page.write(&y.label(v), (left - 8.0, frame.row(v) + 0.36 * TICK), TICK, Side::End, TEXT);
+            page.write(&y.label(v), (left - 8.0, frame.row(v) + 0.36 * TICK), TICK, "end", TEXT);
         }
         page.stroke(ticks, TEXT, 0.9);
-        page.write(&self.x_label, ((left + right) / 2.0, base + 40.0), LABEL, Side::Middle, TEXT);
+        page.write(&self.x_label, ((left + right) / 2.0, base + 40.0), LABEL, "middle", TEXT);
         page.write_upright(&self.y_label, *top, base);
-        if frame.is_empty(&self.series) {
-            page.write("no data", ((left + right) / 2.0, (top + base) / 2.0), LABEL, Side::Middle, PALE);
+        if !self.series.iter().flat_map(|series| &series.points).any(|&point| frame.place(point).is_some()) {
+            page.write("no data", ((left + right) / 2.0, (top + base) / 2.0), LABEL, "middle", PALE);
         }
         let mut under = base + TICK + 2.0 * LABEL + 6.0;
         for remark in x.remark().map(|remark| format!("{}: {remark}", self.x_label)).into_iter().chain(y.remark()) {
-            page.write(&remark, (right, under + 0.76 * SMALL), SMALL, Side::End, PALE);
+            page.write(&remark, (right, under + 0.76 * SMALL), SMALL, "end", PALE);
             under += 1.5 * SMALL;
         }
         under
@@ -205,10 +205,6 @@ impl Frame {
     fn place(&self, (a, b): (f64, f64)) -> Option<(At, bool)> {
         let at = (self.column(self.x.position(a)?), self.row(self.y.position(b)?));
         Some((at, self.x.is_at_floor(a) || self.y.is_at_floor(b)))
-    }
-
-    fn is_empty(&self, series: &[Series]) -> bool {
-        !series.iter().flat_map(|series| &series.points).any(|&point| self.place(point).is_some())
     }
 }
 
@@ -339,7 +335,7 @@ mod tests {
         let svg = chart.to_svg();
         check(&svg);
         let ground = svg.lines().nth(1).unwrap();
-        assert_eq!(ground, "<path d=\"M0 0h9999v9999H0z\" fill=\"#fff\"/>");
+        assert_eq!(ground, "<rect fill=\"#fff\" height=\"100%\" width=\"100%\"/>");
         assert!(svg.contains(">f</tspan>") && svg.contains(">t</tspan>") && svg.contains("of my_case"), "{svg}");
         assert!(!svg.contains("γ_f") && !svg.contains("Q_t"));
         assert_eq!(svg.matches(">front<").count(), 1, "{svg}");

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use svg::Document;
 use svg::node::Node;
-use svg::node::element::{Element, Marker, Path, Polyline};
+use svg::node::element::{Element, Marker, Path, Polyline, Rectangle};
 
 use super::series::{Look, Shape};
 
@@ -44,7 +44,7 @@ pub(super) struct Page {
 impl Page {
     /// A page with a title and a subtitle, of which either may be empty.
     pub(super) fn new(title: &str, subtitle: &str) -> Self {
-        let ground = Path::new().set("fill", "#fff").set("d", "M0 0h9999v9999H0z");
+        let ground = Rectangle::new().set("width", "100%").set("height", "100%").set("fill", "#fff");
         let document = Document::new()
             .set("width", WIDTH)
             .set("font-family", "sans-serif")
@@ -56,7 +56,7 @@ impl Page {
         let mut page = Self { document, symbols: BTreeSet::new(), top: MARGIN };
         for (text, size, colour) in [(title, TITLE, TEXT), (subtitle, SMALL, PALE)] {
             if !text.is_empty() {
-                page.write(text, (WIDTH / 2.0, page.top + 0.76 * size), size, Side::Middle, colour);
+                page.write(text, (WIDTH / 2.0, page.top + 0.76 * size), size, "middle", colour);
                 page.top += 1.5 * size;
             }
         }
@@ -80,15 +80,15 @@ impl Page {
         self.add(Path::new().set("d", path).set("stroke", colour).set("stroke-width", width));
     }
 
-    /// Writes text in one line, whose letters stand at this place.
-    pub(super) fn write(&mut self, text: &str, at: At, size: f64, side: Side, colour: &str) {
+    /// Writes text in one line, whose letters stand at this place, with its start, middle or end.
+    pub(super) fn write(&mut self, text: &str, at: At, size: f64, side: &str, colour: &str) {
         self.add(line_of_text(text, at, size, (side, WIDTH - 2.0 * MARGIN), colour));
     }
 
     /// Writes the name of an ordinate, which goes upwards between these two.
     pub(super) fn write_upright(&mut self, text: &str, top: f64, base: f64) {
         let (x, y) = (MARGIN / 2.0 + 0.76 * LABEL, (top + base) / 2.0);
-        let mut line = line_of_text(text, (x, y), LABEL, (Side::Middle, base - top), TEXT);
+        let mut line = line_of_text(text, (x, y), LABEL, ("middle", base - top), TEXT);
         line.assign("transform", format!("rotate(-90 {} {})", px(x), px(y)));
         self.add(line);
     }
@@ -127,20 +127,12 @@ impl Page {
             }
             places.push((x + SAMPLE / 2.0, y));
             let at = (x + SAMPLE + PADDING, y + 0.35 * TICK);
-            self.add(line_of_text(label, at, TICK, (Side::Start, width), TEXT));
+            self.add(line_of_text(label, at, TICK, ("start", width), TEXT));
             x += SAMPLE + 3.0 * PADDING + width;
         }
         self.top = if labels.is_empty() { self.top } else { y + ROW / 2.0 + PADDING };
         places
     }
-}
-
-/// The side of a text that is at its place.
-#[derive(Clone, Copy)]
-pub(super) enum Side {
-    Start,
-    Middle,
-    End,
 }
 
 /// A coordinate to a tenth of a pixel.
@@ -160,7 +152,7 @@ pub(super) fn extent(text: &str, size: f64) -> f64 {
 }
 
 /// A line of text, which is set smaller if it is wider than its room.
-fn line_of_text(text: &str, (x, y): At, size: f64, (side, room): (Side, f64), colour: &str) -> Element {
+fn line_of_text(text: &str, (x, y): At, size: f64, (side, room): (&str, f64), colour: &str) -> Element {
     // XML allows no control characters, not even escaped ones.
     let is_text = |c: char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
     let text: String = text.chars().map(|c| if is_text(c) { c } else { ' ' }).collect();
@@ -170,11 +162,7 @@ fn line_of_text(text: &str, (x, y): At, size: f64, (side, room): (Side, f64), co
         line.assign(name, px(value));
     }
     line.assign("fill", colour);
-    match side {
-        Side::Start => {}
-        Side::Middle => line.assign("text-anchor", "middle"),
-        Side::End => line.assign("text-anchor", "end"),
-    }
+    line.assign("text-anchor", side);
     // A script is moved by `dy`, which every viewer knows, unlike `baseline-shift`. It applies to the rest of the text
     // as well, so that the next part has to undo it.
     let mut height = 0.0;
@@ -287,8 +275,9 @@ mod tests {
     #[test]
     fn the_line_goes_on_at_its_height() {
         let mut page = Page::new("", "");
-        page.write("γ_f − 1 < x", (0.0, 0.0), 10.0, Side::Start, TEXT);
-        let text = "γ<tspan dy=\"2.2\" font-size=\"7.2\">f</tspan><tspan dy=\"-2.2\" font-size=\"10\"> − 1 &lt; x</tspan></text>";
+        page.write("γ_f − 1 < x", (0.0, 0.0), 10.0, "start", TEXT);
+        let text = "γ<tspan dy=\"2.2\" font-size=\"7.2\">f</tspan>\
+                    <tspan dy=\"-2.2\" font-size=\"10\"> − 1 &lt; x</tspan></text>";
         let svg = page.finish(100.0);
         assert!(svg.contains(text), "{svg}");
     }

@@ -1,5 +1,5 @@
-//! The pictures of a run, from its solution, its diagnostics and a reference: those of V(x), which may show several runs,
-//! and those of any other scene.
+//! The pictures of a run, from its solution, its diagnostics and a reference: those of V(x), which may show several
+//! runs, and those of any other scene.
 
 use crate::case::Form;
 use crate::diagnostics::Diagnostics;

@@ -13,7 +13,7 @@ use crate::diagnostics::verdict::Verdict;
 use crate::engine::{Accuracy, GOOD_DIGITS};
 use crate::geometry::Geometry;
 use crate::number::Real;
-use crate::output::json::json as text_of;
+use crate::output::json;
 use crate::solve::{Continuation, Domain, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine};
 use crate::study::run::{Judged, Run};
 
@@ -201,7 +201,7 @@ impl Summary {
 
     /// The JSON text, with a final newline.
     pub fn to_json(&self) -> String {
-        text_of(self)
+        json::json(self)
     }
 }
 

@@ -60,6 +60,24 @@ pub(super) fn of_paper<S: Real>(
     without(without(numbers, &optional), if error.is_none() { &errors } else { &[] })
 }
 
+/// The keys of a world-line in any space-time that may be absent.
+const OPTIONAL: [&str; 14] = [
+    "energy",
+    "max_abs_delta_energy",
+    "max_abs_delta_energy_ends",
+    "work",
+    "work_defect",
+    "invariants",
+    "max_abs_delta_invariant",
+    "max_abs_delta_invariant_ends",
+    "events",
+    "branch_distance",
+    "error_final",
+    "error_max",
+    "error_from",
+    "reference_error",
+];
+
 /// The numbers of a world-line in any space-time.
 pub(super) fn by_name<S: Real>(run: &Run<S>, events: &[Event], error: Option<&RunError>) -> Value {
     let Run { line, diagnostics, sums, .. } = run;
@@ -117,8 +135,5 @@ pub(super) fn by_name<S: Real>(run: &Run<S>, events: &[Event], error: Option<&Ru
         "error_from": error.map(|error| error.judge.describe()),
         "reference_error": error.and_then(|error| error.judge.reference_error()),
     });
-    let energies = ["energy", "max_abs_delta_energy", "max_abs_delta_energy_ends"];
-    let optional = ["work", "work_defect", "invariants", "max_abs_delta_invariant", "max_abs_delta_invariant_ends"];
-    let errors = ["events", "branch_distance", "error_final", "error_max", "error_from", "reference_error"];
-    without(numbers, &[&energies[..], &optional, &errors].concat())
+    without(numbers, &OPTIONAL)
 }

@@ -14,8 +14,8 @@ fn run(text: &str, set: &[&str]) -> Result<WorldLine, NoSolution> {
     solve(Case::parse("reasons", text, &set).unwrap().setup())
 }
 
-/// A refusal long after a close encounter names the encounter, and a conformal factor that grows there as the force does
-/// keeps the accuracy.
+/// A refusal long after a close encounter names the encounter, and a conformal factor that grows there as the force
+/// does keeps the accuracy.
 #[test]
 fn a_close_encounter_is_named_and_a_conformal_factor_helps() {
     let refused = run(PAST_A_MASS, &[]).unwrap_err();

@@ -73,7 +73,7 @@ fn cases_and_commands_have_default_folders_of_their_own() {
         ("b/../b/case.toml", "case-2", "Free particle"),
     ] {
         let output = run_in(folder.path(), &format!("run {case}"));
-        assert!(succeeded(&output).contains(&format!("results/{at}: ")), "{case}");
+        assert!(succeeded(&output).contains(&format!("results/{at} (")), "{case}");
         assert_eq!(stderr(&output).contains("results/case holds results of a/case.toml"), at == "case-2", "{case}");
         assert_eq!(title(at).as_deref(), Some(expected));
     }

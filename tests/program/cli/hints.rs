@@ -38,7 +38,7 @@ fn a_formula_needs_no_quotes_on_the_command_line_and_a_case_no_title() {
                 particle.c = 3.0\nsolver.accuracy = 1e-8\n";
     fs::write(folder.path().join("mine.toml"), text).unwrap();
     let output = succeeded(&run_in(folder.path(), "run mine.toml --set potential.formula=1-cos(x)"));
-    assert!(output.starts_with("mine\n"), "{output}");
+    assert!(output.starts_with("mine: trusted, "), "{output}");
     let effective = fs::read_to_string(folder.path().join("results/mine/case.toml")).unwrap();
     assert!(effective.contains("1-cos(x)") && !effective.contains("title"), "{effective}");
     let message = failed(&run_in(folder.path(), "run mine.toml --set initial.x=1-2"), 2);

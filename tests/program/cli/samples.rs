@@ -9,8 +9,7 @@ use crate::common::{failed, json, names, run_in, succeeded};
 #[test]
 fn samples_are_written_where_they_are_asked_for() {
     let folder = TempDir::new().unwrap();
-    let text = succeeded(&run_in(folder.path(), "run CASES/pendulum.toml --sample-t 0:10:0.1 --out out"));
-    assert!(text.contains("samples.csv"));
+    succeeded(&run_in(folder.path(), "run CASES/pendulum.toml --sample-t 0:10:0.1 --out out"));
     let mut reader = csv::Reader::from_path(folder.path().join("out/samples.csv")).unwrap();
     assert_eq!(reader.headers().unwrap(), vec!["gamma", "t", "x", "t_dot", "x_dot"]);
     let t: Vec<f64> = reader.records().map(|row| row.unwrap()[1].parse().unwrap()).collect();

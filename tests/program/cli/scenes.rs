@@ -19,10 +19,9 @@ const QUARTIC: &str = r#"
 fn a_scene_is_warned_of_its_sawtooth_as_one_coordinate_is() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("scene.toml"), QUARTIC).unwrap();
-    let output = run_in(folder.path(), "run scene.toml --out scene");
-    let warnings = stderr(&output);
-    assert!(warnings.contains("even and odd nodes are apart: the sawtooth in x is"), "{warnings}");
-    assert!(succeeded(&output).contains("from an explicit recursion"));
+    let told = succeeded(&run_in(folder.path(), "run scene.toml --out scene --verbose"));
+    assert!(told.contains("even and odd nodes are apart: the sawtooth in x is"), "{told}");
+    assert!(told.contains("an explicit recursion"), "{told}");
     let one = "run quartic --out one --quiet --set grid.gamma_f=100 --set grid.n_gamma=2001";
     succeeded(&run_in(folder.path(), one));
     let [scene, one] = ["scene", "one"].map(|name| json(&folder.path().join(name).join("summary.json")));
@@ -55,8 +54,8 @@ fn the_effective_case_has_expectations_only_as_it_stands_in_its_file() {
 fn samples_events_and_pictures_of_a_scene_are_written() {
     let folder = TempDir::new().unwrap();
     let told = succeeded(&run_in(folder.path(), "run kepler --plot --sample-gamma 6:0:-0.5 --out all"));
-    assert!(told.contains("  periapsis  met once, at gamma = 6.28318530717958"), "{told}");
-    assert!(told.contains("  energy     -0.500000; "), "{told}");
+    assert!(told.contains("  events   ") && told.contains("periapsis 1"), "{told}");
+    assert!(told.contains("  exact    energy = -0.5, to "), "{told}");
     let all = folder.path().join("all");
     let pictures = ["orbit.svg", "charges.svg", "mesh.svg", "section.svg"];
     assert!(pictures.iter().all(|name| fs::read_to_string(all.join(name)).unwrap().ends_with("</svg>\n")));
@@ -92,7 +91,7 @@ fn a_particle_with_a_conformal_factor_has_tau_in_every_file_and_table() {
     fs::write(folder.path().join("mino.toml"), text).unwrap();
     succeeded(&run_in(folder.path(), "check mino.toml --run"));
     let told = succeeded(&run_in(folder.path(), "run mino.toml --plot --sample-gamma 0:1:0.5 --out one"));
-    assert!(told.contains("\n  p_tau      -1.000000; |change| <= "), "{told}");
+    assert!(told.contains("p_tau = -1"), "{told}");
     let header = |file: &str| fs::read_to_string(folder.path().join(file)).unwrap().lines().next().unwrap().to_owned();
     for file in ["one/trajectory.csv", "one/samples.csv", "one/events.csv"] {
         assert!(header(file).contains(",tau,") && header(file).contains(",tau_dot"), "{file}: {}", header(file));
@@ -112,6 +111,6 @@ fn one_iteration_is_no_plural() {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("scene.toml"), QUARTIC.replace("x^4/2", "y/10")).unwrap();
     let set = "--set scheme.sbp=SBP42 --set grid.gamma_f=1e-3 --set grid.n_gamma=8";
-    let told = succeeded(&run_in(folder.path(), &format!("run scene.toml --out out {set}")));
-    assert!(told.contains("from 1 Newton iteration\n"), "{told}");
+    let told = succeeded(&run_in(folder.path(), &format!("run scene.toml --verbose --out out {set}")));
+    assert!(told.contains("1 Newton iteration\n"), "{told}");
 }
