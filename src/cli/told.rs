@@ -258,6 +258,7 @@ fn number<S: Real>(number: S, error: Option<f64>, digits: u32) -> String {
 
 fn percent(share: f64) -> String {
     match share {
+        100.0.. => format!("{share:.0e} times"),
         0.1.. => format!("{:.0} %", 100.0 * share),
         1e-4.. => format!("{:.2} %", 100.0 * share),
         _ => format!("{share:.1e}"),
