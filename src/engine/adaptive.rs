@@ -199,16 +199,12 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             let ahead = rest.min(windows * self.ladder.length(0));
             reason::edge(self.solver.geometry, state, &self.start.p, ahead, gamma)
         });
-        match edge {
-            Some((gamma, q, outside)) => {
-                self.failed_at = Some((gamma, q));
-                Failure::OutsideDomain(outside)
-            }
-            None => {
-                self.failed_at = Some((gamma, state.positions()));
-                failure
-            }
-        }
+        let (place, found) = match edge {
+            Some((gamma, q, outside)) => ((gamma, q), Failure::OutsideDomain(outside)),
+            None => ((gamma, state.positions()), failure),
+        };
+        self.failed_at = Some(place);
+        found
     }
 
     /// Solves the accepted window again with another length, which is no longer.
@@ -308,11 +304,9 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             return Ok(());
         }
         let expected = excess.max(1e-3) * way.powf(1.5);
-        if !can_help && estimate.largest <= (1.0 - INSIDE) * self.asked {
-            return Ok(());
-        }
         if !can_help {
-            return Err(self.reason(Failure::Rounding));
+            let is_kept = estimate.largest <= (1.0 - INSIDE) * self.asked;
+            return if is_kept { Ok(()) } else { Err(self.reason(Failure::Rounding)) };
         }
         self.strictness *= (0.2 / expected).clamp(1e-4, 0.3);
         Err(Failure::BeginAgain)

@@ -35,7 +35,7 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
         let backwards = whole.duration() < 0.0;
         let gammas: Vec<f64> = (0..=40).map(|k| whole.gamma_i + whole.length * f64::from(k) / 40.0).collect();
         let times: Vec<f64> = (0..=40).rev().map(|k| whole.t_i() + whole.duration() * f64::from(k) / 40.0).collect();
-        let mut by_gamma = SampleStream::new(Coordinate::Gamma, gammas.clone(), backwards);
+        let mut by_gamma = SampleStream::new(Coordinate::Gamma, gammas.clone(), false);
         let mut by_time = SampleStream::new(Coordinate::Value(0), times.clone(), backwards);
         let (mut t, mut x, mut gamma, mut windows) = (vec![], vec![], vec![], 0);
         let mut measures: Option<Diagnostics> = None;
