@@ -85,10 +85,10 @@ shipped![
     ]
     Scene in "cases/scenes": [
         "arenstorf",
+        "bouncing-ball",
         "crossed-fields",
         "damped-oscillator",
         "double-pendulum",
-        "dry-friction",
         "expanding-universe",
         "fish-eye",
         "henon-heiles",

@@ -132,9 +132,12 @@ fn other_rate(key: &str) -> Option<String> {
 
 /// Whether the values of a dotted key are formulas, so that what is no TOML value needs no quotes.
 fn is_formula(key: &str) -> bool {
-    let tables = ["metric.", "invariants.", "potential.one_form.", "potential.force.", "potential.parameters."];
+    let tables = ["metric.", "force.", "invariants.", "particle.masses."];
+    let of_potential = ["one_form.", "force.", "definitions.", "parameters."];
+    let is_of_potential = |key: &str| of_potential.iter().any(|table| key.starts_with(table));
     ["potential.formula", "potential.formula.expression", "grid.until"].contains(&key)
         || tables.iter().any(|table| key.starts_with(table))
+        || key.strip_prefix("potential.").is_some_and(is_of_potential)
 }
 
 /// The text of a case as `overrides` change it, without what it expects if there are any: that holds for the case as it

@@ -24,6 +24,7 @@ const METRIC: &[Row] = &[
     ("\"t\", \"r\", \"phi\"", "\"t\", \"r\", 3", "must have strings only, found integer", "3"),
     ("[\"t\", \"r\", \"phi\"]", "[]", "at least one coordinate", "[]"),
     ("[\"t\", \"r\", \"phi\"]", "\"t\"", "'metric.coordinates' must be an array of strings, found string", "\"t\""),
+    ("{ m = 1.0 }", "{ m = \"n/2\", n = \"2*m\" }", "the definitions are circular: m -> n -> m", "\"n/2\""),
     ("{ m = 1.0 }", "{ m = 1.0, r = 2 }", "the parameter name 'r' is already that of a coordinate", "r"),
     ("{ m = 1.0 }", "{ m = 1.0, r_dot = 2 }", "'r_dot' is already that of a velocity", "r_dot"),
     ("{ m = 1.0 }", "{ m = 1.0, p_t = 2 }", "'p_t' is already that of a momentum", "p_t"),
@@ -129,9 +130,9 @@ const METRIC: &[Row] = &[
         "[initial]",
     ),
     // Grid, scheme, solver.
-    ("gamma_f = 40.0", "gamma_f = -1", "gamma_f = -1 must be greater than gamma_i = 0", "-1"),
+    ("gamma_f = 40.0", "gamma_f = 0", "gamma_f = 0 must be another value than gamma_i = 0", "0"),
     ("gamma_f = 40.0", "gamma_f = 40.0\nt_f = 3", "both gamma_f and t_f are given", "t_f"),
-    ("gamma_f = 40.0", "t_f = 0", "t_f = 0 must be later than the initial t = 0", "0"),
+    ("gamma_f = 40.0", "t_f = 0", "t_f = 0 must be another time than the initial t = 0", "0"),
     ("gamma_f = 40.0", "gamma_f = \"tau\"", "unknown name 'tau'", "t"),
     ("gamma_f = 40.0", "gamma_f = 1\ngamma_i = 1e-20\nn_gamma = 13", "GLL12 has 12 nodes, got n_gamma = 13", "13"),
     ("gamma_f = 40.0", "windows = 0", "windows must be at least 1", "0"),
@@ -250,7 +251,8 @@ const NEWTON: &[Row] = &[
     ("y_dot = \"sqrt(19)\"", "norm = 0\nsolve = { y_dot = \"+\" }", "neither s_dot nor p_s is given", "[initial]"),
     ("y_dot = \"sqrt(19)\"", "velocity = 3", "unknown field `velocity`", "velocity"),
     ("x = 0.1\n", "x = 0\n", "not finite", "[initial]"),
-    ("t_f = \"2*pi\"", "t_f = -1", "t_f = -1 must be later than the initial t = 0", "-1"),
+    ("t_f = \"2*pi\"", "t_f = 0", "t_f = 0 must be another time than the initial t = 0", "0"),
+    ("x = 0.1\n", "from = \"none\"\n", "unknown field `y`", "y"),
     ("t_f = \"2*pi\"", "t_f = 1\nwindows = 1_000_000_000", "above the limit", "1_000_000_000"),
     (
         "t_f = \"2*pi\"",
@@ -272,7 +274,7 @@ const PRESET: &[Row] = &[
     ("theta = \"pi/2\"", "theta = 0", "the metric is degenerate at the start", "[initial]"),
     ("norm = \"timelike\"", "norm = \"timelik\"", "unknown name 'timelik'", "t"),
     ("p_t = \"e\"", "p_t = 0.5", "no real r_dot gives K = 1", "{ r_dot = \"+\" }"),
-    ("gamma_f = 100", "gamma_f = \"a - 1\"", "must be greater than gamma_i", "\"a - 1\""),
+    ("gamma_f = 100", "gamma_f = \"a - a\"", "must be another value than gamma_i", "\"a - a\""),
 ];
 
 /// What is not as the rows say.
