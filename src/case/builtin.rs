@@ -85,6 +85,7 @@ shipped![
     ]
     Scene in "cases/scenes": [
         "arenstorf",
+        "bouncing-ball",
         "crossed-fields",
         "damped-oscillator",
         "double-pendulum",

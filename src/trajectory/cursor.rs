@@ -41,8 +41,10 @@ impl<'l, S: Real> Cursor<'l, S> {
         let (line, WorldLine { gamma_i, windows, digits, .. }) = (self.line, self.line);
         let ends = windows.first().zip(windows.last()).map(|(first, last)| [first.gamma[0], last.gamma[1]]);
         let ends = ends.ok_or(OutsideRun { range: (*gamma_i, *gamma_i) })?;
-        let from_start = within(line.signed(gamma - *gamma_i), ends, slack(*digits))
-            .ok_or(OutsideRun { range: (line.gamma_at(ends[0]), line.gamma_at(ends[1])) })?;
+        let from_start = within(line.signed(gamma - *gamma_i), ends, slack(*digits)).ok_or_else(|| {
+            let [first, last] = [line.gamma_at(ends[0]), line.gamma_at(ends[1])];
+            OutsideRun { range: if line.is_backward { (last, first) } else { (first, last) } }
+        })?;
         let window = self.window_at(from_start);
         Ok((window, from_start - windows[window].gamma[0]))
     }

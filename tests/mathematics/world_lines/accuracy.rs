@@ -79,7 +79,8 @@ fn error_of_samples(line: &WorldLine) -> f64 {
     let mut largest = vec![0.0_f64; geometry.dimension()];
     for k in 0..SAMPLES {
         let gamma = line.length * (k as f64 + 0.37) / SAMPLES as f64;
-        let (sample, exact) = (sampler.at_gamma(line.gamma_i + gamma).expect("inside the run"), reference.at(gamma));
+        let here = if line.is_backward { line.gamma_i - gamma } else { line.gamma_i + gamma };
+        let (sample, exact) = (sampler.at_gamma(here).expect("inside the run"), reference.at(gamma));
         for ((largest, found), exact) in largest.iter_mut().zip(&sample.q).zip(&exact.q) {
             let off = (found - exact).abs();
             assert!(off.is_finite(), "at {gamma}");
