@@ -19,6 +19,7 @@ mod newton;
 mod operator;
 mod piece;
 mod places;
+mod point;
 mod quadrature;
 mod refinement;
 mod run;

@@ -3,7 +3,8 @@
 
 use std::fmt;
 
-use super::failure::{At, Point};
+use super::failure::At;
+use super::point::Point;
 
 /// A place is narrow if windows there are shorter than this share of the longest one.
 const SHARE: f64 = 1e-3;

@@ -60,7 +60,8 @@ fn what_starts_at_rest_stays_and_is_trusted() {
     for (formula, x, y) in [("(x-3)^2+(y+1)^2+(x-3)*(y+1)/2", 3.0, -1.0), ("(x^2+y^2)/2", 0.0, 0.0)] {
         for scheme in SCHEMES {
             let text = format!(
-                "potential = {{ coordinates = [\"x\", \"y\"], formula = \"{formula}\" }}\nparticle.law = \"newtonian\"\n\
+                "potential = {{ coordinates = [\"x\", \"y\"], formula = \"{formula}\" }}\n\
+                 particle.law = \"newtonian\"\n\
                  initial = {{ x = {x:?}, y = {y:?}, x_dot = 0.0, y_dot = 0.0 }}\ngrid.gamma_f = 10.0\n"
             );
             let sets: Vec<String> = scheme.split(' ').map(str::to_owned).collect();

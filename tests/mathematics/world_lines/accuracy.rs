@@ -120,9 +120,9 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
             let ends = ends.map(|(length, end)| (end.q, line.velocities(end), length));
             let allowed = (accuracy * momenta).max(rounding_of_gradients(line.geometry(), ends, POINTS));
             assert!(line.gradient_norm <= allowed, "{name}, {accuracy:e}: {:e} {allowed:e}", line.gradient_norm);
-            // D divides by distances that are as short as rounding where a force jumps; what is handed on has none of it.
+            // D divides by short distances where a force jumps; what is handed on has no rounding by that.
             let lengths = || line.views().map(|view| view.window.length());
-            let is_cut = lengths().fold(f64::INFINITY, f64::min) < 1e-9 * lengths().fold(0.0, f64::max);
+            let is_cut = lengths().fold(f64::INFINITY, f64::min) < 1e-6 * lengths().fold(0.0, f64::max);
             for charge in &diagnostics.charges {
                 let allowed = (1e-2 * accuracy).max(1e-10) * charge.value.abs().max(1.0);
                 let change = if is_cut { charge.max_ends } else { charge.max_interior };
