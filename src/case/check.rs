@@ -180,7 +180,7 @@ pub(super) fn particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
     let both = [(Place::Mass(None), &potential.mass), (Place::SpeedOfLight, &potential.c)];
     for (place, text) in both.into_iter().chain(masses) {
         let Some((_, field)) = scenery.fields.iter().find(|(other, _)| *other == place) else { continue };
-        // What depends on t is looked at with the start, and what is no number is refused where it is compiled.
+        // A mass that depends on t is looked at with the start; a formula that is no number is refused elsewhere.
         let value = super::Quantity::new(text.clone()).value::<f64>(&potential.parameters);
         if let Some(value) = value.ok().filter(|value| *value <= 0.0) {
             return Err(field.error(format!("{} must be positive, got {value}", field.path)));

@@ -130,7 +130,7 @@ fn continued<'t>(field: &Field<'t>, section: Section<'t>, names: &[String]) -> R
     Ok(Initial { q: fields(), rates: fields(), norm: None, solve: None, section, from: Some(end), data })
 }
 
-/// What is read of a summary.
+/// These keys of a summary are read.
 #[derive(Deserialize)]
 struct Ended {
     end_state: Continuation,

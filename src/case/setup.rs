@@ -34,7 +34,7 @@ impl Case {
         reversed.around(q).expect("a valid case starts inside its domain")
     }
 
-    /// Whether γ falls: to γ_f below γ_i, or to a t_f on the other side of the start.
+    /// True if γ falls: to γ_f below γ_i, or to a t_f on the other side of the start.
     pub fn is_backward(&self) -> bool {
         match (self.t_f::<f64>(), &self.grid.gamma_f) {
             (Some(t_f), _) => {

@@ -1,4 +1,4 @@
-//! What `run --verbose` tells besides: every charge by itself, the critical point, and the paper's bounds.
+//! `run --verbose` also tells every charge by itself, the critical point, and the paper's bounds.
 
 use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::{ChargeDeviation, OfX};
@@ -69,7 +69,7 @@ fn deviation<S: Real>(name: &str, charge: &ChargeDeviation<S>, line: &WorldLine<
     format!("{name} = {value:.6}; changes by {interior:.1e} at nodes{at_last}; {ends:.1e} between windows")
 }
 
-/// How many iterations of which kind a run took, if it took any.
+/// The number of iterations that a run took, with their kind, if it took any.
 fn iterations(&Iterations { count, initial_guess, .. }: &Iterations) -> Option<String> {
     match count {
         0 => None,

@@ -17,7 +17,7 @@ type Digits = [String; 2];
 pub struct Continuation {
     /// γ.
     gamma: Digits,
-    /// Whether γ falls.
+    /// True if γ falls.
     is_backward: bool,
     /// What t counts from in one coordinate.
     #[serde(skip_serializing_if = "Option::is_none")]

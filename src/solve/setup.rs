@@ -99,7 +99,7 @@ pub struct Setup<S: Real = f64> {
     pub origin: Option<(usize, S)>,
     /// The first value of γ.
     pub gamma_i: S,
-    /// Whether γ falls from there. Lengths count from it in any case, and velocities and momenta of `place` are those
+    /// True if γ falls from there. Lengths count from it in any case, and velocities and momenta of `place` are those
     /// of the reversed motion.
     pub is_backward: bool,
     /// What the run takes over from the one that it continues, if it does.

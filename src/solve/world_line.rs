@@ -68,7 +68,7 @@ pub struct WorldLine<S = f64> {
     pub(crate) origin: Option<(usize, S)>,
     /// γ of the first node.
     pub gamma_i: S,
-    /// Whether γ falls from there. Inside, all counts from the start: γ, and velocities and momenta by that.
+    /// True if γ falls from there. Inside, all counts from the start: γ, and velocities and momenta by that.
     pub is_backward: bool,
     /// |γ_f − γ_i|.
     pub length: S,

@@ -78,7 +78,7 @@ pub struct Judged {
 /// is streamed they contain those of measuring.
 pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let rough = &setup.rough;
-    let mut sums = if wanted.sums && !case.is_of_x() {
+    let sums = if wanted.sums && !case.is_of_x() {
         rough.geometry.conserved_sums(&rough.start, || case.geometry())
     } else {
         Vec::new()
@@ -122,11 +122,9 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
     }
     let events = events.finish(&line);
     let mut diagnostics = measured.unwrap_or_else(|| Diagnostics::new(&line));
-    let is_kept: Vec<bool> = sums.iter().map(|sum| holds_along(&line, &rough.geometry, sum)).collect();
-    let mut kept = is_kept.iter();
-    sums.retain(|_| kept.next() == Some(&true));
-    let mut kept = is_kept.iter();
-    diagnostics.sums.retain(|_| kept.next() == Some(&true));
+    let measured = sums.into_iter().zip(std::mem::take(&mut diagnostics.sums));
+    let (sums, of_sums) = measured.filter(|(sum, _)| holds_along(&line, &rough.geometry, sum)).unzip();
+    diagnostics.sums = of_sums;
     let samples = match samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
         Ok(samples) => samples,
         Err(none) => return (Err(NoRun::Unsampled(none)), solve_seconds),
