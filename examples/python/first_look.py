@@ -7,7 +7,7 @@
 #
 # This notebook runs `geodesic-ivp`, reads its tables and its summary, and draws them. It needs the program on the PATH,
 # numpy and matplotlib. Run it as a script (`uv run examples/python/first_look.py`), or open it in an editor that knows
-# cells. Files and pictures go into `results/python`. Words and symbols are explained in `docs/README.md`.
+# cells. Files and pictures go into `results/python`. Words and symbols are explained in `docs/guide.md`.
 
 # %%
 import csv

@@ -111,7 +111,7 @@ pub const KEYS: &[Key] = &[
         "expect.status",
         "string",
         "\"converged\"",
-        "how the solve must end. A name from the [list of statuses](files.md#statuses).",
+        "how the solve must end. A name from the [list of statuses](results.md#statuses).",
     ),
     key("expect.t_final", "number", "", "t at the last node"),
     key("expect.x_final", "number", "", "x at the last node"),
