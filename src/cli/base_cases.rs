@@ -8,7 +8,8 @@ use geodesic_ivp::output::json_object;
 use geodesic_ivp::study::convergence::paper::{BASE_CASES, PUBLISHED_SLOPES, published};
 use geodesic_ivp::study::convergence::{Quantity, Slope};
 
-use super::converge::{COMMAND, ConvergeArgs, Swept, sweep_into};
+use super::converge::{COMMAND, ConvergeArgs, Swept, grids, sweep_into, two_decimals};
+use super::lines::row;
 use super::{interrupt, report};
 
 /// Sweeps the base cases, writes the files of each into a folder of its name, and prints one table.
@@ -17,7 +18,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
         report::note("no CASE is given: the paper's base cases are swept, linear and quartic");
     }
     args.output.check_standard_output()?;
-    let (mut table, mut written) = (Table::new(args.case.has_overrides()), String::new());
+    let (mut table, mut written) = (Table::new(args), String::new());
     let mut summaries = Vec::new();
     let mut ending = ExitCode::SUCCESS;
     for name in BASE_CASES {
@@ -29,13 +30,13 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
             break;
         };
         table.add(name, &swept);
-        written += &swept.written;
-        summaries.push((name, swept.summary.clone()));
-        let this = swept.ending();
+        written += &swept.study.written;
+        summaries.push((name, swept.study.summary.clone()));
+        let this = swept.study.ending(|| swept.code());
         if this != ExitCode::SUCCESS {
             ending = this;
         }
-        if swept.interrupted.is_some() {
+        if swept.study.is_interrupted() {
             break;
         }
     }
@@ -53,57 +54,63 @@ fn ranges(case: &str) -> Vec<(usize, usize)> {
 }
 
 /// The table that is printed.
-struct Table {
+struct Table<'a> {
     lines: String,
     reference_error: f64,
-    /// Whether overrides have changed the cases, so that they are no longer those of the paper.
-    changed: bool,
+    /// The largest difference from a slope of the paper, which are fitted against 1/N.
+    difference: f64,
+    args: &'a ConvergeArgs,
 }
 
-impl Table {
-    fn new(changed: bool) -> Self {
-        let lines = "  potential  operator    quantity      paper  against 1/N  against Δγ  fitted N    \
-                     all grids against Δγ\n";
-        Self { lines: lines.to_owned(), reference_error: 0.0, changed }
+impl<'a> Table<'a> {
+    fn new(args: &'a ConvergeArgs) -> Self {
+        let more = if args.verbose { "  against 1/N  all grids" } else { "" };
+        let lines = format!("  potential  operator    error        slope  paper  grids{more}\n");
+        Self { lines, reference_error: 0.0, difference: 0.0, args }
     }
 
     fn add(&mut self, name: &str, swept: &Swept) {
+        let is_changed = self.args.case.has_overrides();
         self.reference_error = self.reference_error.max(swept.reference_error);
         for (index, all) in swept.slopes.iter().enumerate() {
             let of = |quantity| published(name, all.sbp, quantity).filter(|_| all.form == Form::Strong);
             // The paper has no slopes in the L2 norm. They are fitted over the grids of ε_x.
             let range = of(Quantity::EPS_X_FINAL).map(|published| published.n_range);
             let place = ranges(name).iter().position(|one| Some(*one) == range);
-            let fitted = place.map(|place| &swept.beside[place][index]);
-            let paper =
-                of(all.quantity).filter(|_| !self.changed).map_or("-".to_owned(), |p| format!("{:.2}", p.slope));
-            let slope = |slope: Option<&Slope>, inverse: bool| {
-                slope.and_then(|slope| slope.fit.as_ref()).map_or("-".to_owned(), |fit| {
-                    format!("{:.3}", if inverse { fit.slope_vs_inverse_n } else { fit.slope })
-                })
+            let fitted = place.map_or(all, |place| &swept.beside[place][index]);
+            let paper = of(all.quantity).filter(|_| !is_changed).map(|published| published.slope);
+            let slope = |slope: &Slope| two_decimals(slope.fit.as_ref().map(|fit| fit.slope));
+            let inverse = fitted.fit.as_ref().map(|fit| fit.slope_vs_inverse_n);
+            if let (Some(paper), Some(inverse)) = (paper, inverse) {
+                self.difference = self.difference.max((paper - inverse).abs());
+            }
+            let more = match self.args.verbose {
+                true => format!("  {:>11}  {} ({})", two_decimals(inverse), slope(all), grids(all)),
+                false => String::new(),
             };
-            let grids = |slope: Option<&Slope>| {
-                slope.and_then(|slope| slope.n_range).map_or("-".to_owned(), |(min, max)| format!("{min} … {max}"))
-            };
-            self.lines += &format!(
-                "  {name:<9}  {:<10}  {:<12}  {paper:>5}  {:>11}  {:>10}  {:<10}  {} ({})\n",
+            let line = format!(
+                "  {name:<9}  {:<10}  {:<11}  {:>5}  {:>5}  {:<10}{more}",
                 all.scheme(),
                 all.name,
-                slope(fitted, true),
-                slope(fitted, false),
-                grids(fitted),
-                slope(Some(all), false),
-                grids(Some(all)),
+                slope(fitted),
+                two_decimals(paper),
+                grids(fitted)
             );
+            self.lines += &format!("{}\n", line.trim_end());
         }
     }
 
     fn finish(self) -> String {
-        let Self { lines, reference_error, changed } = self;
-        let title = if changed { "The paper's base cases, changed by --set" } else { "The paper's base cases" };
-        format!(
-            "{title}: slopes of the errors against Taylor trajectories (their estimated error {reference_error:.1e})\n\
-             {lines}  The paper fits against 1/N; the step is Δγ = 1/(N - 1).\n"
-        )
+        let Self { lines, reference_error, difference, args } = self;
+        let title = match (args.case.has_overrides(), difference > 0.0) {
+            (true, _) => "The paper's base cases, changed by --set".to_owned(),
+            (false, true) => format!(
+                "The paper's base cases: slopes against 1/N, as it fits them, are within {difference:.2} of its own"
+            ),
+            (false, false) => "The paper's base cases".to_owned(),
+        };
+        let error = format!("against Taylor trajectories, themselves good to {reference_error:.0e}");
+        let step = "a slope is that against the step, 1/(N - 1); the paper's are against 1/N";
+        format!("{title}\n{lines}{}{}", row("error", &error), row("slope", step))
     }
 }

@@ -1,8 +1,6 @@
 //! `converge [CASE]`.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
@@ -11,16 +9,15 @@ use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName, on_grid};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::number::Real;
-use geodesic_ivp::output::{
-    OutputSet, SUMMARY, Target, convergence_summary, pictures, write_convergence, write_slopes,
-};
+use geodesic_ivp::output::{OutputSet, Target, convergence_summary, pictures, write_convergence, write_slopes};
 use geodesic_ivp::solve::Arithmetic;
+use geodesic_ivp::study::convergence::paper::published;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
-use indicatif::{ProgressBar, ProgressStyle};
 
-use super::interrupt::{self, INTERRUPTED};
+use super::lines::{listed, row, wrapped};
 use super::out::OutArgs;
-use super::{CaseArgs, base_cases, memory, report};
+use super::study::{self, Committed, Finished};
+use super::{CaseArgs, base_cases, interrupt, memory, report};
 
 pub(super) const COMMAND: &str = "converge";
 const CONVERGENCE: &str = "convergence.csv";
@@ -68,6 +65,10 @@ pub(super) struct ConvergeArgs {
     #[arg(long)]
     plot: bool,
 
+    /// Also print the slopes against 1/N and the numbers of points
+    #[arg(long, short)]
+    pub(super) verbose: bool,
+
     /// Fit only grids with MIN <= N <= MAX [default: all above the rounding plateau]
     #[arg(long, value_name = "MIN:MAX", value_parser = range)]
     fit_range: Option<(usize, usize)>,
@@ -100,42 +101,31 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, COMMAND)?;
     let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };
-    args.output.tell(args.case.quiet, &swept.summary, || swept.table.clone() + &swept.written)?;
-    Ok(swept.ending())
+    swept.study.tell(&args.case, &args.output, || swept.code())
 }
 
 /// A sweep whose files have been written.
 pub(super) struct Swept {
-    /// The slopes for people.
-    table: String,
-    /// The text of summary.json.
-    pub(super) summary: String,
-    pub(super) written: String,
+    /// What is printed.
+    pub(super) study: Committed,
     /// Slopes over all grids above the rounding plateau.
     pub(super) slopes: Vec<Slope>,
     /// Slopes over each of the further ranges that were asked for.
     pub(super) beside: Vec<Vec<Slope>>,
     /// The reference's estimate of its own relative error.
     pub(super) reference_error: f64,
-    /// If the sweep was interrupted, the number of grids that were finished.
-    pub(super) interrupted: Option<usize>,
     /// Whether any grid has a solution.
     solved: bool,
-    directory: PathBuf,
 }
 
 impl Swept {
-    /// The exit code. Warns if the sweep was interrupted or no grid has a solution.
-    pub(super) fn ending(&self) -> ExitCode {
-        if let Some(grids) = self.interrupted {
-            report::warn(&format!("interrupted: {grids} grids were finished and are in {}", self.directory.display()));
-            return ExitCode::from(INTERRUPTED);
-        }
+    /// The exit code. Warns if no grid has a solution.
+    pub(super) fn code(&self) -> u8 {
         if !self.solved {
             report::warn("no grid of the sweep has a solution: raise --n-gamma, or shorten the run");
-            return ExitCode::from(report::NO_CRITICAL_POINT);
+            return report::NO_CRITICAL_POINT;
         }
-        ExitCode::SUCCESS
+        0
     }
 }
 
@@ -181,51 +171,43 @@ fn sweep_in<S: Arithmetic>(
         report::warn(&format!("{name}{warning}"));
     }
     check_memory::<S>(case, args)?;
-    let directory = target.folder.clone();
-    let pictures: &[&str] = if args.plot { &[FINAL_ERRORS, L2_ERRORS] } else { &[] };
-    let files = OutputSet::open(target, &[&[CONVERGENCE, SLOPES, SUMMARY], pictures].concat())?;
+    let files = study::open(target, &[CONVERGENCE, SLOPES], args.plot.then_some(&[FINAL_ERRORS, L2_ERRORS]))?;
     let convergence = match sweep_with_progress::<S>(case, args) {
         Ok(Some(convergence)) => convergence,
         Ok(None) => return Ok(None),
-        Err(error) => {
-            // An impossible grid is a mistake on the command line, and nothing is changed. A case without a reference
-            // has no results, so the files of an earlier sweep are removed: they must not be taken for its own.
-            if matches!(error, SweepError::Reference(_)) {
-                files.commit(&|_| false)?;
-            }
-            return Err(error.into());
-        }
+        // An impossible grid is a mistake on the command line, and nothing is changed.
+        Err(error @ SweepError::Grid(_)) => return Err(error.into()),
+        Err(error) => return Err(study::without_results(files, error)),
     };
     let n_range = args.fit_range.unwrap_or((0, usize::MAX));
     let slopes = convergence.slopes(n_range);
     if case.settings().windows == 1 && mixes_parities(&convergence) {
         report::warn(&format!(
-            "{name}the grids mix even and odd numbers of nodes, which have different constants of the error at the \
-             end in the strong form: fit grids of one parity"
+            "{name}even and odd numbers of nodes have different errors at the end in the strong form: give \
+             --n-gamma of one parity"
         ));
     }
-    for warning in slopes.iter().filter_map(Slope::warning) {
+    for warning in Slope::warnings(&slopes) {
         report::warn(&format!("{name}{warning}"));
     }
     write_convergence(files.writer(CONVERGENCE), &convergence).context("cannot write convergence.csv")?;
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
-    let summary = convergence_summary(case.title(), case.warnings(), &convergence, &slopes);
-    files.write_text(SUMMARY, &summary)?;
     let title = args.case.headed(case.title());
     if args.plot {
         draw(&title, &convergence, (&slopes, n_range), &files)?;
     }
-    let kept = files.commit(&|_| true)?;
+    let study = Finished {
+        summary: convergence_summary(case.title(), case.warnings(), &convergence, &slopes),
+        text: readable(&title, &convergence, &slopes, args),
+        interrupted: convergence.interrupted.then(|| format!("{} grids", convergence.points.len())),
+        files,
+    };
     Ok(Some(Swept {
-        table: readable(&title, &convergence, &slopes),
-        summary,
-        written: report::written(&directory, &kept),
+        study: study.commit()?,
         beside: beside.iter().map(|&range| convergence.slopes(range)).collect(),
         slopes,
         reference_error: convergence.reference.error_estimate,
-        interrupted: convergence.interrupted.then_some(convergence.points.len()),
         solved: convergence.points.iter().any(|point| point.errors.is_some()),
-        directory,
     }))
 }
 
@@ -257,70 +239,87 @@ fn draw<S: Real>(
     Ok(())
 }
 
-/// What a sweep reports while it is running.
-enum News<S> {
-    Ready(Arc<Sweep<S>>),
-    Point(usize, ConvergencePoint),
-    Impossible(SweepError),
-}
-
-/// Sweeps, with a progress bar if standard error is a terminal. After an interrupt the result has the grids that were
-/// finished; it is `None` if the reference was not finished.
+/// Sweeps, with a progress bar. After an interrupt the result has the grids that were finished; it is `None` if the
+/// reference was not finished.
 fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
     let forms = if args.form.is_empty() { &[case.settings().form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
-    let grids = (args.n_gamma.len() * schemes.len()) as u64;
-    let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
-    bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
-    let (case, n_gamma) = (case.clone(), args.n_gamma.clone());
-    let new = move || Sweep::new(&case, &schemes, &n_gamma);
-    let work = move |tell: &(dyn Fn(News<S>) + Sync)| match new() {
-        Ok(sweep) => {
-            let sweep = Arc::new(sweep);
-            tell(News::Ready(Arc::clone(&sweep)));
-            sweep.run(&AtomicBool::new(false), &|place, point| tell(News::Point(place, point.clone())));
-        }
-        Err(error) => tell(News::Impossible(error)),
-    };
-    let (mut ready, mut points) = (Ok(None), Vec::new());
-    interrupt::beside_it(work, |news| match news {
-        News::Ready(sweep) => ready = Ok(Some(sweep)),
-        News::Impossible(error) => ready = Err(error),
-        News::Point(place, point) => {
+    let bar = study::bar(&args.case, args.n_gamma.len() * schemes.len(), "{bar:30} {pos}/{len} grids {msg}");
+    let (case, n_gamma, mut points) = (case.clone(), args.n_gamma.clone(), Vec::new());
+    let found = study::computed(
+        move || Sweep::<S>::new(&case, &schemes, &n_gamma),
+        |sweep, tell| {
+            sweep.run(&AtomicBool::new(false), &|place, point| tell((place, point.clone())));
+        },
+        |_, (place, point): (usize, ConvergencePoint)| {
             bar.set_message(format!("last: {} N = {}", point.sbp, point.n_gamma));
             bar.inc(1);
             points.push((place, point));
-        }
-    });
+        },
+    );
     bar.finish_and_clear();
-    Ok(ready?.map(|sweep| sweep.gathered(points)))
+    Ok(found?.map(|(sweep, _)| sweep.gathered(points)))
 }
 
-fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> String {
-    let mut text = format!(
-        "{title}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
-        convergence.reference.error_estimate
-    );
-    let width = slopes.iter().map(|slope| slope.name.len()).fold(12, usize::max);
-    text += &format!("  operator    {:<width$}  slope          against 1/N  fitted N        points\n", "quantity");
-    for slope in slopes {
-        let operator = slope.scheme();
-        let quantity = &slope.name;
-        let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else {
-            text += &format!("  {operator:<10}  {quantity:<width$}  -\n");
-            continue;
+/// The slopes for people: first the orders, then a line for each error.
+fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], args: &ConvergeArgs) -> String {
+    let mut text = wrapped(&format!("{title}: the order is {}", orders(slopes)), 2);
+    let width = slopes.iter().map(|slope| slope.name.len()).fold(11, usize::max);
+    let published = |slope: &Slope| published(args.case.unchanged()?, slope.sbp, slope.quantity);
+    let papers: Vec<_> = slopes.iter().map(|slope| published(slope).filter(|_| slope.form == Form::Strong)).collect();
+    let is_published = papers.iter().any(Option::is_some);
+    let more = if args.verbose { "  against 1/N  points" } else { "" };
+    let paper = if is_published { "  paper" } else { "" };
+    text += &format!("  operator    {:<width$}  {:<14}{paper}  {:<12}{more}", "error", "slope", "grids").trim_end();
+    for (slope, paper) in slopes.iter().zip(papers) {
+        let found = slope.fit.as_ref().map_or("-".to_owned(), |fit| {
+            format!("{:.3}{}", fit.slope, fit.standard_error.map_or(String::new(), |error| format!(" ± {error:.3}")))
+        });
+        let paper = match is_published {
+            true => format!("  {:>5}", two_decimals(paper.map(|paper| paper.slope))),
+            false => String::new(),
         };
-        let error = fit.standard_error.map_or(String::new(), |e| format!(" ± {e:.3}"));
-        let fitted = format!("{n_min} … {n_max}");
-        text += &format!(
-            "  {operator:<10}  {quantity:<width$}  {:<13}  {:<11.3}  {fitted:<14}  {}\n",
-            format!("{:.3}{error}", fit.slope),
-            fit.slope_vs_inverse_n,
-            slope.points
-        );
+        let more = match slope.fit.as_ref().filter(|_| args.verbose) {
+            Some(fit) => format!("  {:>11.3}  {:>6}", fit.slope_vs_inverse_n, slope.points),
+            None => String::new(),
+        };
+        let line =
+            format!("  {:<10}  {:<width$}  {found:<14}{paper}  {:<12}{more}", slope.scheme(), slope.name, grids(slope));
+        text += &format!("\n{}", line.trim_end());
     }
+    text += "\n";
     for point in convergence.points.iter().filter(|point| point.errors.is_none()) {
-        text += &format!("  {} N = {}: {}\n", point.sbp, point.n_gamma, point.status);
+        text += &row("failed", &format!("{} N = {}: {}", point.sbp, point.n_gamma, point.status));
     }
-    text
+    text + &row(
+        "error",
+        &format!("against a Taylor trajectory, itself good to {:.0e}", convergence.reference.error_estimate),
+    )
+}
+
+/// The orders of all operators: the range of their slopes.
+fn orders(slopes: &[Slope]) -> String {
+    let mut schemes: Vec<String> = slopes.iter().map(Slope::scheme).collect();
+    schemes.dedup();
+    let order = |scheme: String| {
+        let found = slopes.iter().filter(|slope| slope.scheme() == scheme).filter_map(|slope| slope.fit.as_ref());
+        let (least, most) = found
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), fit| (fit.slope.min(least), fit.slope.max(most)));
+        match most - least {
+            f64::NEG_INFINITY => format!("unknown for {scheme}"),
+            0.05.. => format!("{least:.1} to {most:.1} for {scheme}"),
+            _ => format!("{most:.1} for {scheme}"),
+        }
+    };
+    listed(schemes.into_iter().map(order))
+}
+
+/// The smallest and the largest grid of a fit.
+pub(super) fn grids(slope: &Slope) -> String {
+    slope.n_range.map_or("-".to_owned(), |(min, max)| format!("{min} … {max}"))
+}
+
+/// A number with two decimals, if there is one.
+pub(super) fn two_decimals(number: Option<f64>) -> String {
+    number.map_or("-".to_owned(), |number| format!("{number:.2}"))
 }

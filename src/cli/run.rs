@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::Case;
-use geodesic_ivp::diagnostics::{Diagnostics, OfX};
+use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::{
     CASE, OutputSet, SUMMARY, StreamedTable, Summary, write_branches, write_events, write_residuals, write_samples,
@@ -267,12 +267,7 @@ fn to_standard_output<S: Arithmetic>(
     let observer: Option<run::Observer<'_, S>> = if args.samples.only() { None } else { Some(&mut see) };
     let run =
         solved(case, setup, args, Wanted { observer, ..wanted }).0.map_err(|none| explained(none, args, setup))?;
-    let suspicions = if args.enclose {
-        run.judged(setup, args.reference, true).suspicions
-    } else {
-        let newton = run.diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
-        run.diagnostics.warnings(&run.line).into_iter().chain(newton).collect()
-    };
+    let suspicions = if args.enclose { run.judged(setup, args.reference, true).suspicions } else { run.warnings() };
     suspicions.iter().for_each(|warning| report::warn(warning));
     let mut out = stdout::for_data()?;
     match args.samples.only() {
