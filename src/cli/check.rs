@@ -17,7 +17,7 @@ pub(super) struct CheckArgs {
     #[command(flatten)]
     case: CaseArgs,
 
-    /// Also solve the case and compare the result with its [expect] table
+    /// Also solve the case, and compare the result with its [expect] table
     #[arg(long)]
     run: bool,
 }

@@ -15,7 +15,7 @@ use geodesic_ivp::study::convergence::paper::published;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 
 use super::lines::{listed, row, wrapped};
-use super::out::OutArgs;
+use super::out::{OutArgs, RESULTS};
 use super::study::{self, Committed, Finished};
 use super::{CaseArgs, base_cases, interrupt, memory, report};
 
@@ -29,15 +29,11 @@ const L2_ERRORS: &str = "errors_l2.svg";
 const MOST_SCHEMES: usize = 4;
 
 #[derive(Debug, Args)]
+#[command(next_help_heading = "What to measure")]
 pub(super) struct ConvergeArgs {
-    #[command(flatten)]
-    pub(super) case: CaseArgs,
-
-    #[command(flatten)]
-    pub(super) output: OutArgs,
-
-    /// Numbers of nodes to sweep: of each of the case's windows; of all together for a spectral element, whose windows
-    /// they fix
+    /// Numbers of nodes
+    ///
+    /// They are per window for SBP operators, and in total for spectral elements.
     #[arg(
         long,
         value_name = "N,N,…",
@@ -47,7 +43,7 @@ pub(super) struct ConvergeArgs {
     )]
     n_gamma: Vec<usize>,
 
-    /// Operators to sweep
+    /// Operators: SBP21, SBP42, SBP63, SBP84, GLL<n>
     #[arg(
         long,
         value_name = "SBP,SBP,…",
@@ -57,21 +53,29 @@ pub(super) struct ConvergeArgs {
     )]
     sbp: Vec<SbpName>,
 
-    /// Forms of the action to sweep [default: the case's]
+    /// Forms of the action: strong, weak [default: the case's]
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', value_parser = form)]
     form: Vec<Form>,
 
-    /// Also draw the errors and their fits as SVG
-    #[arg(long)]
-    plot: bool,
-
-    /// Also print the slopes against 1/N and the numbers of points
-    #[arg(long, short)]
-    pub(super) verbose: bool,
-
-    /// Fit only grids with MIN <= N <= MAX [default: all above the rounding plateau]
+    /// Fit only grids of MIN to MAX nodes, e.g. 64:1024
+    ///
+    /// Without it all grids are fitted whose errors lie above those of rounding.
     #[arg(long, value_name = "MIN:MAX", value_parser = range)]
     fit_range: Option<(usize, usize)>,
+
+    #[command(flatten)]
+    pub(super) case: CaseArgs,
+
+    #[command(flatten)]
+    pub(super) output: OutArgs,
+
+    /// Also draw the errors and their fits
+    #[arg(long, help_heading = RESULTS)]
+    plot: bool,
+
+    /// Also print slopes against 1/N, as the paper fits them
+    #[arg(long, short, help_heading = RESULTS)]
+    pub(super) verbose: bool,
 }
 
 fn nodes(text: &str) -> Result<usize, String> {

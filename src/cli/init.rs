@@ -10,7 +10,7 @@ use super::stdout;
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {
-    /// Name of the built-in case to write
+    /// The built-in case to print
     #[arg(
         value_name = "NAME",
         value_parser = PossibleValuesParser::new(NAMES.iter().copied()),
@@ -19,7 +19,7 @@ pub(super) struct InitArgs {
     )]
     name: Option<String>,
 
-    /// List the built-in cases instead, each with what it is
+    /// List the built-in cases instead, each with what it shows
     #[arg(long, conflicts_with = "name")]
     list: bool,
 }

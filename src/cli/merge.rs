@@ -20,8 +20,8 @@ pub(super) struct MergeArgs {
     #[command(flatten)]
     output: OutArgs,
 
-    /// Print no summary (warnings and errors remain)
-    #[arg(long, short)]
+    /// Print no summary; warnings remain
+    #[arg(long, short, help_heading = out::RESULTS)]
     quiet: bool,
 }
 

@@ -13,7 +13,7 @@ use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Limit, Meth
 
 use super::lines::{row, wrapped};
 use super::methods::{self, Chosen, chosen};
-use super::out::OutArgs;
+use super::out::{OutArgs, RESULTS};
 use super::report::{self, Refusal};
 use super::study::{self, Finished};
 use super::{CaseArgs, interrupt};
@@ -29,33 +29,36 @@ const PICTURES: [&str; 4] = [MAP, MAP_OTHERS, ONSET, LAST_NODE];
 const MOST_STEPS: f64 = 1e7;
 
 #[derive(Debug, Args)]
+#[command(next_help_heading = "What to measure")]
 pub(super) struct StabilityArgs {
+    /// Methods, by the beginnings of their names (--help has them)
+    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help::<Method>())]
+    methods: Vec<String>,
+
+    /// Lengths in gamma [default: a third of the fastest oscillation to 160]
+    ///
+    /// Without it round numbers are taken, and the case's own length.
+    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = positive, allow_hyphen_values = true)]
+    gamma_f: Vec<f64>,
+
+    /// Values of dt/dgamma at the start, with dx/dt kept; not in scenes
+    ///
+    /// A longer tangent makes the run longer, as a longer range of gamma does [default: the case's own].
+    #[arg(long, value_name = "T,T,…", value_delimiter = ',', value_parser = positive, allow_hyphen_values = true)]
+    t_dot: Vec<f64>,
+
+    /// Steps in gamma [default: 0.02 to 2, over the largest frequency]
+    #[arg(long, value_name = "H,H,…", value_delimiter = ',', value_parser = positive, allow_hyphen_values = true)]
+    delta_gamma: Vec<f64>,
+
     #[command(flatten)]
     case: CaseArgs,
 
     #[command(flatten)]
     output: OutArgs,
 
-    /// Methods to chart: names, or the beginnings of names [default: all; --help lists them]
-    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help::<Method>())]
-    methods: Vec<String>,
-
-    /// Lengths in gamma [default: round numbers from a third of the fastest oscillation to some 160, and the case's
-    /// own]
-    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = positive)]
-    gamma_f: Vec<f64>,
-
-    /// Lengths by the tangent: values of dt/dgamma at the start, with dx/dt kept [default: the case's own]; not in
-    /// scenes
-    #[arg(long, value_name = "T,T,…", value_delimiter = ',', value_parser = positive)]
-    t_dot: Vec<f64>,
-
-    /// Steps in gamma [default: round numbers with delta_gamma omega from 0.02 to 2]
-    #[arg(long, value_name = "H,H,…", value_delimiter = ',', value_parser = positive)]
-    delta_gamma: Vec<f64>,
-
-    /// Also draw the maps, the beginning of the sawtooth and the charge at the last node as SVG
-    #[arg(long)]
+    /// Also draw the maps, the onset of the sawtooth and the last charge
+    #[arg(long, help_heading = RESULTS)]
     plot: bool,
 }
 

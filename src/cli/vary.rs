@@ -36,10 +36,12 @@ const TOO_LARGE: &str = "too-large";
 const FEW_NODES: usize = 100_000;
 
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Many runs")]
 pub(super) struct VaryArgs {
-    /// Run the case for each of several values of a key: a list (scheme.sbp=SBP21,SBP42), or COUNT equidistant values
-    /// with both ends among them (initial.x=0.1:0.9:9). Repeated, for every combination. Writes one table with a row
-    /// for each run
+    /// Run for each value of a key: one table, with a row for each run
+    ///
+    /// VALUES is a list (scheme.sbp=SBP21,SBP42), or START:STOP:COUNT for equidistant values with both ends among them
+    /// (initial.x=0.1:0.9:9). Given several times, every combination is run.
     #[arg(
         long,
         value_name = "KEY=VALUES",
@@ -47,7 +49,9 @@ pub(super) struct VaryArgs {
     )]
     vary: Vec<Axis>,
 
-    /// Compute only the K-th of N shares of the rows, for `merge` to join: row K, K + N, K + 2N and so on
+    /// Compute only the K-th of N shares of the rows, for `merge`
+    ///
+    /// These are the rows K, K + N, K + 2N and so on.
     #[arg(long, value_name = "K/N", requires_all = ["vary", "out"])]
     part: Option<Share>,
 }

@@ -18,7 +18,7 @@ use geodesic_ivp::study::work_precision::{
 
 use super::lines::{row, short, wrapped};
 use super::methods::{self, Chosen, chosen};
-use super::out::OutArgs;
+use super::out::{OutArgs, RESULTS};
 use super::report::{self, Refusal};
 use super::study::{self, Finished};
 use super::{CaseArgs, interrupt};
@@ -39,31 +39,42 @@ const BY_LENGTH: [(&str, &str); 4] = [
 const WIDEST: usize = 31;
 
 #[derive(Debug, Args)]
+#[command(next_help_heading = "What to measure")]
 pub(super) struct WorkPrecisionArgs {
+    /// Lengths in gamma, four at most [default: the case's own]
+    ///
+    /// The errors along the longest of them are in drift.csv.
+    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = length, allow_hyphen_values = true)]
+    gamma_f: Vec<f64>,
+
+    /// Methods, by the beginnings of their names (--help has them)
+    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help::<Family>())]
+    methods: Vec<String>,
+
+    /// Also rank and draw what another program measured
+    ///
+    /// The table has the columns of work_precision.csv.
+    #[arg(long, value_name = "CSV", value_hint = ValueHint::FilePath)]
+    rows: Option<PathBuf>,
+
+    /// Seconds that a single run may take
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = Budget::default().longest,
+        value_parser = length,
+        allow_hyphen_values = true
+    )]
+    longest: f64,
+
     #[command(flatten)]
     case: CaseArgs,
 
     #[command(flatten)]
     output: OutArgs,
 
-    /// Lengths in gamma to chart, four at most [default: the case's own]; errors along the longest are in drift.csv
-    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = length)]
-    gamma_f: Vec<f64>,
-
-    /// Methods to measure: names, or the beginnings of names [default: all; --help lists them]
-    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help::<Family>())]
-    methods: Vec<String>,
-
-    /// Also rank and draw the rows of this table, which another program measured
-    #[arg(long, value_name = "CSV", value_hint = ValueHint::FilePath)]
-    rows: Option<PathBuf>,
-
-    /// Seconds that a single run may take
-    #[arg(long, value_name = "SECONDS", default_value_t = Budget::default().longest, value_parser = length)]
-    longest: f64,
-
-    /// Also draw errors against time and evaluations, and along the run, as SVG
-    #[arg(long)]
+    /// Also draw errors against time, evaluations and gamma
+    #[arg(long, help_heading = RESULTS)]
     plot: bool,
 }
 
