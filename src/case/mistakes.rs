@@ -88,16 +88,15 @@ fn below<'k>(key: &'k str, path: &str) -> Option<&'k str> {
 }
 
 /// All mistakes, in the order of the text.
-pub(super) fn all(mut root: Section<'_>) -> Vec<CaseError> {
+pub(super) fn all<'t>(root: impl Fn() -> Section<'t>) -> Vec<CaseError> {
     let mut found = Vec::new();
-    let coordinates = coordinates(&mut root);
-    look(root, "", coordinates.as_deref(), &mut found);
+    look(root(), "", coordinates(root()).as_deref(), &mut found);
     found.sort_by_key(|error| error.span.as_ref().map(|span| span.start));
     found
 }
 
 /// The names of the coordinates, as far as the text says so without a mistake.
-fn coordinates(root: &mut Section<'_>) -> Option<Vec<String>> {
+fn coordinates(mut root: Section<'_>) -> Option<Vec<String>> {
     let names = |field: &Field<'_>| -> Option<Vec<String>> {
         Some(field.strings().ok()?.into_iter().map(|(name, _)| name).collect())
     };

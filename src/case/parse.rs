@@ -21,7 +21,7 @@ impl Case {
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
         let source = Source::new(source_name, text, overrides)?;
         let document = source.document()?;
-        let found = mistakes::all(Section::root(&source, document.as_table()));
+        let found = mistakes::all(|| Section::root(&source, document.as_table()));
         if let Some(error) = CaseError::first_of(found) {
             return Err(error);
         }

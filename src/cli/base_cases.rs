@@ -105,12 +105,12 @@ impl<'a> Table<'a> {
         let title = match (args.case.has_overrides(), difference > 0.0) {
             (true, _) => "The paper's base cases, changed by --set".to_owned(),
             (false, true) => format!(
-                "The paper's base cases: slopes against 1/N, as it fits them, are within {difference:.2} of its own"
+                "The paper's base cases: the slopes against 1/N agree with those of the paper to {difference:.2}"
             ),
             (false, false) => "The paper's base cases".to_owned(),
         };
         let error = format!("against Taylor trajectories, themselves good to {reference_error:.0e}");
-        let step = "a slope is that against the step, 1/(N - 1); the paper's are against 1/N";
+        let step = "against the step, 1/(N - 1); those of the paper are against 1/N (--verbose has both)";
         format!("{title}\n{lines}{}{}", row("error", &error), row("slope", step))
     }
 }

@@ -320,7 +320,8 @@ fn orders(slopes: &[Slope]) -> String {
 
 /// The smallest and the largest grid of a fit.
 pub(super) fn grids(slope: &Slope) -> String {
-    slope.n_range.map_or("-".to_owned(), |(min, max)| format!("{min} … {max}"))
+    let fitted = slope.n_range.filter(|_| slope.fit.is_some());
+    fitted.map_or("-".to_owned(), |(min, max)| format!("{min} … {max}"))
 }
 
 /// A number with two decimals, if there is one.

@@ -12,17 +12,23 @@ pub(super) fn row(name: &str, text: &str) -> String {
 
 /// A text in lines that are not too long, the second and further ones indented.
 pub(super) fn wrapped(text: &str, indent: usize) -> String {
-    let (mut lines, mut line) = (String::new(), String::new());
-    for (place, word) in text.split(' ').enumerate() {
-        if place > 0 && !line.trim().is_empty() && line.chars().count() + 1 + word.chars().count() > COLUMNS {
+    broken(text, indent, COLUMNS)
+}
+
+/// A text in lines of at most `columns`, the second and further ones indented.
+pub(super) fn broken(text: &str, indent: usize, columns: usize) -> String {
+    let (mut lines, mut line, mut is_begun) = (String::new(), String::new(), false);
+    for word in text.split(' ') {
+        if !line.trim().is_empty() && line.chars().count() + 1 + word.chars().count() > columns {
             lines += line.trim_end();
             lines.push('\n');
-            line = " ".repeat(indent - 1);
+            (line, is_begun) = (" ".repeat(indent), false);
         }
-        if place > 0 {
+        if is_begun {
             line.push(' ');
         }
         line += word;
+        is_begun = true;
     }
     (lines + line.trim_end() + "\n").replace('\u{a0}', " ")
 }

@@ -45,7 +45,7 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     args.output.tell(args.quiet, &json, || {
         let title = joined.summary.title.as_deref().unwrap_or("Many runs");
         let summary = &joined.summary;
-        format!("{title}\n{}{}{}", vary::counts(summary), report::written(&folder, &kept), vary::verdict(summary))
+        vary::verdict(title, summary) + &vary::counts(summary) + &report::written(&folder, &kept)
     })?;
     Ok(vary::ending(&joined.summary))
 }

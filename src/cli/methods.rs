@@ -2,8 +2,11 @@
 
 use geodesic_ivp::study::{stability, work_precision};
 
-use super::lines::wrapped;
+use super::lines::broken;
 use super::report::Refusal;
+
+/// Help begins after its label.
+const HELP_COLUMNS: usize = 90;
 
 /// A method of a study.
 pub(super) trait Method: Clone {
@@ -75,7 +78,7 @@ pub(super) fn chosen<M: Method>(names: &[String], is_separable: Option<bool>) ->
 /// The names of methods, in lines.
 fn list<M: Method>(methods: &[M]) -> String {
     let names: Vec<String> = methods.iter().map(|method| method.label().replace(' ', "\u{a0}")).collect();
-    wrapped(&names.join(", "), 1).trim_end().to_owned()
+    broken(&names.join(", "), 0, HELP_COLUMNS).trim_end().to_owned()
 }
 
 /// What `--methods` takes, for the long help.

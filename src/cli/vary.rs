@@ -24,6 +24,7 @@ use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{self, INTERRUPTED};
+use super::lines::{row, wrapped};
 use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, Refusal};
 use super::run::RunArgs;
 use super::{memory, out};
@@ -128,9 +129,8 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let kept = files.commit(&|_| true)?;
     journal.remove()?;
     let title = args.case.headed(runs.first().title());
-    args.output.tell(args.case.quiet, &json, || {
-        readable(&title, &summary, &runs) + &report::written(&folder, &kept) + &verdict(&summary)
-    })?;
+    args.output
+        .tell(args.case.quiet, &json, || readable(&title, &summary, &runs) + &report::written(&folder, &kept))?;
     Ok(ending(&summary))
 }
 
@@ -198,7 +198,7 @@ fn compute(
         move |tell: &(dyn Fn(RunRow) + Sync)| {
             rayon::broadcast(|_| {
                 while let Some(&run) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    tell(row(&runs, &columns, run));
+                    tell(computed(&runs, &columns, run));
                 }
             });
         }
@@ -219,7 +219,7 @@ fn compute(
 }
 
 /// Computes a row.
-fn row(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
+fn computed(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
     let refused = |status: &str, exit_code, message: &str| {
         columns.row(runs, run, Ended { status, exit_code, end: None, message })
     };
@@ -260,21 +260,19 @@ fn readable(title: &str, summary: &RunsSummary, runs: &ManyRuns) -> String {
         [] => axis.key().to_owned(),
     };
     let varied: Vec<String> = runs.axes().iter().map(varied).collect();
-    let mut text = format!("{title}\n  varied     {}\n", varied.join(", "));
-    text += &counts(summary);
-    text
+    verdict(title, summary) + &row("varied", &varied.join(", ")) + &counts(summary)
 }
 
 /// How many rows have which status.
 pub(super) fn counts(summary: &RunsSummary) -> String {
     let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
     let part = summary.part.as_ref().map_or(String::new(), |part| format!(", part {part} of {}", summary.runs));
-    format!("  rows       {}{part}: {}\n", summary.rows, counts.join(", "))
+    row("rows", &format!("{}{part}: {}", summary.rows, counts.join(", ")))
 }
 
-/// The last line: how many rows have which verdict.
-pub(super) fn verdict(summary: &RunsSummary) -> String {
+/// The first line: how many rows have which verdict.
+pub(super) fn verdict(title: &str, summary: &RunsSummary) -> String {
     let RunsSummary { rows, solved, doubtful, .. } = summary;
     let (trusted, refused) = (solved - doubtful, rows - solved);
-    format!("verdict: {trusted} trusted, {doubtful} doubtful, {refused} refused\n")
+    wrapped(&format!("{title}: {trusted} trusted, {doubtful} doubtful, {refused} refused"), 2)
 }

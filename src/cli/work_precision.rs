@@ -247,7 +247,7 @@ fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[R
     }
     text += &row("ratio", "seconds of the others over those of this program, each with its fastest setting");
     let ranked = measured.rows.iter().filter(|row| row.rank().is_some()).count();
-    text += &row("settings", &format!("{}, {ranked} of them with a result", measured.rows.len()));
+    text += &row("measured", &format!("{} settings, {ranked} of them with a result", measured.rows.len()));
     let error = arenas.iter().map(Arena::reference_error).fold(0.0, f64::max);
     text + &row("error", &format!("against a Taylor trajectory, itself good to {error:.0e}"))
 }

@@ -52,18 +52,22 @@ impl Slope {
                 None => found.push((scheme, vec![&slope.name], doubt)),
             }
         }
-        found.into_iter().map(|(scheme, names, doubt)| format!("{scheme} {}: {doubt}", names.join(", "))).collect()
+        let one = |(scheme, names, doubt): (String, Vec<&str>, String)| match names.as_slice() {
+            [first, _, .., last] => format!("{scheme} {first} … {last} ({}): {doubt}", names.len()),
+            names => format!("{scheme} {}: {doubt}", names.join(", ")),
+        };
+        found.into_iter().map(one).collect()
     }
 
     /// Why the number should not be read as an order, and what to do.
     fn doubt(&self) -> Option<String> {
         match &self.fit {
             None if self.plateau_from.is_some() => {
-                Some("no slope, the errors are at the rounding level: sweep coarser grids with --n-gamma".to_owned())
+                Some("no slope, the errors are rounding; sweep coarser grids with --n-gamma".to_owned())
             }
-            None => Some(
-                "no slope, fewer than two grids were solved in the range: sweep more of them with --n-gamma".to_owned(),
-            ),
+            None => {
+                Some("no slope, fewer than two grids were solved in the range; sweep more with --n-gamma".to_owned())
+            }
             Some(fit) if !fit.is_asymptotic() => {
                 let (low, high) = fit.local_range();
                 let finest = self.n_range.map_or(0, |(_, finest)| finest);
@@ -72,9 +76,7 @@ impl Slope {
                     None if self.plateau_from.is_some() => "sweep more grids above the rounding level".to_owned(),
                     None => format!("sweep finer grids: --n-gamma {finest},{},{}", 2 * finest, 4 * finest),
                 };
-                Some(format!(
-                    "not asymptotic, the slope between neighbouring grids runs from {low:.2} to {high:.2}; {remedy}"
-                ))
+                Some(format!("not asymptotic, with slopes from {low:.2} to {high:.2}; {remedy}"))
             }
             Some(_) => None,
         }
