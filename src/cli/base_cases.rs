@@ -5,10 +5,10 @@ use std::process::ExitCode;
 
 use geodesic_ivp::case::Form;
 use geodesic_ivp::output::json_object;
+use geodesic_ivp::study::convergence::Quantity;
 use geodesic_ivp::study::convergence::paper::{BASE_CASES, PUBLISHED_SLOPES, published};
-use geodesic_ivp::study::convergence::{Quantity, Slope};
 
-use super::converge::{COMMAND, ConvergeArgs, Swept, grids, sweep_into, two_decimals};
+use super::converge::{COMMAND, ConvergeArgs, Line, Swept, sweep_into, table};
 use super::lines::row;
 use super::{interrupt, report};
 
@@ -18,8 +18,8 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
         report::note("no CASE is given: the paper's base cases are swept, linear and quartic");
     }
     args.output.check_standard_output()?;
-    let (mut table, mut written) = (Table::new(args), String::new());
-    let mut summaries = Vec::new();
+    let (mut found, mut summaries, mut written, mut error) = (Vec::new(), Vec::new(), String::new(), 0.0_f64);
+    let is_changed = args.case.has_overrides();
     let mut ending = ExitCode::SUCCESS;
     for name in BASE_CASES {
         let case = args.case.read_built_in(name)?;
@@ -29,7 +29,8 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
             ending = interrupt::before_any_result();
             break;
         };
-        table.add(name, &swept);
+        found.extend(lines(name, &swept, is_changed));
+        error = error.max(swept.reference_error);
         written += &swept.study.written;
         summaries.push((name, swept.study.summary.clone()));
         let this = swept.study.ending(|| swept.code());
@@ -41,7 +42,9 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
         }
     }
     if !summaries.is_empty() {
-        args.output.tell(args.case.quiet, &json_object(&summaries), || table.finish() + &written)?;
+        args.output.tell(args.case.quiet, &json_object(&summaries), || {
+            readable(&found, is_changed, error, args.verbose) + &written
+        })?;
     }
     Ok(ending)
 }
@@ -53,64 +56,27 @@ fn ranges(case: &str) -> Vec<(usize, usize)> {
     ranges
 }
 
-/// The table that is printed.
-struct Table<'a> {
-    lines: String,
-    reference_error: f64,
-    /// The largest difference from a slope of the paper, which are fitted against 1/N.
-    difference: f64,
-    args: &'a ConvergeArgs,
+/// The lines of a case: its slopes over the grids of the paper or, where that has none, over all of them.
+fn lines(name: &'static str, swept: &Swept, is_changed: bool) -> impl Iterator<Item = Line> {
+    swept.slopes.iter().enumerate().map(move |(index, all)| {
+        // The paper has no slopes in the L2 norm. They are fitted over the grids of ε_x.
+        let of_x = published(name, all.sbp, Quantity::EPS_X_FINAL).filter(|_| all.form == Form::Strong);
+        let place = ranges(name).iter().position(|one| of_x.is_some_and(|of_x| of_x.n_range == *one));
+        let fitted = place.map_or(all, |place| &swept.beside[place][index]);
+        Line { case: name, ..Line::new(fitted.clone(), Some(name).filter(|_| !is_changed)) }
+    })
 }
 
-impl<'a> Table<'a> {
-    fn new(args: &'a ConvergeArgs) -> Self {
-        let more = if args.verbose { "  against 1/N  all grids" } else { "" };
-        let lines = format!("  potential  operator    error        slope  paper  grids{more}\n");
-        Self { lines, reference_error: 0.0, difference: 0.0, args }
-    }
-
-    fn add(&mut self, name: &str, swept: &Swept) {
-        let is_changed = self.args.case.has_overrides();
-        self.reference_error = self.reference_error.max(swept.reference_error);
-        for (index, all) in swept.slopes.iter().enumerate() {
-            let of = |quantity| published(name, all.sbp, quantity).filter(|_| all.form == Form::Strong);
-            // The paper has no slopes in the L2 norm. They are fitted over the grids of ε_x.
-            let range = of(Quantity::EPS_X_FINAL).map(|published| published.n_range);
-            let place = ranges(name).iter().position(|one| Some(*one) == range);
-            let fitted = place.map_or(all, |place| &swept.beside[place][index]);
-            let paper = of(all.quantity).filter(|_| !is_changed).map(|published| published.slope);
-            let slope = |slope: &Slope| two_decimals(slope.fit.as_ref().map(|fit| fit.slope));
-            let inverse = fitted.fit.as_ref().map(|fit| fit.slope_vs_inverse_n);
-            if let (Some(paper), Some(inverse)) = (paper, inverse) {
-                self.difference = self.difference.max((paper - inverse).abs());
-            }
-            let more = match self.args.verbose {
-                true => format!("  {:>11}  {} ({})", two_decimals(inverse), slope(all), grids(all)),
-                false => String::new(),
-            };
-            let line = format!(
-                "  {name:<9}  {:<10}  {:<11}  {:>5}  {:>5}  {:<10}{more}",
-                all.scheme(),
-                all.name,
-                slope(fitted),
-                two_decimals(paper),
-                grids(fitted)
-            );
-            self.lines += &format!("{}\n", line.trim_end());
+fn readable(lines: &[Line], is_changed: bool, error: f64, is_verbose: bool) -> String {
+    let difference = |line: &Line| Some((line.paper? - line.slope.fit.as_ref()?.slope_vs_inverse_n).abs());
+    let title = match lines.iter().filter_map(difference).reduce(f64::max) {
+        _ if is_changed => "The paper's base cases, changed by --set".to_owned(),
+        None => "The paper's base cases".to_owned(),
+        Some(most) => {
+            format!("The paper's base cases: the slopes against 1/N agree with those of the paper to {most:.2}")
         }
-    }
-
-    fn finish(self) -> String {
-        let Self { lines, reference_error, difference, args } = self;
-        let title = match (args.case.has_overrides(), difference > 0.0) {
-            (true, _) => "The paper's base cases, changed by --set".to_owned(),
-            (false, true) => format!(
-                "The paper's base cases: the slopes against 1/N agree with those of the paper to {difference:.2}"
-            ),
-            (false, false) => "The paper's base cases".to_owned(),
-        };
-        let error = format!("against Taylor trajectories, themselves good to {reference_error:.0e}");
-        let step = "against the step, 1/(N - 1); those of the paper are against 1/N (--verbose has both)";
-        format!("{title}\n{lines}{}{}", row("error", &error), row("slope", step))
-    }
+    };
+    let step = "against the step, 1/(N - 1); those of the paper are against 1/N (--verbose has both)";
+    let error = format!("against Taylor trajectories, themselves good to {error:.0e}");
+    format!("{title}\n{}{}{}", table(lines, is_verbose), row("slope", step), row("error", &error))
 }

@@ -248,7 +248,7 @@ fn draw<S: Real>(
 fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
     let forms = if args.form.is_empty() { &[case.settings().form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
-    let bar = study::bar(&args.case, args.n_gamma.len() * schemes.len(), "{bar:30} {pos}/{len} grids {msg}");
+    let bar = study::bar(args.case.quiet, args.n_gamma.len() * schemes.len(), "{bar:30} {pos}/{len} grids {msg}");
     let (case, n_gamma, mut points) = (case.clone(), args.n_gamma.clone(), Vec::new());
     let found = study::computed(
         move || Sweep::<S>::new(&case, &schemes, &n_gamma),
@@ -265,40 +265,59 @@ fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Resul
     Ok(found?.map(|(sweep, _)| sweep.gathered(points)))
 }
 
+/// A line of the table of slopes.
+pub(super) struct Line {
+    /// The case, where there are several.
+    pub(super) case: &'static str,
+    pub(super) slope: Slope,
+    /// The slope that the paper reports.
+    pub(super) paper: Option<f64>,
+}
+
+impl Line {
+    /// A slope with that of the paper, if `case` is one of its cases.
+    pub(super) fn new(slope: Slope, case: Option<&str>) -> Self {
+        let found = case.and_then(|case| published(case, slope.sbp, slope.quantity));
+        let paper = found.filter(|_| slope.form == Form::Strong).map(|paper| paper.slope);
+        Self { case: "", slope, paper }
+    }
+}
+
+/// The table of slopes.
+pub(super) fn table(lines: &[Line], is_verbose: bool) -> String {
+    let width = lines.iter().map(|line| line.slope.name.len()).fold(11, usize::max);
+    let is_published = lines.iter().any(|line| line.paper.is_some());
+    let several = lines.iter().any(|line| !line.case.is_empty());
+    let row = |[case, operator, error, slope, paper, grids, inverse, points]: [&str; 8]| {
+        let case = if several { format!("  {case:<9}") } else { String::new() };
+        let paper = if is_published { format!("  {paper:>5}") } else { String::new() };
+        let more = if is_verbose { format!("  {inverse:<11}  {points}") } else { String::new() };
+        let text = format!("{case}  {operator:<10}  {error:<width$}  {slope:<13}{paper}  {grids:<12}{more}");
+        format!("{}\n", text.trim_end())
+    };
+    let mut text = row(["potential", "operator", "error", "slope", "paper", "grids", "against 1/N", "points"]);
+    for Line { case, slope, paper } in lines {
+        let (fit, none) = (slope.fit.as_ref(), || "-".to_owned());
+        let error = fit.and_then(|fit| fit.standard_error).map_or(String::new(), |error| format!(" ± {error:.3}"));
+        let found = fit.map_or_else(none, |fit| format!("{:.3}{error}", fit.slope));
+        let paper = paper.map_or_else(none, |paper| format!("{paper:.2}"));
+        let grids = slope.n_range.filter(|_| fit.is_some()).map_or_else(none, |(min, max)| format!("{min} … {max}"));
+        let inverse = fit.map_or_else(none, |fit| format!("{:.3}", fit.slope_vs_inverse_n));
+        let points = slope.points.to_string();
+        text += &row([case, &slope.scheme(), &slope.name, &found, &paper, &grids, &inverse, &points]);
+    }
+    text
+}
+
 /// The slopes for people: first the orders, then a line for each error.
 fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], args: &ConvergeArgs) -> String {
-    let mut text = wrapped(&format!("{title}: the order is {}", orders(slopes)), 2);
-    let width = slopes.iter().map(|slope| slope.name.len()).fold(11, usize::max);
-    let published = |slope: &Slope| published(args.case.unchanged()?, slope.sbp, slope.quantity);
-    let papers: Vec<_> = slopes.iter().map(|slope| published(slope).filter(|_| slope.form == Form::Strong)).collect();
-    let is_published = papers.iter().any(Option::is_some);
-    let more = if args.verbose { "  against 1/N  points" } else { "" };
-    let paper = if is_published { "  paper" } else { "" };
-    text += &format!("  operator    {:<width$}  {:<14}{paper}  {:<12}{more}", "error", "slope", "grids").trim_end();
-    for (slope, paper) in slopes.iter().zip(papers) {
-        let found = slope.fit.as_ref().map_or("-".to_owned(), |fit| {
-            format!("{:.3}{}", fit.slope, fit.standard_error.map_or(String::new(), |error| format!(" ± {error:.3}")))
-        });
-        let paper = match is_published {
-            true => format!("  {:>5}", two_decimals(paper.map(|paper| paper.slope))),
-            false => String::new(),
-        };
-        let more = match slope.fit.as_ref().filter(|_| args.verbose) {
-            Some(fit) => format!("  {:>11.3}  {:>6}", fit.slope_vs_inverse_n, slope.points),
-            None => String::new(),
-        };
-        let line =
-            format!("  {:<10}  {:<width$}  {found:<14}{paper}  {:<12}{more}", slope.scheme(), slope.name, grids(slope));
-        text += &format!("\n{}", line.trim_end());
-    }
-    text += "\n";
+    let lines: Vec<Line> = slopes.iter().map(|slope| Line::new(slope.clone(), args.case.unchanged())).collect();
+    let mut text = wrapped(&format!("{title}: the order is {}", orders(slopes)), 2) + &table(&lines, args.verbose);
     for point in convergence.points.iter().filter(|point| point.errors.is_none()) {
         text += &row("failed", &format!("{} N = {}: {}", point.sbp, point.n_gamma, point.status));
     }
-    text + &row(
-        "error",
-        &format!("against a Taylor trajectory, itself good to {:.0e}", convergence.reference.error_estimate),
-    )
+    let error = convergence.reference.error_estimate;
+    text + &row("error", &format!("against a Taylor trajectory, itself good to {error:.0e}"))
 }
 
 /// The orders of all operators: the range of their slopes.
@@ -316,15 +335,4 @@ fn orders(slopes: &[Slope]) -> String {
         }
     };
     listed(schemes.into_iter().map(order))
-}
-
-/// The smallest and the largest grid of a fit.
-pub(super) fn grids(slope: &Slope) -> String {
-    let fitted = slope.n_range.filter(|_| slope.fit.is_some());
-    fitted.map_or("-".to_owned(), |(min, max)| format!("{min} … {max}"))
-}
-
-/// A number with two decimals, if there is one.
-pub(super) fn two_decimals(number: Option<f64>) -> String {
-    number.map_or("-".to_owned(), |number| format!("{number:.2}"))
 }

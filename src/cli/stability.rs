@@ -12,7 +12,7 @@ use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Limit, Method, Pace, Plan, measure};
 
 use super::lines::{row, wrapped};
-use super::methods::{self, Chosen, chosen};
+use super::methods::{self, chosen};
 use super::out::{OutArgs, RESULTS};
 use super::report::{self, Refusal};
 use super::study::{self, Finished};
@@ -32,7 +32,7 @@ const MOST_STEPS: f64 = 1e7;
 #[command(next_help_heading = "What to measure")]
 pub(super) struct StabilityArgs {
     /// Methods, by the beginnings of their names (--help has them)
-    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help::<Method>())]
+    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help(Method::all().iter().map(Method::label)))]
     methods: Vec<String>,
 
     /// Lengths in gamma [default: a third of the fastest oscillation to 160]
@@ -73,7 +73,9 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         let refusal = Refusal::usage("--t-dot is for cases of one coordinate");
         anyhow::bail!(refusal.help("the lengths of a scene are those of --gamma-f"));
     }
-    let Chosen { methods, left_out } = chosen(&args.methods, args.case.is_separable(case))?;
+    let is_separable = args.case.is_separable(case);
+    let unsuitable = |method: &Method| method.unsuitable(is_separable?);
+    let (methods, left_out) = chosen(&args.methods, Method::all(), Method::label, unsuitable)?;
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "stability")?;
     let files = study::open(target, &[STABILITY], args.plot.then_some(&PICTURES))?;
@@ -167,7 +169,7 @@ fn measure_with_progress(
     methods: Vec<Method>,
     args: &StabilityArgs,
 ) -> Result<Option<Measured>, Impossible> {
-    let bar = study::bar(&args.case, 0, "{bar:30} {pos}/{len} cells {msg}");
+    let bar = study::bar(args.case.quiet, 0, "{bar:30} {pos}/{len} cells {msg}");
     let (case, mut cells) = (case.clone(), Vec::new());
     let lists = [&args.gamma_f, &args.t_dot, &args.delta_gamma].map(Vec::clone);
     let found = study::computed(

@@ -26,8 +26,8 @@ pub(super) fn without_results(files: OutputSet, error: impl Into<anyhow::Error>)
 }
 
 /// A progress bar, which is hidden if the command is to be quiet or standard error is no terminal.
-pub(super) fn bar(case: &CaseArgs, length: usize, template: &str) -> ProgressBar {
-    let bar = if case.quiet { ProgressBar::hidden() } else { ProgressBar::new(length as u64) };
+pub(super) fn bar(is_quiet: bool, length: usize, template: &str) -> ProgressBar {
+    let bar = if is_quiet { ProgressBar::hidden() } else { ProgressBar::new(length as u64) };
     bar.set_style(ProgressStyle::with_template(template).expect("the template is valid"));
     bar
 }

@@ -21,13 +21,12 @@ use geodesic_ivp::output::{CASE, OutputSet, SUMMARY};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Settings, Status};
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{self, INTERRUPTED};
 use super::lines::{row, wrapped};
 use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, Refusal};
 use super::run::RunArgs;
-use super::{memory, out};
+use super::{memory, out, study};
 
 /// The statuses of runs that are not begun.
 const INVALID: &str = "invalid-case";
@@ -189,9 +188,7 @@ fn compute(
     journal: &mut Journal,
     quiet: bool,
 ) -> anyhow::Result<bool> {
-    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(todo.len() as u64) };
-    let template = "{bar:30} {pos}/{len} runs, {eta} left";
-    bar.set_style(ProgressStyle::with_template(template).expect("the template is valid"));
+    let bar = study::bar(quiet, todo.len(), "{bar:30} {pos}/{len} runs, {eta} left");
     let (next, end) = (Arc::new(AtomicUsize::new(0)), todo.len());
     let work = {
         let (runs, columns, next) = (Arc::clone(runs), Arc::clone(columns), Arc::clone(&next));

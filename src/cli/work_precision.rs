@@ -17,7 +17,7 @@ use geodesic_ivp::study::work_precision::{
 };
 
 use super::lines::{row, short, wrapped};
-use super::methods::{self, Chosen, chosen};
+use super::methods::{self, chosen};
 use super::out::{OutArgs, RESULTS};
 use super::report::{self, Refusal};
 use super::study::{self, Finished};
@@ -48,7 +48,7 @@ pub(super) struct WorkPrecisionArgs {
     gamma_f: Vec<f64>,
 
     /// Methods, by the beginnings of their names (--help has them)
-    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help::<Family>())]
+    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help(Family::all().iter().map(Family::name)))]
     methods: Vec<String>,
 
     /// Also rank and draw what another program measured
@@ -91,7 +91,9 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     if args.gamma_f.len() > BY_LENGTH.len() {
         anyhow::bail!(Refusal::usage(format!("--gamma-f takes {} lengths at most", BY_LENGTH.len())));
     }
-    let Chosen { methods: families, .. } = chosen(&args.methods, args.case.is_separable(case))?;
+    let is_separable = args.case.is_separable(case);
+    let unsuitable = |family: &Family| family.unsuitable(is_separable?);
+    let (families, _) = chosen(&args.methods, Family::all(), Family::name, unsuitable)?;
     let mut others = Vec::new();
     if let Some(path) = &args.rows {
         let name = path.display();
@@ -156,7 +158,8 @@ fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> 
         [] => vec![None],
         ref lengths => lengths.iter().copied().map(Some).collect(),
     };
-    let bar = study::bar(&args.case, lengths.len() * (families.len() + budget.rounds), "{bar:30} {pos}/{len} {msg}");
+    let bar =
+        study::bar(args.case.quiet, lengths.len() * (families.len() + budget.rounds), "{bar:30} {pos}/{len} {msg}");
     let (case, mut measured, mut along) = (case.clone(), WorkPrecision::default(), Vec::new());
     let found = study::computed(
         move || lengths.into_iter().map(|length| Arena::new(&case, length)).collect::<Result<Vec<_>, _>>(),
