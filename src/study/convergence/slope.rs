@@ -76,7 +76,7 @@ impl Slope {
                     None if self.plateau_from.is_some() => "sweep more grids above the rounding level".to_owned(),
                     None => format!("sweep finer grids: --n-gamma {finest},{},{}", 2 * finest, 4 * finest),
                 };
-                Some(format!("not asymptotic, with slopes from {low:.2} to {high:.2}; {remedy}"))
+                Some(format!("not asymptotic ({low:.2} to {high:.2}); {remedy}"))
             }
             Some(_) => None,
         }
