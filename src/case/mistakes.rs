@@ -1,14 +1,14 @@
-//! The mistakes that keys and their values have by themselves: unknown keys, wrong kinds, numbers out of range. They are
-//! all found at once; what a case means is only looked at where there is none.
+//! The mistakes that keys and their values have by themselves: unknown keys, wrong kinds, numbers out of range. All of
+//! them are found at once; what a case means is only looked at where there is none.
 
 use super::check::title;
 use super::initial::{self, norm_value};
 use super::observables::direction;
-use super::potential::law;
+use super::potential::{KINDS as KINDS_OF_POTENTIAL, law};
 use super::reader::{Field, Section};
 use super::settings::{at_least_one, chosen, digits};
 use super::{CaseError, Form, SbpName, System};
-use crate::geometry::Preset;
+use crate::geometry::{Preset, Tau};
 use crate::solve::Status;
 
 /// Refuses a value that a key does not take.
@@ -90,67 +90,83 @@ fn below<'k>(key: &'k str, path: &str) -> Option<&'k str> {
 /// All mistakes, in the order of the text.
 pub(super) fn all<'t>(root: impl Fn() -> Section<'t>) -> Vec<CaseError> {
     let mut found = Vec::new();
-    look(root(), "", coordinates(root()).as_deref(), &mut found);
+    look(root(), "", names(root()).as_ref(), &mut found);
     found.sort_by_key(|error| error.span.as_ref().map(|span| span.start));
     found
 }
 
-/// The names of the coordinates, as far as the text says so without a mistake.
-fn coordinates(mut root: Section<'_>) -> Option<Vec<String>> {
-    let names = |field: &Field<'_>| -> Option<Vec<String>> {
+/// The coordinates at the start and those at the end, among which may be tau.
+struct Names {
+    start: Vec<String>,
+    end: Vec<String>,
+}
+
+/// The names of the coordinates, as far as the text says them without a mistake.
+fn names(mut root: Section<'_>) -> Option<Names> {
+    let listed = |field: Field<'_>| -> Option<Vec<String>> {
         Some(field.strings().ok()?.into_iter().map(|(name, _)| name).collect())
     };
-    match (root.take("metric"), root.take("potential")) {
+    let [metric, potential, force] = ["metric", "potential", "force"].map(|key| root.take(key));
+    let (start, factor) = match (metric, potential) {
         (Some(metric), None) => {
             let mut metric = metric.section().ok()?;
-            match metric.take("preset") {
-                Some(preset) => Some(Preset::from_name(preset.as_str()?)?.text().coordinates),
-                None => names(&metric.take("coordinates")?),
-            }
+            let start = match metric.take("preset") {
+                Some(preset) => Preset::from_name(preset.as_str()?)?.text().coordinates,
+                None => listed(metric.take("coordinates")?)?,
+            };
+            (start, metric.take("conformal"))
         }
-        (None, Some(potential)) => {
-            let given = potential.section().ok()?.take("coordinates");
-            let places = given.map_or_else(|| Some(vec!["x".to_owned()]), |field| names(&field))?;
+        (None, potential) => {
+            let mut potential = potential.map_or_else(|| root.section("potential"), |field| field.section()).ok()?;
+            let is_given = KINDS_OF_POTENTIAL.iter().any(|kind| potential.take(kind).is_some());
+            let force = force.or_else(|| potential.take("force")).filter(|_| !is_given);
+            let places = match (potential.take("coordinates"), force) {
+                (Some(coordinates), _) => listed(coordinates)?,
+                (None, Some(force)) => force.section().ok()?.fields().into_iter().map(|field| field.key).collect(),
+                (None, None) => vec!["x".to_owned()],
+            };
             let law = root.section("particle").ok()?.take("law");
             let lift = law.filter(|law| law.as_str() == Some("newtonian")).map(|_| "s".to_owned());
-            Some(["t".to_owned()].into_iter().chain(places).chain(lift).collect())
+            (["t".to_owned()].into_iter().chain(places).chain(lift).collect(), potential.take("conformal"))
         }
-        _ => None,
-    }
+        (Some(_), Some(_)) => return None,
+    };
+    let end: Vec<String> = start.iter().cloned().chain(factor.map(|_| Tau::NAME.to_owned())).collect();
+    Some(Names { start, end })
 }
 
 /// Looks at the keys of a table, which is called `path` in [`KINDS`].
-fn look(mut section: Section<'_>, path: &str, coordinates: Option<&[String]>, found: &mut Vec<CaseError>) {
-    let mut names: Vec<&str> = Vec::new();
-    for name in KINDS.iter().filter_map(|(key, _)| below(key, path)?.split('.').next()) {
-        if !names.contains(&name) {
-            names.push(name);
+fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut Vec<CaseError>) {
+    let mut keys: Vec<&str> = Vec::new();
+    for key in KINDS.iter().filter_map(|(key, _)| below(key, path)?.split('.').next()) {
+        if !keys.contains(&key) {
+            keys.push(key);
         }
     }
-    names.iter().filter(|name| !["", "*"].contains(name)).for_each(|name| drop(section.take(name)));
-    let of_coordinates = coordinates.and_then(|coordinates| match path {
-        "initial" => Some(initial::keys(coordinates, section.is_of_x())),
-        "expect" => Some(coordinates.iter().map(|name| format!("{name}_final")).collect()),
+    keys.iter().filter(|name| !["", "*"].contains(name)).for_each(|name| drop(section.take(name)));
+    let of_coordinates = names.and_then(|Names { start, end }| match path {
+        "initial" => Some(initial::keys(start, section.is_of_x())),
+        "expect" => Some(end.iter().map(|name| format!("{name}_final")).collect()),
         _ => None,
     });
     of_coordinates.iter().flatten().for_each(|key| drop(section.take(key)));
-    let is_open = of_coordinates.is_none() && names.contains(&"*");
+    let is_open = of_coordinates.is_none() && keys.contains(&"*");
     if !is_open {
-        let explained = |error| match coordinates.filter(|_| path == "initial") {
-            Some(coordinates) => initial::explain_velocity(error, coordinates),
+        let explained = |error| match names.filter(|_| path == "initial") {
+            Some(names) => initial::explain_velocity(error, &names.start),
             None => error,
         };
         found.extend(section.unknown().into_iter().map(explained));
     }
     for field in section.fields().into_iter().filter(|field| is_open || section.knows(&field.key)) {
-        let name = if names.contains(&field.key.as_str()) { &field.key } else { "*" };
+        let name = if keys.contains(&field.key.as_str()) { &field.key } else { "*" };
         let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
         let check = KINDS.iter().find(|(key, _)| *key == path).map(|(_, check)| check);
         let has_keys = KINDS.iter().any(|(key, _)| below(key, &path).is_some());
         match check.filter(|_| !(has_keys && field.is_table())) {
             Some(check) => found.extend(check(&field).err()),
             None => match field.section() {
-                Ok(section) => look(section, &path, coordinates, found),
+                Ok(section) => look(section, &path, names, found),
                 Err(error) => found.push(error),
             },
         }

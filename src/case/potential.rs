@@ -8,7 +8,8 @@ use super::scenery::Scenery;
 use crate::formula::similar::nearest;
 use crate::geometry::{GeometryText, Law, Place, PotentialText};
 
-const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
+/// The keys that say what the potential is.
+pub(super) const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
 pub(super) const POTENTIALS: &str = "give formula = \"expression\" or { expression, parameters } or, with one \
                                      coordinate, one of free = {}, linear = { alpha }, quartic = { kappa }, \
                                      polynomial = { coefficients }";

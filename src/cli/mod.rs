@@ -79,7 +79,7 @@ enum Command {
     ///
     /// The errors are those against a trajectory of the Taylor method.
     #[command(
-        mut_arg("case", |case| with_default(case, "the paper's linear and quartic")),
+        mut_arg("case", |case| with_default(case, "linear and quartic")),
         after_help = "Example:\n  geodesic-ivp converge quartic --n-gamma 16,32,64 --sbp SBP21"
     )]
     Converge(converge::ConvergeArgs),

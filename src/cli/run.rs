@@ -61,8 +61,8 @@ pub(super) struct RunArgs {
 
     /// Look between the nodes, too, for what they do not see
     ///
-    /// The formulas are enclosed on the way from each node to the next, and the result is doubted where they may do what
-    /// the nodes do not see. With solver.accuracy every run does so.
+    /// The formulas are enclosed on the way from each node to the next, and the result is doubted where they may do
+    /// what the nodes do not see. With solver.accuracy every run does so.
     #[arg(long, conflicts_with = "vary", help_heading = "How to judge the result")]
     pub(super) enclose: bool,
 

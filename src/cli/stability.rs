@@ -32,7 +32,12 @@ const MOST_STEPS: f64 = 1e7;
 #[command(next_help_heading = "What to measure")]
 pub(super) struct StabilityArgs {
     /// Methods, by the beginnings of their names (--help has them)
-    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help(Method::all().iter().map(Method::label)))]
+    #[arg(
+        long,
+        value_name = "NAME,NAME,…",
+        value_delimiter = ',',
+        long_help = methods::help(Method::all().iter().map(Method::label))
+    )]
     methods: Vec<String>,
 
     /// Lengths in gamma [default: a third of the fastest oscillation to 160]

@@ -39,8 +39,8 @@ enum News<P, T, E> {
     Done(T),
 }
 
-/// Prepares and computes on another thread, and passes what `compute` reports to `hear` on this thread. Returns what was
-/// prepared, and whether an interrupt came before the end; `None` if it came before that was ready.
+/// Prepares and computes on another thread, and passes what `compute` reports to `hear` on this thread. Returns what
+/// was prepared, and whether an interrupt came before the end; `None` if it came before that was ready.
 ///
 /// # Errors
 /// What `prepare` returns.

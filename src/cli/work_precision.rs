@@ -48,7 +48,12 @@ pub(super) struct WorkPrecisionArgs {
     gamma_f: Vec<f64>,
 
     /// Methods, by the beginnings of their names (--help has them)
-    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',', long_help = methods::help(Family::all().iter().map(Family::name)))]
+    #[arg(
+        long,
+        value_name = "NAME,NAME,…",
+        value_delimiter = ',',
+        long_help = methods::help(Family::all().iter().map(Family::name))
+    )]
     methods: Vec<String>,
 
     /// Also rank and draw what another program measured

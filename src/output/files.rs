@@ -126,8 +126,8 @@ pub(super) fn remove(path: &Path) -> io::Result<()> {
 }
 
 impl OutputSet {
-    /// Creates the folder, which is removed again if nothing comes into it, and opens the named files in it. A folder that cannot be written, or files that may not be
-    /// replaced, are thus found before a long computation.
+    /// Creates the folder, which is removed again if nothing comes into it, and opens the named files in it. A folder
+    /// that cannot be written, or files that may not be replaced, are thus found before a long computation.
     ///
     /// # Errors
     /// If the folder cannot be made, a file in it cannot be written, or one of these names is a user's file.

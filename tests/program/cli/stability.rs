@@ -29,7 +29,7 @@ fn the_atlas_has_its_columns_its_summary_and_its_pictures() {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(
-        text.contains("leaves the domain") && text.contains("SBP21 windows strong") && text.contains("1.372"),
+        text.contains("runs are accurate") && text.contains("SBP21 windows strong") && text.contains("1.372"),
         "{text}"
     );
     let out = folder.path().join("out");

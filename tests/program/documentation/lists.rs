@@ -18,7 +18,7 @@ fn known(directory: &Path, setting: &str) -> Vec<String> {
     let output = program(directory).args(["check", "quartic", "--quiet", "--set", setting]).output().unwrap();
     let error = String::from_utf8(output.stderr).unwrap();
     let line = error.lines().find(|line| line.starts_with("error: ")).unwrap_or_else(|| panic!("{setting}: {error}"));
-    match (line.split_once("available keys: "), line.split_once("expected ")) {
+    match (line.split_once("available keys: "), line.split_once("expected ").or(line.split_once("the only key is "))) {
         (Some((_, list)), _) => list.split(", ").map(str::to_owned).collect(),
         (None, Some((_, list))) => list.split('`').skip(1).step_by(2).map(str::to_owned).collect(),
         _ => panic!("{setting}: {error}"),
