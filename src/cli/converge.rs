@@ -16,8 +16,9 @@ use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, 
 
 use super::lines::{listed, row, wrapped};
 use super::out::{OutArgs, RESULTS};
+use super::report::{self, Refusal};
 use super::study::{self, Committed, Finished};
-use super::{CaseArgs, base_cases, interrupt, memory, report};
+use super::{CaseArgs, base_cases, interrupt, memory};
 
 pub(super) const COMMAND: &str = "converge";
 const CONVERGENCE: &str = "convergence.csv";
@@ -105,7 +106,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, COMMAND)?;
     let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };
-    swept.study.tell(&args.case, &args.output, || swept.code())
+    swept.study.tell(args.case.quiet, &args.output, || swept.code())
 }
 
 /// A sweep whose files have been written.
@@ -179,9 +180,12 @@ fn sweep_in<S: Arithmetic>(
     let convergence = match sweep_with_progress::<S>(case, args) {
         Ok(Some(convergence)) => convergence,
         Ok(None) => return Ok(None),
+        Err(SweepError::Reference(end)) => return Err(study::without_results(files, end)),
         // An impossible grid is a mistake on the command line, and nothing is changed.
-        Err(error @ SweepError::Grid(_)) => return Err(error.into()),
-        Err(error) => return Err(study::without_results(files, error)),
+        Err(SweepError::Grid(message)) => {
+            let help = "choose other numbers for --n-gamma, or fewer operators for --sbp";
+            return Err(Refusal::usage(message).help(help).into());
+        }
     };
     let n_range = args.fit_range.unwrap_or((0, usize::MAX));
     let slopes = convergence.slopes(n_range);

@@ -7,7 +7,6 @@ use std::process::ExitCode;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use geodesic_ivp::output::NotOurs;
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
-use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
 use super::check::ExpectationNotMet;
@@ -103,13 +102,6 @@ pub(super) fn explain(error: &anyhow::Error) -> u8 {
         return INVALID_CASE;
     } else if let Some(failure) = error.downcast_ref::<NoSolution>() {
         (failure.to_string(), Some(failure.advice()), code_of(failure.status))
-    } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
-        let (help, code) = match sweep {
-            SweepError::Reference(end) => of_reference(end.reason),
-            SweepError::Grid(_) => ("choose other numbers for --n-gamma, or fewer operators for --sbp", INVALID_CASE),
-        };
-        let help = Some(help);
-        (sweep.to_string(), help, code)
     } else if let Some(end) = error.downcast_ref::<ReferenceEnds>() {
         let (help, code) = of_reference(end.reason);
         (end.to_string(), Some(help), code)

@@ -105,7 +105,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         files,
     }
     .commit()?
-    .tell(&args.case, &args.output, || ending(&atlas))
+    .tell(args.case.quiet, &args.output, || ending(&atlas))
 }
 
 fn draw(files: &OutputSet, title: &str, arena: &Arena, plan: &Plan, atlas: &Atlas) -> anyhow::Result<()> {

@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{INTERRUPTED, beside_it};
 use super::out::OutArgs;
-use super::{CaseArgs, report};
+use super::report;
 
 /// Opens the tables, the summary and, where they are wanted, the pictures of a study.
 pub(super) fn open(
@@ -101,13 +101,8 @@ pub(super) struct Committed {
 
 impl Committed {
     /// Prints the summary, and returns the exit code: `code`, unless the study was interrupted.
-    pub(super) fn tell(
-        &self,
-        case: &CaseArgs,
-        output: &OutArgs,
-        code: impl FnOnce() -> u8,
-    ) -> anyhow::Result<ExitCode> {
-        output.tell(case.quiet, &self.summary, || format!("{}{}", self.text, self.written))?;
+    pub(super) fn tell(&self, is_quiet: bool, output: &OutArgs, code: impl FnOnce() -> u8) -> anyhow::Result<ExitCode> {
+        output.tell(is_quiet, &self.summary, || format!("{}{}", self.text, self.written))?;
         Ok(self.ending(code))
     }
 

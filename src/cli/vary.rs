@@ -26,7 +26,8 @@ use super::interrupt::{self, INTERRUPTED};
 use super::lines::{row, wrapped};
 use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, Refusal};
 use super::run::RunArgs;
-use super::{memory, out, study};
+use super::study::{self, Finished};
+use super::{memory, out};
 
 /// The statuses of runs that are not begun.
 const INVALID: &str = "invalid-case";
@@ -122,28 +123,23 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let events = columns.has_events().then(|| files.writer(RUNS_EVENTS));
     journal.write((files.writer(RUNS), events), &mut summary)?;
     files.write_text(CASE, &identity.case)?;
-    let json = summary.to_json();
-    files.write_text(SUMMARY, &json)?;
-    let folder = files.folder().to_owned();
-    let kept = files.commit(&|_| true)?;
+    let text = readable(&args.case.headed(runs.first().title()), &summary, &varied(&runs));
+    let done = Finished { summary: summary.to_json(), text, interrupted: None, files }.commit()?;
     journal.remove()?;
-    let title = args.case.headed(runs.first().title());
-    args.output
-        .tell(args.case.quiet, &json, || readable(&title, &summary, &runs) + &report::written(&folder, &kept))?;
-    Ok(ending(&summary))
+    done.tell(args.case.quiet, &args.output, || ending(&summary))
 }
 
 /// Warns of what the rows of a table say, and returns its exit code.
-pub(super) fn ending(summary: &RunsSummary) -> ExitCode {
+pub(super) fn ending(summary: &RunsSummary) -> u8 {
     if summary.doubtful > 0 {
         let doubtful = summary.doubtful;
         report::warn(&format!("{doubtful} of the solved rows are doubtful: their column message says why"));
     }
     if summary.solved == 0 && summary.rows > 0 {
         report::warn("no row has a solution: the column message says why");
-        return ExitCode::from(NO_CRITICAL_POINT);
+        return NO_CRITICAL_POINT;
     }
-    ExitCode::SUCCESS
+    0
 }
 
 /// Refuses keys that are given twice.
@@ -249,27 +245,24 @@ fn check_memory_in<S: Arithmetic>(case: &Case) -> anyhow::Result<()> {
     memory::check(&case.setup::<S>(), false, 0)
 }
 
-/// The summary for people.
-fn readable(title: &str, summary: &RunsSummary, runs: &ManyRuns) -> String {
-    let varied = |axis: &Axis| match axis.values() {
+/// The line that says what is varied.
+fn varied(runs: &ManyRuns) -> String {
+    let one = |axis: &Axis| match axis.values() {
         [one] => format!("{} = {one}", axis.key()),
         [first, .., last] => format!("{} from {first} to {last} ({} values)", axis.key(), axis.values().len()),
         [] => axis.key().to_owned(),
     };
-    let varied: Vec<String> = runs.axes().iter().map(varied).collect();
-    verdict(title, summary) + &row("varied", &varied.join(", ")) + &counts(summary)
+    row("varied", &runs.axes().iter().map(one).collect::<Vec<_>>().join(", "))
 }
 
-/// How many rows have which status.
-pub(super) fn counts(summary: &RunsSummary) -> String {
-    let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
-    let part = summary.part.as_ref().map_or(String::new(), |part| format!(", part {part} of {}", summary.runs));
-    row("rows", &format!("{}{part}: {}", summary.rows, counts.join(", ")))
-}
-
-/// The first line: how many rows have which verdict.
-pub(super) fn verdict(title: &str, summary: &RunsSummary) -> String {
+/// The lines for people: first how many rows have which verdict, then how many have which status. The line `varied` is
+/// between them.
+pub(super) fn readable(title: &str, summary: &RunsSummary, varied: &str) -> String {
     let RunsSummary { rows, solved, doubtful, .. } = summary;
     let (trusted, refused) = (solved - doubtful, rows - solved);
+    let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
+    let part = summary.part.as_ref().map_or(String::new(), |part| format!(", part {part} of {}", summary.runs));
     wrapped(&format!("{title}: {trusted} trusted, {doubtful} doubtful, {refused} refused"), 2)
+        + varied
+        + &row("rows", &format!("{rows}{part}: {}", counts.join(", ")))
 }

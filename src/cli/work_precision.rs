@@ -138,7 +138,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         files,
     }
     .commit()?
-    .tell(&args.case, &args.output, || 0)
+    .tell(args.case.quiet, &args.output, || 0)
 }
 
 /// What a measurement reports while it is running.
