@@ -123,7 +123,8 @@ fn names(mut root: Section<'_>) -> Option<Names> {
             let places = match (potential.take("coordinates"), force) {
                 (Some(coordinates), _) => listed(coordinates)?,
                 (None, Some(force)) => force.section().ok()?.fields().into_iter().map(|field| field.key).collect(),
-                (None, None) => vec!["x".to_owned()],
+                (None, None) if is_given => vec!["x".to_owned()],
+                (None, None) => return None,
             };
             let law = root.section("particle").ok()?.take("law");
             let lift = law.filter(|law| law.as_str() == Some("newtonian")).map(|_| "s".to_owned());

@@ -361,6 +361,14 @@ up = { when = "x", direction = "left", unti = true }
     assert!(error.to_string().ends_with("(and 11 more mistakes)"), "{error}");
 }
 
+/// Where nothing says what the coordinates are, that is what is wrong, and not their names.
+#[test]
+fn coordinates_of_an_unknown_geometry_are_no_unknown_keys() {
+    let text = "[initial]\nr = 1.0\nr_dot = 0.0\n[scheme]\nsbp = \"GLL8\"\n";
+    let error = Case::parse("case", text, &[]).unwrap_err();
+    assert!(error.message.starts_with("missing field") && error.further.is_empty(), "{error}");
+}
+
 /// A key of one that is known is not told to be one of several.
 #[test]
 fn a_single_key_is_said_to_be_the_only_one() {
