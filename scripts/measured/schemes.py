@@ -5,7 +5,7 @@ from .page import Results, code, duration, run, section, short, sets, table
 
 @section("The paper's numbers: slopes of the errors")
 def orders():
-    with Results("converge") as swept:
+    with Results("converge", "--verbose") as swept:
         return swept.text()
 
 

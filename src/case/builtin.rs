@@ -1,7 +1,5 @@
 //! The built-in cases: their files are compiled into the program, so that they are available in every folder.
 
-use serde::Deserialize;
-
 /// The purpose of a built-in case; cases are listed in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Group {
@@ -11,19 +9,26 @@ pub enum Group {
     Basic,
     /// Cases at the edge of what a scheme can do, and beyond it.
     Hard,
-    /// Scenes of n coordinates.
-    Scene,
+    /// Scenes of several coordinates that move by Newton's law.
+    Newtonian,
+    /// Scenes in relativity, light, and geodesics of curved spaces.
+    Curved,
 }
 
 impl Group {
-    /// Its name in lists.
-    pub fn as_str(self) -> &'static str {
+    /// Its heading in lists; basic and hard cases share one.
+    pub fn heading(self) -> &'static str {
         match self {
-            Self::Paper => "paper",
-            Self::Basic => "basic",
-            Self::Hard => "hard",
-            Self::Scene => "scene",
+            Self::Paper => "The paper's cases",
+            Self::Basic | Self::Hard => "One coordinate: other potentials, settings and units",
+            Self::Newtonian => "Newton's law in several coordinates",
+            Self::Curved => "Relativity, black holes, light and curved spaces",
         }
+    }
+
+    /// Whether its cases are scenes of several coordinates.
+    pub fn is_scene(self) -> bool {
+        matches!(self, Self::Newtonian | Self::Curved)
     }
 }
 
@@ -83,20 +88,26 @@ shipped![
         "tanh-wall",
         "tiny-units",
     ]
-    Scene in "cases/scenes": [
+    Newtonian in "cases/scenes": [
         "arenstorf",
         "bouncing-ball",
         "crossed-fields",
         "damped-oscillator",
         "double-pendulum",
         "dry-friction",
-        "expanding-universe",
-        "fish-eye",
         "henon-heiles",
         "kepler",
         "kepler-eccentric",
         "kepler-levi-civita",
         "kepler-polar",
+        "pleiades",
+        "rocket",
+        "satellite-backward",
+        "three-bodies",
+    ]
+    Curved in "cases/scenes": [
+        "expanding-universe",
+        "fish-eye",
         "kepler-relativistic",
         "kerr-inclined",
         "kerr-mino",
@@ -106,12 +117,8 @@ shipped![
         "light-deflection",
         "luneburg",
         "mercury",
-        "pleiades",
-        "rocket",
-        "satellite-backward",
         "schwarzschild-orbit",
         "schwarzschild-plunge",
-        "three-bodies",
         "torus",
         "two-bodies",
     ]
@@ -129,17 +136,6 @@ pub fn group(name: &str) -> Option<Group> {
 
 fn found(name: &str) -> Option<&'static (&'static str, Group, &'static str)> {
     ALL.iter().find(|(known, _, _)| *known == name)
-}
-
-/// The head of a case file.
-#[derive(Deserialize)]
-struct Head {
-    title: Option<String>,
-}
-
-/// The title of the built-in case `name`, if there is one.
-pub fn title(name: &str) -> Option<String> {
-    toml::from_str::<Head>(text(name)?).ok()?.title
 }
 
 /// The first line of a case file without its `#`: a sentence that says what the case is. Empty if that line is no

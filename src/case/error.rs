@@ -16,12 +16,28 @@ pub struct CaseError {
     pub message: String,
     /// What to do, if that is not obvious from the message.
     pub help: Option<String>,
+    /// The mistakes that were found with this one, in the order of the text.
+    pub further: Vec<CaseError>,
 }
 
 impl CaseError {
     /// A mistake that has no place in the text, for example one that concerns the case as a whole.
     pub fn without_place(source_name: &str, message: String) -> Self {
-        Self { source_name: source_name.to_owned(), text: String::new(), span: None, message, help: None }
+        Self {
+            source_name: source_name.to_owned(),
+            text: String::new(),
+            span: None,
+            message,
+            help: None,
+            further: Vec::new(),
+        }
+    }
+
+    /// The first of some mistakes, with the others; `None` if there is none.
+    pub(super) fn first_of(mistakes: Vec<Self>) -> Option<Self> {
+        let mut mistakes = mistakes.into_iter();
+        let first = mistakes.next()?;
+        Some(Self { further: mistakes.collect(), ..first })
     }
 
     /// (line, column) of the mistake, both from 1; the column counts characters.
@@ -38,7 +54,12 @@ impl fmt::Display for CaseError {
         if let Some((line, column)) = self.line_and_column() {
             write!(f, ":{line}:{column}")?;
         }
-        write!(f, ": {}", self.message)
+        write!(f, ": {}", self.message)?;
+        match self.further.len() {
+            0 => Ok(()),
+            1 => write!(f, " (and one more mistake)"),
+            more => write!(f, " (and {more} more mistakes)"),
+        }
     }
 }
 

@@ -17,12 +17,6 @@ fn known() -> impl Iterator<Item = &'static str> + Clone {
     keys.chain(["events", "invariants", "plot"]).filter(|name| name.matches('.').count() < 2)
 }
 
-/// The keys of a table in a case of the paper.
-pub(super) fn keys_of(table: &'static str) -> impl Iterator<Item = &'static str> {
-    let momenta: &[&str] = if table == "initial" { &["p_t", "p_x"] } else { &[] };
-    known().filter_map(move |name| name.strip_prefix(table)?.strip_prefix('.')).chain(momenta.iter().copied())
-}
-
 /// The last part of a dotted key.
 fn last(key: &str) -> &str {
     key.rsplit_once('.').map_or(key, |(_, last)| last)

@@ -130,6 +130,14 @@ fn continued<'t>(field: &Field<'t>, section: Section<'t>, names: &[String]) -> R
     Ok(Initial { q: fields(), rates: fields(), norm: None, solve: None, section, from: Some(end), data })
 }
 
+/// The keys of positions and rates.
+pub(super) fn keys(coordinates: &[String], is_of_x: bool) -> Vec<String> {
+    let velocities = coordinates.iter().map(|name| format!("{name}_dot"));
+    let momenta = coordinates.iter().map(|name| format!("p_{name}"));
+    let velocity = is_of_x.then(|| "velocity".to_owned());
+    coordinates.iter().cloned().chain(velocities).chain(momenta).chain(velocity).collect()
+}
+
 /// These keys of a summary are read.
 #[derive(Deserialize)]
 struct Ended {
@@ -259,7 +267,8 @@ fn unknown(solve: &Field<'_>, names: &[String]) -> Result<(usize, Rate), CaseErr
     Err(field.key_error(message).with_help(meant))
 }
 
-fn norm_value(field: &Field<'_>) -> Result<Quantity, CaseError> {
+/// The K that `norm` asks for.
+pub(super) fn norm_value(field: &Field<'_>) -> Result<Quantity, CaseError> {
     match field.as_str() {
         Some("timelike") => Ok(Quantity::new("1")),
         Some("null") => Ok(Quantity::new("0")),
@@ -309,7 +318,7 @@ fn missing(section: &Section<'_>, name: &str, norm: &Option<Quantity>, is_lifted
 }
 
 /// Says what a case takes in place of the velocity of one in x alone.
-fn explain_velocity(error: CaseError, names: &[String]) -> CaseError {
+pub(super) fn explain_velocity(error: CaseError, names: &[String]) -> CaseError {
     if !error.message.starts_with("unknown field `velocity`") {
         return error;
     }

@@ -1,7 +1,6 @@
 //! Limits of digits, numbers of nodes and spacings.
 
 use super::SbpName;
-use crate::number::{Extended, Real};
 
 /// More nodes than this would exhaust the memory.
 const MOST_POINTS: usize = 100_000_000;
@@ -32,17 +31,6 @@ pub(super) const ONE_OF_THEM: &str =
 pub(super) const CHOSEN_WINDOWS: &str =
     "the program chooses operator and windows itself: leave n_gamma and windows out";
 pub(super) const IN_F64: &str = "windows are chosen in double precision; for more digits give scheme and grid";
-
-/// Refuses a number of digits that no arithmetic has.
-pub(super) fn check_digits(digits: u32) -> Result<(), Invalid> {
-    let (least, most) = (f64::MOST_DIGITS, Extended::MOST_DIGITS);
-    if (least..=most).contains(&digits) {
-        return Ok(());
-    }
-    let message = format!("digits must be from {least} to {most}, got {digits}");
-    Err(invalid("solver.digits", message)
-        .help("16 is double precision; more makes every number of the result exact to that many digits"))
-}
 
 /// Refuses numbers of nodes that do not fit the operator (if it is given) or the memory.
 pub(super) fn check_nodes(sbp: Option<SbpName>, n_gamma: usize, windows: usize) -> Result<(), Invalid> {

@@ -31,7 +31,6 @@ pub(super) fn read(mut section: Section<'_>) -> Result<Scenery<'_>, CaseError> {
         conformal: section.take("conformal"),
         preset: section.take("preset"),
     };
-    section.finish()?;
     let mut places = Vec::new();
     let preset = fields.preset.as_ref().map(|field| preset(field, &fields)).transpose()?;
     let mut text = match preset {

@@ -33,6 +33,7 @@ mod initial;
 mod keys;
 mod limits;
 mod metric;
+mod mistakes;
 mod names;
 mod observables;
 mod parse;

@@ -128,6 +128,20 @@ pub(super) fn check_invariant(field: &Field<'_>) -> Result<(), CaseError> {
     Ok(())
 }
 
+/// Refuses a name of an event that cannot be one in a table, or that is one of its columns.
+pub(super) fn check_event(field: &Field<'_>) -> Result<(), CaseError> {
+    let name = &field.key;
+    if !is_identifier(name) {
+        let message = format!("the event name '{name}' cannot be a name in a table");
+        return Err(field.key_error(message).with_help(IDENTIFIER.to_owned()));
+    }
+    if COLUMNS.contains(&name.as_str()) {
+        let message = format!("an event cannot have the name '{name}': it is reserved, for a column or a key");
+        return Err(field.key_error(message).with_help("choose another name".to_owned()));
+    }
+    Ok(())
+}
+
 /// Whether `name` occurs in a formula as a word of its own.
 pub(super) fn mentions(text: &str, name: &str) -> bool {
     text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)

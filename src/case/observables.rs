@@ -7,7 +7,7 @@ use super::names;
 use super::reader::{Field, Section};
 use super::scenery::known;
 use crate::formula::similar::nearest;
-use crate::formula::{Graph, Names, is_identifier, parse};
+use crate::formula::{Graph, Names, parse};
 use crate::geometry::{Direction, observed};
 
 /// An entry of `[events]`.
@@ -85,14 +85,9 @@ impl Formulas<'_> {
     }
 
     fn event(&self, field: &Field<'_>) -> Result<Event, CaseError> {
-        if !is_identifier(&field.key) {
-            let help = "a name is a letter or underscore, then letters, digits and underscores".to_owned();
-            let message = format!("the event name '{}' cannot be a name in a table", field.key);
-            return Err(field.key_error(message).with_help(help));
-        }
+        names::check_event(field)?;
         let mut section = field.section()?;
         let (when, direction, until) = (section.take("when"), section.take("direction"), section.take("until"));
-        section.finish()?;
         let when = when.ok_or_else(|| section.error(format!("the event '{}' has no `when`", field.key)))?;
         Ok(Event {
             name: field.key.clone(),
@@ -105,7 +100,6 @@ impl Formulas<'_> {
     /// Reads `[plot]`.
     pub(super) fn axes(&self, mut section: Section<'_>) -> Result<Option<Axes>, CaseError> {
         let (x, y) = (section.take("x"), section.take("y"));
-        section.finish()?;
         match (x, y) {
             (Some(x), Some(y)) => Ok(Some(Axes { x: self.of_velocities(&x)?, y: self.of_velocities(&y)? })),
             (None, None) if !section.is_given() => Ok(None),
@@ -117,7 +111,8 @@ impl Formulas<'_> {
     }
 }
 
-fn direction(field: &Field<'_>) -> Result<Direction, CaseError> {
+/// A direction of sign changes.
+pub(super) fn direction(field: &Field<'_>) -> Result<Direction, CaseError> {
     let name = field.string()?;
     let all = [Direction::Up, Direction::Down, Direction::Both];
     all.into_iter().find(|direction| direction.as_str() == name).ok_or_else(|| {

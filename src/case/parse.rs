@@ -1,11 +1,11 @@
 //! From a text to a valid case.
 
-use super::hint::{Missing, keys_of};
+use super::hint::Missing;
 use super::observables::Formulas;
 use super::reader::Section;
 use super::settings::{self, Context};
 use super::source::Source;
-use super::{Case, CaseError, check, initial, metric, rounding};
+use super::{Case, CaseError, check, initial, metric, mistakes, rounding};
 use crate::number::{Extended, Real};
 use crate::solve::Continuation;
 
@@ -21,22 +21,17 @@ impl Case {
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
         let source = Source::new(source_name, text, overrides)?;
         let document = source.document()?;
+        let found = mistakes::all(|| Section::root(&source, document.as_table()));
+        if let Some(error) = CaseError::first_of(found) {
+            return Err(error);
+        }
         let case = Self::read(&source, Section::root(&source, document.as_table()));
         // All that a case of the paper lacks is named at once.
         let is_incomplete = case.as_ref().err().is_none_or(|error| {
             ["missing field", "neither ", "no potential"].iter().any(|begin| error.message.starts_with(begin))
         });
-        let Some(missing) = Missing::in_case(document.as_table()).filter(|_| source.is_of_x && is_incomplete) else {
-            return case;
-        };
-        // What is missing may be there with a slip of the pen.
-        let mut root = Section::root(&source, document.as_table());
-        for table in ["particle", "initial", "grid", "scheme", "solver", "expect"] {
-            let mut section = root.section(table)?;
-            keys_of(table).for_each(|key| drop(section.take(key)));
-            section.finish()?;
-        }
-        Err(missing.error(&source))
+        let missing = Missing::in_case(document.as_table()).filter(|_| source.is_of_x && is_incomplete);
+        missing.map_or(case, |missing| Err(missing.error(&source)))
     }
 
     fn read<'t>(source: &'t Source, mut root: Section<'t>) -> Result<Self, CaseError> {
@@ -44,10 +39,9 @@ impl Case {
         let [particle, initial, grid, scheme] = ["particle", "initial", "grid", "scheme"].map(|key| root.section(key));
         let [solver, expect, invariants] = ["solver", "expect", "invariants"].map(|key| root.section(key));
         let [events, plot] = ["events", "plot"].map(|key| root.section(key));
-        root.finish()?;
         let mut scenery = check::geometry(&mut root, [metric, potential, force], particle?)?;
         // First, because an accuracy in an override takes the scheme away.
-        let solver = settings::solver(solver?, source)?;
+        let solver = settings::solver(solver?)?;
         let scheme = scheme?;
         let ignores_scheme = solver.chooses_windows() && scheme.is_given();
         let scheme = settings::scheme(scheme, &solver)?;

@@ -8,7 +8,8 @@ use super::scenery::Scenery;
 use crate::formula::similar::nearest;
 use crate::geometry::{GeometryText, Law, Place, PotentialText};
 
-const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
+/// The keys that say what the potential is.
+pub(super) const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
 pub(super) const POTENTIALS: &str = "give formula = \"expression\" or { expression, parameters } or, with one \
                                      coordinate, one of free = {}, linear = { alpha }, quartic = { kappa }, \
                                      polynomial = { coefficients }";
@@ -32,7 +33,6 @@ pub(super) fn read<'t>(
     let [one_form, definitions] = ["one_form", "definitions"].map(|key| section.section(key));
     let own = section.take("force");
     let (conformal, mut parameters) = (section.take("conformal"), vec![section.section("parameters")?]);
-    section.finish()?;
     let particle = read_particle(particle)?;
     let others: &[&str] = if particle.law == Law::Newtonian { &["t", "s"] } else { &["t"] };
     if let (Some(own), Some(_)) = (&own, &force) {
@@ -97,17 +97,7 @@ fn named<'t>(
 
 fn read_particle(mut section: Section<'_>) -> Result<Particle<'_>, CaseError> {
     let (mass, masses, c) = (section.take("mass"), section.take("masses"), section.take("c"));
-    let law = section.take("law");
-    section.finish()?;
-    let law = match law.as_ref().map(|field| field.string().map(|name| (name, field))).transpose()? {
-        None | Some(("relativistic", _)) => Law::Relativistic,
-        Some(("newtonian", _)) => Law::Newtonian,
-        Some((name, field)) => {
-            let meant = nearest(name, ["relativistic", "newtonian"]).map(|meant| format!("did you mean \"{meant}\"?"));
-            let message = format!("unknown law \"{name}\", expected \"relativistic\" or \"newtonian\"");
-            return Err(field.error(message).with_help(meant));
-        }
-    };
+    let law = section.take("law").map_or(Ok(Law::Relativistic), |field| self::law(&field))?;
     if let Some(c) = c.as_ref().filter(|_| law == Law::Newtonian) {
         let help = "leave c out, or take law = \"relativistic\"".to_owned();
         return Err(c.key_error("Newton's law has no speed of light").with_help(help));
@@ -117,6 +107,19 @@ fn read_particle(mut section: Section<'_>) -> Result<Particle<'_>, CaseError> {
         return Err(mass.key_error(message).with_help("keep masses, or one mass for all coordinates".to_owned()));
     }
     Ok(Particle { mass, masses, c, law })
+}
+
+/// A law of motion.
+pub(super) fn law(field: &Field<'_>) -> Result<Law, CaseError> {
+    match field.string()? {
+        "relativistic" => Ok(Law::Relativistic),
+        "newtonian" => Ok(Law::Newtonian),
+        name => {
+            let meant = nearest(name, ["relativistic", "newtonian"]).map(|meant| format!("did you mean \"{meant}\"?"));
+            let message = format!("unknown law \"{name}\", expected \"relativistic\" or \"newtonian\"");
+            Err(field.error(message).with_help(meant))
+        }
+    }
 }
 
 /// Fills in the masses and c.
@@ -166,7 +169,6 @@ fn expression<'t>(
     if kind.key == "formula" {
         let expression = section.take("expression");
         parameters.push(section.section("parameters")?);
-        section.finish()?;
         let expression = expression.ok_or_else(|| section.error("missing field `expression`"))?;
         let text = expression.string()?.to_owned();
         places.push((Place::Potential, expression));
@@ -180,13 +182,9 @@ fn expression<'t>(
         "linear" => "alpha",
         "quartic" => "kappa",
         "polynomial" => "coefficients",
-        _ => {
-            section.finish()?;
-            return Ok(("0".to_owned(), Some(Vec::new())));
-        }
+        _ => return Ok(("0".to_owned(), Some(Vec::new()))),
     };
     let factor = section.take(key);
-    section.finish()?;
     let factor = factor.ok_or_else(|| section.error(format!("missing field `{key}`")))?;
     let zeros = |count: usize| vec!["0".to_owned(); count];
     let (text, coefficients) = match key {

@@ -42,7 +42,7 @@ impl<'t> Section<'t> {
 
     /// The value of a key, which is a known one from now on.
     pub(super) fn take(&mut self, key: &str) -> Option<Field<'t>> {
-        if !self.known.iter().any(|known| known == key) {
+        if !self.knows(key) {
             self.known.push(key.to_owned());
         }
         self.field(key)
@@ -77,14 +77,28 @@ impl<'t> Section<'t> {
 
     /// Refuses keys that were not asked for.
     pub(super) fn finish(&self) -> Result<(), CaseError> {
-        let Some(unknown) = self.fields().into_iter().find(|field| !self.known.contains(&field.key)) else {
-            return Ok(());
-        };
+        self.unknown().into_iter().next().map_or(Ok(()), Err)
+    }
+
+    /// Whether a key was asked for.
+    pub(super) fn knows(&self, key: &str) -> bool {
+        self.known.iter().any(|known| known == key)
+    }
+
+    /// One mistake for each key that was not asked for.
+    pub(super) fn unknown(&self) -> Vec<CaseError> {
         let known = || self.known.iter().map(String::as_str);
-        let list: Vec<String> = known().map(|key| format!("`{key}`")).collect();
-        let message = format!("unknown field `{}`, expected one of {}", unknown.key, list.join(", "));
-        let meant = hint::for_key(&unknown.key, &self.path, known());
-        Err(unknown.key_error(message).with_help(meant.map(|meant| format!("did you mean `{meant}`?"))))
+        let list = match self.known.as_slice() {
+            [] => "this table has no keys".to_owned(),
+            [one] => format!("the only key is `{one}`"),
+            all => format!("expected one of `{}`", all.join("`, `")),
+        };
+        let mistake = |field: Field<'t>| {
+            let meant = hint::for_key(&field.key, &self.path, known());
+            let error = field.key_error(format!("unknown field `{}`, {list}", field.key));
+            error.with_help(meant.map(|meant| format!("did you mean `{meant}`?")))
+        };
+        self.fields().into_iter().filter(|field| !self.knows(&field.key)).map(mistake).collect()
     }
 
     /// A mistake that concerns the table.

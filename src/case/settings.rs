@@ -1,9 +1,7 @@
 //! `[grid]`, `[scheme]`, `[solver]` and `[expect]`.
 
 use super::initial::check_number;
-use super::limits::{
-    ACCURACY_AND_TOLERANCE, CHOSEN_WINDOWS, IN_F64, ONE_OF_THEM, check_digits, check_nodes, check_spacing,
-};
+use super::limits::{ACCURACY_AND_TOLERANCE, CHOSEN_WINDOWS, IN_F64, ONE_OF_THEM, check_nodes, check_spacing};
 use super::observables::Formulas;
 use super::quantity::Quantity;
 use super::reader::{Field, Section};
@@ -12,6 +10,7 @@ use super::{CaseError, DEFAULT_GAMMA_F, MAX_ITERATIONS};
 use crate::action::Form;
 use crate::engine::{Accuracy, POINTS};
 use crate::geometry::Start;
+use crate::number::{Extended, Real};
 use crate::sbp::SbpName;
 use crate::solve::{Status, System};
 
@@ -116,7 +115,6 @@ const CHOSEN: Scheme = Scheme { sbp: SbpName::Gll(POINTS as u8), form: Form::Wea
 /// Reads `[scheme]`; with an accuracy what it says is not used.
 pub(super) fn scheme(mut section: Section<'_>, solver: &Solver) -> Result<Scheme, CaseError> {
     let (sbp, form, regularised) = (section.take("sbp"), section.take("form"), section.take("regularised"));
-    section.finish()?;
     let name = sbp.map(|sbp| sbp.word()).transpose()?;
     let form = form.map_or(Ok(Form::default()), |form| form.word())?;
     let is_regularised = regularised.as_ref().map_or(Ok(true), Field::is_true)?;
@@ -143,11 +141,10 @@ pub(super) fn scheme(mut section: Section<'_>, solver: &Solver) -> Result<Scheme
 }
 
 /// Reads `[solver]`.
-pub(super) fn solver(mut section: Section<'_>, source: &Source) -> Result<Solver, CaseError> {
+pub(super) fn solver(mut section: Section<'_>) -> Result<Solver, CaseError> {
     let (system, digits) = (section.take("system"), section.take("digits"));
     let [max_iterations, accuracy, tolerance] =
         ["max_iterations", "accuracy", "tolerance"].map(|key| section.take(key));
-    section.finish()?;
     let needs = |field: &Option<Field<'_>>, message: &str, help: &str| match field {
         Some(field) => Err(field.error(message).with_help(help.to_owned())),
         None => Err(section.error(message).with_help(help.to_owned())),
@@ -165,22 +162,37 @@ pub(super) fn solver(mut section: Section<'_>, source: &Source) -> Result<Solver
         let message = format!("solver.{name} needs system = \"physical-limit\"");
         return needs(&system_field, &message, "leave solver.system out");
     }
-    let whole = |field: &Option<Field<'_>>, default| field.as_ref().map_or(Ok(default), Field::whole);
     let digits_field = digits;
-    let digits = u32::try_from(whole(&digits_field, 16)?).unwrap_or(u32::MAX);
-    check_digits(digits).map_err(|invalid| source.invalid(invalid))?;
+    let digits = digits_field.as_ref().map_or(Ok(16), self::digits)?;
     if is_chosen && digits != 16 {
         return needs(&digits_field, &format!("solver.{name} and solver.digits exclude each other"), IN_F64);
     }
-    let iterations = whole(&max_iterations, MAX_ITERATIONS)?;
-    match max_iterations {
-        Some(field) if iterations == 0 => Err(field.error("max_iterations must be at least 1")),
-        _ => Ok(Solver { system, digits, max_iterations: iterations, accuracy, tolerance }),
+    let max_iterations = max_iterations.as_ref().map_or(Ok(MAX_ITERATIONS), at_least_one)?;
+    Ok(Solver { system, digits, max_iterations, accuracy, tolerance })
+}
+
+/// A number of digits that an arithmetic has.
+pub(super) fn digits(field: &Field<'_>) -> Result<u32, CaseError> {
+    let (least, most) = (f64::MOST_DIGITS, Extended::MOST_DIGITS);
+    let digits = u32::try_from(field.whole()?).unwrap_or(u32::MAX);
+    if (least..=most).contains(&digits) {
+        return Ok(digits);
+    }
+    let help = "16 is double precision; more makes every number of the result exact to that many digits";
+    let message = format!("digits must be from {least} to {most}, got {digits}");
+    Err(field.error(message).with_help(help.to_owned()))
+}
+
+/// A whole number that is not 0.
+pub(super) fn at_least_one(field: &Field<'_>) -> Result<usize, CaseError> {
+    match field.whole()? {
+        0 => Err(field.error(format!("{} must be at least 1", field.key))),
+        count => Ok(count),
     }
 }
 
 /// An accuracy or a tolerance between 0 and 1.
-fn chosen(name: &str, field: &Field<'_>) -> Result<Quantity, CaseError> {
+pub(super) fn chosen(name: &str, field: &Field<'_>) -> Result<Quantity, CaseError> {
     let number = Quantity::new(field.number()?);
     let value = number.value(&[]).unwrap_or(f64::NAN);
     if value > 0.0 && value < 1.0 {
@@ -209,12 +221,9 @@ fn nodes(
             return Ok((POINTS, 1));
         }
     };
-    let whole = |field: &Option<Field<'_>>| field.as_ref().map(Field::whole).transpose();
-    match (whole(n_gamma)?.or(sbp.fixed_points()), whole(windows)?.unwrap_or(1)) {
-        (None, _) => Err(section.error("missing field `n_gamma`")),
-        (_, 0) => Err(windows.as_ref().map_or(section.error(""), |field| field.error("windows must be at least 1"))),
-        (Some(n_gamma), windows) => Ok((n_gamma, windows)),
-    }
+    let n_gamma = n_gamma.as_ref().map(Field::whole).transpose()?.or(sbp.fixed_points());
+    let n_gamma = n_gamma.ok_or_else(|| section.error("missing field `n_gamma`"))?;
+    Ok((n_gamma, windows.as_ref().map_or(Ok(1), at_least_one)?))
 }
 
 /// Reads `[grid]`; `sbp` is the operator, or the key for which the program is to choose one.
@@ -225,7 +234,6 @@ pub(super) fn grid(
 ) -> Result<Grid, CaseError> {
     let [gamma_i, gamma_f, t_f] = ["gamma_i", "gamma_f", "t_f"].map(|key| section.take(key));
     let [n_gamma, windows, until] = ["n_gamma", "windows", "until"].map(|key| section.take(key));
-    section.finish()?;
     if let (Some(_), Some(t_f)) = (&gamma_f, &t_f) {
         let help = "keep exactly one of grid.gamma_f and grid.t_f".to_owned();
         return Err(t_f.key_error("both gamma_f and t_f are given").with_help(help));

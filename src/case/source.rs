@@ -41,7 +41,7 @@ impl Source {
     }
 
     pub(super) fn error(&self, span: Option<Range<usize>>, message: String, help: Option<String>) -> CaseError {
-        CaseError { source_name: self.name.clone(), text: self.text.clone(), span, message, help }
+        CaseError { source_name: self.name.clone(), text: self.text.clone(), span, message, help, further: Vec::new() }
     }
 
     fn with_overrides(self, overrides: &[String]) -> Result<Self, CaseError> {

@@ -5,10 +5,11 @@ use std::process::ExitCode;
 
 use geodesic_ivp::case::Form;
 use geodesic_ivp::output::json_object;
+use geodesic_ivp::study::convergence::Quantity;
 use geodesic_ivp::study::convergence::paper::{BASE_CASES, PUBLISHED_SLOPES, published};
-use geodesic_ivp::study::convergence::{Quantity, Slope};
 
-use super::converge::{COMMAND, ConvergeArgs, Swept, sweep_into};
+use super::converge::{COMMAND, ConvergeArgs, Line, Swept, sweep_into, table};
+use super::lines::row;
 use super::{interrupt, report};
 
 /// Sweeps the base cases, writes the files of each into a folder of its name, and prints one table.
@@ -17,8 +18,8 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
         report::note("no CASE is given: the paper's base cases are swept, linear and quartic");
     }
     args.output.check_standard_output()?;
-    let (mut table, mut written) = (Table::new(args.case.has_overrides()), String::new());
-    let mut summaries = Vec::new();
+    let (mut found, mut summaries, mut written, mut error) = (Vec::new(), Vec::new(), String::new(), 0.0_f64);
+    let is_changed = args.case.has_overrides();
     let mut ending = ExitCode::SUCCESS;
     for name in BASE_CASES {
         let case = args.case.read_built_in(name)?;
@@ -28,19 +29,22 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
             ending = interrupt::before_any_result();
             break;
         };
-        table.add(name, &swept);
-        written += &swept.written;
-        summaries.push((name, swept.summary.clone()));
-        let this = swept.ending();
+        found.extend(lines(name, &swept, is_changed));
+        error = error.max(swept.reference_error);
+        written += &swept.study.written;
+        summaries.push((name, swept.study.summary.clone()));
+        let this = swept.study.ending(|| swept.code());
         if this != ExitCode::SUCCESS {
             ending = this;
         }
-        if swept.interrupted.is_some() {
+        if swept.study.is_interrupted() {
             break;
         }
     }
     if !summaries.is_empty() {
-        args.output.tell(args.case.quiet, &json_object(&summaries), || table.finish() + &written)?;
+        args.output.tell(args.case.quiet, &json_object(&summaries), || {
+            readable(&found, is_changed, error, args.verbose) + &written
+        })?;
     }
     Ok(ending)
 }
@@ -52,58 +56,27 @@ fn ranges(case: &str) -> Vec<(usize, usize)> {
     ranges
 }
 
-/// The table that is printed.
-struct Table {
-    lines: String,
-    reference_error: f64,
-    /// Whether overrides have changed the cases, so that they are no longer those of the paper.
-    changed: bool,
+/// The lines of a case: its slopes over the grids of the paper or, where that has none, over all of them.
+fn lines(name: &'static str, swept: &Swept, is_changed: bool) -> impl Iterator<Item = Line> {
+    swept.slopes.iter().enumerate().map(move |(index, all)| {
+        // The paper has no slopes in the L2 norm. They are fitted over the grids of ε_x.
+        let of_x = published(name, all.sbp, Quantity::EPS_X_FINAL).filter(|_| all.form == Form::Strong);
+        let place = ranges(name).iter().position(|one| of_x.is_some_and(|of_x| of_x.n_range == *one));
+        let fitted = place.map_or(all, |place| &swept.beside[place][index]);
+        Line { case: name, ..Line::new(fitted.clone(), Some(name).filter(|_| !is_changed)) }
+    })
 }
 
-impl Table {
-    fn new(changed: bool) -> Self {
-        let lines = "  potential  operator    quantity      paper  against 1/N  against Δγ  fitted N    \
-                     all grids against Δγ\n";
-        Self { lines: lines.to_owned(), reference_error: 0.0, changed }
-    }
-
-    fn add(&mut self, name: &str, swept: &Swept) {
-        self.reference_error = self.reference_error.max(swept.reference_error);
-        for (index, all) in swept.slopes.iter().enumerate() {
-            let of = |quantity| published(name, all.sbp, quantity).filter(|_| all.form == Form::Strong);
-            // The paper has no slopes in the L2 norm. They are fitted over the grids of ε_x.
-            let range = of(Quantity::EPS_X_FINAL).map(|published| published.n_range);
-            let place = ranges(name).iter().position(|one| Some(*one) == range);
-            let fitted = place.map(|place| &swept.beside[place][index]);
-            let paper =
-                of(all.quantity).filter(|_| !self.changed).map_or("-".to_owned(), |p| format!("{:.2}", p.slope));
-            let slope = |slope: Option<&Slope>, inverse: bool| {
-                slope.and_then(|slope| slope.fit.as_ref()).map_or("-".to_owned(), |fit| {
-                    format!("{:.3}", if inverse { fit.slope_vs_inverse_n } else { fit.slope })
-                })
-            };
-            let grids = |slope: Option<&Slope>| {
-                slope.and_then(|slope| slope.n_range).map_or("-".to_owned(), |(min, max)| format!("{min} … {max}"))
-            };
-            self.lines += &format!(
-                "  {name:<9}  {:<10}  {:<12}  {paper:>5}  {:>11}  {:>10}  {:<10}  {} ({})\n",
-                all.scheme(),
-                all.name,
-                slope(fitted, true),
-                slope(fitted, false),
-                grids(fitted),
-                slope(Some(all), false),
-                grids(Some(all)),
-            );
+fn readable(lines: &[Line], is_changed: bool, error: f64, is_verbose: bool) -> String {
+    let difference = |line: &Line| Some((line.paper? - line.slope.fit.as_ref()?.slope_vs_inverse_n).abs());
+    let title = match lines.iter().filter_map(difference).reduce(f64::max) {
+        _ if is_changed => "The paper's base cases, changed by --set".to_owned(),
+        None => "The paper's base cases".to_owned(),
+        Some(most) => {
+            format!("The paper's base cases: the slopes against 1/N agree with those of the paper to {most:.2}")
         }
-    }
-
-    fn finish(self) -> String {
-        let Self { lines, reference_error, changed } = self;
-        let title = if changed { "The paper's base cases, changed by --set" } else { "The paper's base cases" };
-        format!(
-            "{title}: slopes of the errors against Taylor trajectories (their estimated error {reference_error:.1e})\n\
-             {lines}  The paper fits against 1/N; the step is Δγ = 1/(N - 1).\n"
-        )
-    }
+    };
+    let step = "against the step, 1/(N - 1); those of the paper are against 1/N (--verbose has both)";
+    let error = format!("against Taylor trajectories, themselves good to {error:.0e}");
+    format!("{title}\n{}{}{}", table(lines, is_verbose), row("slope", step), row("error", &error))
 }

@@ -10,6 +10,7 @@ use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::run::{NoRun, Wanted, run};
 use geodesic_ivp::{Case, CaseError, Status};
 
+use super::lines::{COLUMNS, broken};
 use super::{CaseArgs, memory, report, stdout};
 
 #[derive(Debug, Args)]
@@ -17,7 +18,7 @@ pub(super) struct CheckArgs {
     #[command(flatten)]
     case: CaseArgs,
 
-    /// Also solve the case and compare the result with its [expect] table
+    /// Also solve the case, and compare the result with its [expect] table
     #[arg(long)]
     run: bool,
 }
@@ -32,17 +33,17 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     for warning in case.warnings() {
         report::warn(&warning);
     }
+    let met = args.run.then(|| met(&case)).transpose();
+    if let (Ok(Some(Some(met))), false) = (&met, args.case.quiet) {
+        let lines: Vec<String> = met.iter().map(|phrase| broken(&format!("#   {phrase}"), 0, COLUMNS)).collect();
+        stdout::write(&format!("# The case meets its [expect] table:\n{}\n", lines.concat()))?;
+    }
     if !args.case.quiet {
         stdout::write(&case.to_toml())?;
     }
-    if args.run {
-        let met = met(&case)?.ok_or_else(|| {
-            let message = "the case has no [expect] table to compare with".to_owned();
-            CaseError::without_place(&args.case.name(), message)
-        })?;
-        if !args.case.quiet {
-            stdout::write(&format!("\n# expected and found: {}\n", met.join("; ")))?;
-        }
+    if let Some(None) = met? {
+        let message = "the case has no [expect] table to compare with".to_owned();
+        return Err(CaseError::without_place(&args.case.name(), message).into());
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -116,11 +117,10 @@ fn judge<S: Real>(
         let difference = (found - expected).abs();
         let [found, expected] = [found, expected].map(|number| number.to_decimal(digits));
         let (distance, allowed) = (difference.to_f64(), tolerance.to_f64());
-        let phrase =
-            |verb: &str| format!("{name} = {found} {verb} {distance:.1e} of {expected} (tolerance {allowed:e})");
         match difference <= tolerance {
-            true => met.push(phrase("within")),
-            false => missed.push(phrase("differs by")),
+            true => met.push(format!("{name} = {found}, off by {distance:.1e} (tolerance {allowed:e})")),
+            false => missed
+                .push(format!("{name} = {found} differs by {distance:.1e} from {expected} (tolerance {allowed:e})")),
         }
     }
     if missed.is_empty() { Ok(met) } else { Err(ExpectationNotMet(missed).into()) }

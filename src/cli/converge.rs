@@ -1,8 +1,6 @@
 //! `converge [CASE]`.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
@@ -11,16 +9,16 @@ use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName, on_grid};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::number::Real;
-use geodesic_ivp::output::{
-    OutputSet, SUMMARY, Target, convergence_summary, pictures, write_convergence, write_slopes,
-};
+use geodesic_ivp::output::{OutputSet, Target, convergence_summary, pictures, write_convergence, write_slopes};
 use geodesic_ivp::solve::Arithmetic;
+use geodesic_ivp::study::convergence::paper::published;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
-use indicatif::{ProgressBar, ProgressStyle};
 
-use super::interrupt::{self, INTERRUPTED};
-use super::out::OutArgs;
-use super::{CaseArgs, base_cases, memory, report};
+use super::lines::{listed, row, wrapped};
+use super::out::{OutArgs, RESULTS};
+use super::report::{self, Refusal};
+use super::study::{self, Committed, Finished};
+use super::{CaseArgs, base_cases, interrupt, memory};
 
 pub(super) const COMMAND: &str = "converge";
 const CONVERGENCE: &str = "convergence.csv";
@@ -32,15 +30,11 @@ const L2_ERRORS: &str = "errors_l2.svg";
 const MOST_SCHEMES: usize = 4;
 
 #[derive(Debug, Args)]
+#[command(next_help_heading = "What to measure")]
 pub(super) struct ConvergeArgs {
-    #[command(flatten)]
-    pub(super) case: CaseArgs,
-
-    #[command(flatten)]
-    pub(super) output: OutArgs,
-
-    /// Numbers of nodes to sweep: of each of the case's windows; of all together for a spectral element, whose windows
-    /// they fix
+    /// Numbers of nodes
+    ///
+    /// They are per window for SBP operators, and in total for spectral elements.
     #[arg(
         long,
         value_name = "N,N,…",
@@ -50,7 +44,7 @@ pub(super) struct ConvergeArgs {
     )]
     n_gamma: Vec<usize>,
 
-    /// Operators to sweep
+    /// Operators: SBP21, SBP42, SBP63, SBP84, GLL<n>
     #[arg(
         long,
         value_name = "SBP,SBP,…",
@@ -60,17 +54,29 @@ pub(super) struct ConvergeArgs {
     )]
     sbp: Vec<SbpName>,
 
-    /// Forms of the action to sweep [default: the case's]
+    /// Forms of the action: strong, weak [default: the case's]
     #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', value_parser = form)]
     form: Vec<Form>,
 
-    /// Also draw the errors and their fits as SVG
-    #[arg(long)]
-    plot: bool,
-
-    /// Fit only grids with MIN <= N <= MAX [default: all above the rounding plateau]
+    /// Fit only grids of MIN to MAX nodes, e.g. 64:1024
+    ///
+    /// Without it all grids are fitted whose errors lie above those of rounding.
     #[arg(long, value_name = "MIN:MAX", value_parser = range)]
     fit_range: Option<(usize, usize)>,
+
+    #[command(flatten)]
+    pub(super) case: CaseArgs,
+
+    #[command(flatten)]
+    pub(super) output: OutArgs,
+
+    /// Also draw the errors and their fits
+    #[arg(long, help_heading = RESULTS)]
+    plot: bool,
+
+    /// Also print slopes against 1/N, as the paper fits them
+    #[arg(long, short, help_heading = RESULTS)]
+    pub(super) verbose: bool,
 }
 
 fn nodes(text: &str) -> Result<usize, String> {
@@ -100,42 +106,31 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, COMMAND)?;
     let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };
-    args.output.tell(args.case.quiet, &swept.summary, || swept.table.clone() + &swept.written)?;
-    Ok(swept.ending())
+    swept.study.tell(args.case.quiet, &args.output, || swept.code())
 }
 
 /// A sweep whose files have been written.
 pub(super) struct Swept {
-    /// The slopes for people.
-    table: String,
-    /// The text of summary.json.
-    pub(super) summary: String,
-    pub(super) written: String,
+    /// What is printed.
+    pub(super) study: Committed,
     /// Slopes over all grids above the rounding plateau.
     pub(super) slopes: Vec<Slope>,
     /// Slopes over each of the further ranges that were asked for.
     pub(super) beside: Vec<Vec<Slope>>,
     /// The reference's estimate of its own relative error.
     pub(super) reference_error: f64,
-    /// If the sweep was interrupted, the number of grids that were finished.
-    pub(super) interrupted: Option<usize>,
     /// Whether any grid has a solution.
     solved: bool,
-    directory: PathBuf,
 }
 
 impl Swept {
-    /// The exit code. Warns if the sweep was interrupted or no grid has a solution.
-    pub(super) fn ending(&self) -> ExitCode {
-        if let Some(grids) = self.interrupted {
-            report::warn(&format!("interrupted: {grids} grids were finished and are in {}", self.directory.display()));
-            return ExitCode::from(INTERRUPTED);
-        }
+    /// The exit code. Warns if no grid has a solution.
+    pub(super) fn code(&self) -> u8 {
         if !self.solved {
             report::warn("no grid of the sweep has a solution: raise --n-gamma, or shorten the run");
-            return ExitCode::from(report::NO_CRITICAL_POINT);
+            return report::NO_CRITICAL_POINT;
         }
-        ExitCode::SUCCESS
+        0
     }
 }
 
@@ -181,51 +176,46 @@ fn sweep_in<S: Arithmetic>(
         report::warn(&format!("{name}{warning}"));
     }
     check_memory::<S>(case, args)?;
-    let directory = target.folder.clone();
-    let pictures: &[&str] = if args.plot { &[FINAL_ERRORS, L2_ERRORS] } else { &[] };
-    let files = OutputSet::open(target, &[&[CONVERGENCE, SLOPES, SUMMARY], pictures].concat())?;
+    let files = study::open(target, &[CONVERGENCE, SLOPES], args.plot.then_some(&[FINAL_ERRORS, L2_ERRORS]))?;
     let convergence = match sweep_with_progress::<S>(case, args) {
         Ok(Some(convergence)) => convergence,
         Ok(None) => return Ok(None),
-        Err(error) => {
-            // An impossible grid is a mistake on the command line, and nothing is changed. A case without a reference
-            // has no results, so the files of an earlier sweep are removed: they must not be taken for its own.
-            if matches!(error, SweepError::Reference(_)) {
-                files.commit(&|_| false)?;
-            }
-            return Err(error.into());
+        Err(SweepError::Reference(end)) => return Err(study::without_results(files, end)),
+        // An impossible grid is a mistake on the command line, and nothing is changed.
+        Err(SweepError::Grid(message)) => {
+            let help = "choose other numbers for --n-gamma, or fewer operators for --sbp";
+            return Err(Refusal::usage(message).help(help).into());
         }
     };
     let n_range = args.fit_range.unwrap_or((0, usize::MAX));
     let slopes = convergence.slopes(n_range);
     if case.settings().windows == 1 && mixes_parities(&convergence) {
         report::warn(&format!(
-            "{name}the grids mix even and odd numbers of nodes, which have different constants of the error at the \
-             end in the strong form: fit grids of one parity"
+            "{name}even and odd numbers of nodes have different errors at the end in the strong form: give \
+             --n-gamma of one parity"
         ));
     }
-    for warning in slopes.iter().filter_map(Slope::warning) {
+    for warning in Slope::warnings(&slopes) {
         report::warn(&format!("{name}{warning}"));
     }
     write_convergence(files.writer(CONVERGENCE), &convergence).context("cannot write convergence.csv")?;
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
-    let summary = convergence_summary(case.title(), case.warnings(), &convergence, &slopes);
-    files.write_text(SUMMARY, &summary)?;
     let title = args.case.headed(case.title());
     if args.plot {
         draw(&title, &convergence, (&slopes, n_range), &files)?;
     }
-    let kept = files.commit(&|_| true)?;
+    let study = Finished {
+        summary: convergence_summary(case.title(), case.warnings(), &convergence, &slopes),
+        text: readable(&title, &convergence, &slopes, args),
+        interrupted: convergence.interrupted.then(|| format!("{} grids", convergence.points.len())),
+        files,
+    };
     Ok(Some(Swept {
-        table: readable(&title, &convergence, &slopes),
-        summary,
-        written: report::written(&directory, &kept),
+        study: study.commit()?,
         beside: beside.iter().map(|&range| convergence.slopes(range)).collect(),
         slopes,
         reference_error: convergence.reference.error_estimate,
-        interrupted: convergence.interrupted.then_some(convergence.points.len()),
         solved: convergence.points.iter().any(|point| point.errors.is_some()),
-        directory,
     }))
 }
 
@@ -257,70 +247,96 @@ fn draw<S: Real>(
     Ok(())
 }
 
-/// What a sweep reports while it is running.
-enum News<S> {
-    Ready(Arc<Sweep<S>>),
-    Point(usize, ConvergencePoint),
-    Impossible(SweepError),
-}
-
-/// Sweeps, with a progress bar if standard error is a terminal. After an interrupt the result has the grids that were
-/// finished; it is `None` if the reference was not finished.
+/// Sweeps, with a progress bar. After an interrupt the result has the grids that were finished; it is `None` if the
+/// reference was not finished.
 fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
     let forms = if args.form.is_empty() { &[case.settings().form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
-    let grids = (args.n_gamma.len() * schemes.len()) as u64;
-    let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(grids) };
-    bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} grids {msg}").expect("the template is valid"));
-    let (case, n_gamma) = (case.clone(), args.n_gamma.clone());
-    let new = move || Sweep::new(&case, &schemes, &n_gamma);
-    let work = move |tell: &(dyn Fn(News<S>) + Sync)| match new() {
-        Ok(sweep) => {
-            let sweep = Arc::new(sweep);
-            tell(News::Ready(Arc::clone(&sweep)));
-            sweep.run(&AtomicBool::new(false), &|place, point| tell(News::Point(place, point.clone())));
-        }
-        Err(error) => tell(News::Impossible(error)),
-    };
-    let (mut ready, mut points) = (Ok(None), Vec::new());
-    interrupt::beside_it(work, |news| match news {
-        News::Ready(sweep) => ready = Ok(Some(sweep)),
-        News::Impossible(error) => ready = Err(error),
-        News::Point(place, point) => {
+    let bar = study::bar(args.case.quiet, args.n_gamma.len() * schemes.len(), "{bar:30} {pos}/{len} grids {msg}");
+    let (case, n_gamma, mut points) = (case.clone(), args.n_gamma.clone(), Vec::new());
+    let found = study::computed(
+        move || Sweep::<S>::new(&case, &schemes, &n_gamma),
+        |sweep, tell| {
+            sweep.run(&AtomicBool::new(false), &|place, point| tell((place, point.clone())));
+        },
+        |_, (place, point): (usize, ConvergencePoint)| {
             bar.set_message(format!("last: {} N = {}", point.sbp, point.n_gamma));
             bar.inc(1);
             points.push((place, point));
-        }
-    });
+        },
+    );
     bar.finish_and_clear();
-    Ok(ready?.map(|sweep| sweep.gathered(points)))
+    Ok(found?.map(|(sweep, _)| sweep.gathered(points)))
 }
 
-fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> String {
-    let mut text = format!(
-        "{title}: convergence against a Taylor trajectory (its estimated error {:.1e})\n",
-        convergence.reference.error_estimate
-    );
-    let width = slopes.iter().map(|slope| slope.name.len()).fold(12, usize::max);
-    text += &format!("  operator    {:<width$}  slope          against 1/N  fitted N        points\n", "quantity");
-    for slope in slopes {
-        let operator = slope.scheme();
-        let quantity = &slope.name;
-        let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else {
-            text += &format!("  {operator:<10}  {quantity:<width$}  -\n");
-            continue;
-        };
-        let error = fit.standard_error.map_or(String::new(), |e| format!(" ± {e:.3}"));
-        let fitted = format!("{n_min} … {n_max}");
-        text += &format!(
-            "  {operator:<10}  {quantity:<width$}  {:<13}  {:<11.3}  {fitted:<14}  {}\n",
-            format!("{:.3}{error}", fit.slope),
-            fit.slope_vs_inverse_n,
-            slope.points
-        );
+/// A line of the table of slopes.
+pub(super) struct Line {
+    /// The case, where there are several.
+    pub(super) case: &'static str,
+    pub(super) slope: Slope,
+    /// The slope that the paper reports.
+    pub(super) paper: Option<f64>,
+}
+
+impl Line {
+    /// A slope with that of the paper, if `case` is one of its cases.
+    pub(super) fn new(slope: Slope, case: Option<&str>) -> Self {
+        let found = case.and_then(|case| published(case, slope.sbp, slope.quantity));
+        let paper = found.filter(|_| slope.form == Form::Strong).map(|paper| paper.slope);
+        Self { case: "", slope, paper }
     }
-    for point in convergence.points.iter().filter(|point| point.errors.is_none()) {
-        text += &format!("  {} N = {}: {}\n", point.sbp, point.n_gamma, point.status);
+}
+
+/// The table of slopes.
+pub(super) fn table(lines: &[Line], is_verbose: bool) -> String {
+    let width = lines.iter().map(|line| line.slope.name.len()).fold(11, usize::max);
+    let is_published = lines.iter().any(|line| line.paper.is_some());
+    let several = lines.iter().any(|line| !line.case.is_empty());
+    let row = |[case, operator, error, slope, paper, grids, inverse, points]: [&str; 8]| {
+        let case = if several { format!("  {case:<9}") } else { String::new() };
+        let paper = if is_published { format!("  {paper:>5}") } else { String::new() };
+        let more = if is_verbose { format!("  {inverse:<11}  {points}") } else { String::new() };
+        let text = format!("{case}  {operator:<10}  {error:<width$}  {slope:<13}{paper}  {grids:<12}{more}");
+        format!("{}\n", text.trim_end())
+    };
+    let mut text = row(["potential", "operator", "error", "slope", "paper", "grids", "against 1/N", "points"]);
+    for Line { case, slope, paper } in lines {
+        let (fit, none) = (slope.fit.as_ref(), || "-".to_owned());
+        let error = fit.and_then(|fit| fit.standard_error).map_or(String::new(), |error| format!(" ± {error:.3}"));
+        let found = fit.map_or_else(none, |fit| format!("{:.3}{error}", fit.slope));
+        let paper = paper.map_or_else(none, |paper| format!("{paper:.2}"));
+        let grids = slope.n_range.filter(|_| fit.is_some()).map_or_else(none, |(min, max)| format!("{min} … {max}"));
+        let inverse = fit.map_or_else(none, |fit| format!("{:.3}", fit.slope_vs_inverse_n));
+        let points = slope.points.to_string();
+        text += &row([case, &slope.scheme(), &slope.name, &found, &paper, &grids, &inverse, &points]);
     }
     text
+}
+
+/// The slopes for people: first the orders, then a line for each error.
+fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], args: &ConvergeArgs) -> String {
+    let lines: Vec<Line> = slopes.iter().map(|slope| Line::new(slope.clone(), args.case.unchanged())).collect();
+    let mut text = wrapped(&format!("{title}: the order is {}", orders(slopes)), 2) + &table(&lines, args.verbose);
+    for point in convergence.points.iter().filter(|point| point.errors.is_none()) {
+        text += &row("failed", &format!("{} N = {}: {}", point.sbp, point.n_gamma, point.status));
+    }
+    let error = convergence.reference.error_estimate;
+    text + &row("error", &format!("against a Taylor trajectory, itself good to {error:.0e}"))
+}
+
+/// The orders of all operators: the range of their slopes.
+fn orders(slopes: &[Slope]) -> String {
+    let mut schemes: Vec<String> = slopes.iter().map(Slope::scheme).collect();
+    schemes.dedup();
+    let order = |scheme: String| {
+        let found = slopes.iter().filter(|slope| slope.scheme() == scheme).filter_map(|slope| slope.fit.as_ref());
+        let (least, most) = found
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), fit| (fit.slope.min(least), fit.slope.max(most)));
+        match most - least {
+            f64::NEG_INFINITY => format!("unknown for {scheme}"),
+            0.05.. => format!("{least:.1} to {most:.1} for {scheme}"),
+            _ => format!("{most:.1} for {scheme}"),
+        }
+    };
+    listed(schemes.into_iter().map(order))
 }

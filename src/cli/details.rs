@@ -6,7 +6,7 @@ use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::{InitialGuess, Iterations, WorldLine};
 use geodesic_ivp::study::run::Run;
 
-use super::told::row;
+use super::lines::row;
 
 /// The lines.
 pub(super) fn details<S: Real>(run: &Run<S>) -> String {

@@ -4,13 +4,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use geodesic_ivp::case::builtin::{self, NAMES};
+use geodesic_ivp::case::builtin::{self, Group, NAMES};
 
 use super::stdout;
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {
-    /// Name of the built-in case to write
+    /// The built-in case to print
     #[arg(
         value_name = "NAME",
         value_parser = PossibleValuesParser::new(NAMES.iter().copied()),
@@ -19,7 +19,7 @@ pub(super) struct InitArgs {
     )]
     name: Option<String>,
 
-    /// List the built-in cases instead: name, group (paper, basic, hard, scene), title and what they are
+    /// List the built-in cases instead, each with what it shows
     #[arg(long, conflicts_with = "name")]
     list: bool,
 }
@@ -27,25 +27,23 @@ pub(super) struct InitArgs {
 pub(super) fn init(args: &InitArgs) -> anyhow::Result<ExitCode> {
     let text = match &args.name {
         Some(name) => builtin::text(name).expect("clap takes known names only").to_owned(),
-        None => list()?,
+        None => list(),
     };
     stdout::write_data(text.as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// One line per case, group by group.
-fn list() -> anyhow::Result<String> {
-    let mut rows = Vec::new();
+/// One line for each case, below the heading of its group.
+fn list() -> String {
+    let width = NAMES.iter().map(|name| name.len()).max().unwrap_or(0);
+    let (mut text, mut last) = (String::new(), "");
     for &name in NAMES {
-        let text = builtin::text(name).expect("a listed case is built in");
-        let group = builtin::group(name).expect("a listed case is built in").as_str();
-        rows.push((name, group, builtin::title(name).unwrap_or_default(), builtin::description(text)));
+        let heading = builtin::group(name).map_or("", Group::heading);
+        if heading != last {
+            text += &format!("{}{heading}\n", if last.is_empty() { "" } else { "\n" });
+            last = heading;
+        }
+        text += &format!("  {name:<width$}  {}\n", builtin::text(name).map_or("", builtin::description));
     }
-    let width = |of: fn(&(&str, &str, String, &str)) -> usize| rows.iter().map(of).max().unwrap_or(0);
-    let (names, groups, titles) =
-        (width(|row| row.0.len()), width(|row| row.1.len()), width(|row| row.2.chars().count()));
-    Ok(rows
-        .into_iter()
-        .map(|(name, group, title, about)| format!("{name:names$}  {group:groups$}  {title:titles$}  {about}\n"))
-        .collect())
+    text
 }

@@ -46,6 +46,19 @@ impl CaseArgs {
         self.case.is_some()
     }
 
+    /// The name of a built-in case that nothing changes, if the case is one.
+    pub(super) fn unchanged(&self) -> Option<&str> {
+        match self.source() {
+            Source::BuiltIn(name) if self.set.is_empty() => Some(name),
+            _ => None,
+        }
+    }
+
+    /// Whether a scene is separable; `None` if the case is none.
+    pub(super) fn is_separable(&self, case: &Case) -> Option<bool> {
+        (!case.is_of_x()).then(|| case.geometry::<f64>().is_separable())
+    }
+
     /// Whether `--set` changes the case.
     pub(super) fn has_overrides(&self) -> bool {
         !self.set.is_empty()

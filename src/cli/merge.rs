@@ -8,7 +8,8 @@ use geodesic_ivp::output::runs::{Joined, MergeError, Part, RUNS, RUNS_EVENTS, jo
 use geodesic_ivp::output::{CASE, Origin, OutputSet, SUMMARY, origin_of};
 
 use super::out::{self, OutArgs};
-use super::report::{self, Refusal};
+use super::report::Refusal;
+use super::study::Finished;
 use super::vary;
 
 #[derive(Debug, Args)]
@@ -20,8 +21,8 @@ pub(super) struct MergeArgs {
     #[command(flatten)]
     output: OutArgs,
 
-    /// Print no summary (warnings and errors remain)
-    #[arg(long, short)]
+    /// Print no summary; warnings remain
+    #[arg(long, short, help_heading = out::RESULTS)]
     quiet: bool,
 }
 
@@ -38,16 +39,10 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     let events = joined.has_events.then(|| files.writer(RUNS_EVENTS));
     join(&mut parts, (files.writer(RUNS), events)).map_err(explained)?;
     files.write_text(CASE, &joined.case)?;
-    let json = joined.summary.to_json();
-    files.write_text(SUMMARY, &json)?;
-    let folder = files.folder().to_owned();
-    let kept = files.commit(&|_| true)?;
-    args.output.tell(args.quiet, &json, || {
-        let title = joined.summary.title.as_deref().unwrap_or("Many runs");
-        let summary = &joined.summary;
-        format!("{title}\n{}{}{}", vary::counts(summary), report::written(&folder, &kept), vary::verdict(summary))
-    })?;
-    Ok(vary::ending(&joined.summary))
+    let summary = &joined.summary;
+    let text = vary::readable(summary.title.as_deref().unwrap_or("Many runs"), summary, "");
+    let done = Finished { summary: summary.to_json(), text, interrupted: None, files }.commit()?;
+    done.tell(args.quiet, &args.output, || vary::ending(summary))
 }
 
 /// The error with what to do about it.

@@ -8,9 +8,11 @@ mod drawn;
 mod init;
 mod input;
 mod interrupt;
+mod lines;
 mod manual;
 mod memory;
 mod merge;
+mod methods;
 mod out;
 mod report;
 mod run;
@@ -18,6 +20,7 @@ mod samples;
 mod shell;
 mod stability;
 mod stdout;
+mod study;
 mod told;
 mod usage;
 mod vary;
@@ -26,7 +29,7 @@ mod work_precision;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Args, Parser, Subcommand, ValueHint};
+use clap::{Arg, Args, Parser, Subcommand, ValueHint};
 
 use report::exit_code;
 
@@ -37,10 +40,10 @@ pub fn main() -> ExitCode {
 
 /// The text at the end of `--help`.
 fn after_help() -> String {
-    let codes = report::EXIT_CODES.map(|(code, meaning)| format!("  {code:<4} {meaning}\n"));
+    let codes = report::EXIT_CODES.map(|(code, meaning)| lines::wrapped(&format!("  {code:<4} {meaning}"), 7));
     format!(
-        "Exit codes:\n{}\nCtrl-C and SIGTERM end every command within a second. `geodesic-ivp man` also has every key \
-         of a case file.",
+        "Exit codes:\n{}\nCtrl-C and SIGTERM end every command within a second. `geodesic-ivp man` has every key of a \
+         case.\n\nExamples:\n  geodesic-ivp run quartic\n  geodesic-ivp init pendulum > mine.toml",
         codes.concat()
     )
 }
@@ -65,46 +68,84 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Solve one case and write its trajectory, residuals and summary
-    #[command(mut_arg("case", |case| case.required(true)))]
+    /// Solve a case, and say how good the result is
+    #[command(
+        mut_arg("case", |case| case.required(true)),
+        after_help = "Examples:\n  geodesic-ivp run quartic --plot\n  \
+                      geodesic-ivp run mine.toml --set solver.accuracy=1e-10 --sample-t 0:10:0.5"
+    )]
     Run(run::RunArgs),
-    /// Sweep the number of nodes and fit the slopes of the errors against a reference trajectory (without CASE: of the
-    /// paper's four base cases)
+    /// Sweep the number of nodes, and fit the orders of the errors
+    ///
+    /// The errors are those against a trajectory of the Taylor method.
+    #[command(
+        mut_arg("case", |case| with_default(case, "linear and quartic")),
+        after_help = "Example:\n  geodesic-ivp converge quartic --n-gamma 16,32,64 --sbp SBP21"
+    )]
     Converge(converge::ConvergeArgs),
-    /// Chart speed against accuracy: this program's schemes beside other methods on the same world-line
+    /// Chart error against time, beside other methods
+    #[command(
+        mut_arg("case", |case| with_default(case, "quartic")),
+        after_help = "Example:\n  geodesic-ivp work-precision kerr-inclined --methods gll16,gauss,dop853 --plot"
+    )]
     WorkPrecision(work_precision::WorkPrecisionArgs),
-    /// Chart where methods fail: every scheme over step and length, beside the limits of linear theory
+    /// Chart where each method holds and where it fails, over step and length
+    #[command(
+        mut_arg("case", |case| with_default(case, "quartic")),
+        after_help = "Example:\n  geodesic-ivp stability pendulum --methods sbp42,verlet --gamma-f 10 --plot"
+    )]
     Stability(stability::StabilityArgs),
     /// Join the parts of a table that `run --vary … --part K/N` has written
-    #[command(mut_arg("out", |out| out.required(true)))]
+    #[command(
+        mut_arg("out", |out| out.required(true)),
+        after_help = "Example:\n  geodesic-ivp merge part-1 part-2 --out whole"
+    )]
     Merge(merge::MergeArgs),
-    /// Validate a case and print it with every default filled in
-    #[command(mut_arg("case", |case| case.required(true)))]
+    /// Validate a case, and print it with every default filled in
+    #[command(
+        mut_arg("case", |case| case.required(true)),
+        after_help = "Example:\n  geodesic-ivp check mine.toml --run"
+    )]
     Check(check::CheckArgs),
-    /// Write a built-in case to standard output, as a start for one's own
+    /// Print a built-in case, as a start for your own
+    #[command(after_help = "Example:\n  geodesic-ivp init pendulum > mine.toml")]
     Init(init::InitArgs),
     /// Print a shell completion script
+    #[command(after_help = "Example:\n  geodesic-ivp completions bash > geodesic-ivp.bash")]
     Completions {
         /// The shell
         shell: clap_complete::Shell,
     },
     /// Print the manual page
+    #[command(after_help = "Example:\n  geodesic-ivp man > geodesic-ivp.1")]
     Man,
+}
+
+/// The argument of a command that takes a built-in case if none is given.
+fn with_default(case: Arg, default: &str) -> Arg {
+    let help = case.get_help().map(ToString::to_string).unwrap_or_default();
+    case.help(format!("{help} [default: {default}]"))
+        .long_help(format!("{help}, see `init --list` [default: {default}]"))
 }
 
 /// Arguments of every command that reads a case.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Case")]
 struct CaseArgs {
-    /// Case file (TOML), - for standard input, or the name of a built-in case (`init --list` names them)
-    #[arg(index = 1, value_name = "CASE", value_hint = ValueHint::FilePath)]
+    /// A file, - for standard input, or a built-in case
+    ///
+    /// `init --list` names the built-in cases. A file, which is TOML, takes precedence over one of the same name.
+    #[arg(index = 1, value_name = "CASE", value_hint = ValueHint::FilePath, display_order = 0)]
     case: Option<PathBuf>,
 
-    /// Override a case key, e.g. --set grid.n_gamma=64 (repeatable)
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    /// Override a key of the case, e.g. --set grid.n_gamma=64
+    ///
+    /// May be given several times. VALUE is a value of TOML; words and formulas need no quotes.
+    #[arg(long = "set", value_name = "KEY=VALUE", display_order = 2)]
     set: Vec<String>,
 
-    /// Print no summary and no progress (warnings and errors remain)
-    #[arg(long, short)]
+    /// Print neither summary nor progress; warnings remain
+    #[arg(long, short, help_heading = out::RESULTS)]
     quiet: bool,
 }
 

@@ -15,20 +15,25 @@ const COMMANDS: [&str; 5] = ["run", VARY, "converge", "work-precision", "stabili
 /// What `run --vary` is called in records: it has a folder of its own.
 pub(super) const VARY: &str = "vary";
 
+/// The heading of options about what is written.
+pub(super) const RESULTS: &str = "Results";
+
 /// Arguments of every command that writes files.
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = RESULTS)]
 pub(super) struct OutArgs {
-    /// Folder for the result files; they replace what an earlier command wrote there, and nothing else [default:
-    /// results/<case file stem>, for other commands than run results/<case file stem>/<command>; converge
-    /// without CASE: results/converge/<case>]
+    /// Write results here [default: below results/<case>]
+    ///
+    /// Only files of an earlier command are replaced. Without --out, run writes to results/<case>, other commands to
+    /// results/<case>/<command>, and converge without CASE to results/converge/<case>.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     out: Option<PathBuf>,
 
-    /// Also replace files of these names in that folder that this program did not write
+    /// Also replace files that this program did not write
     #[arg(long)]
     force: bool,
 
-    /// Print the summary as JSON, the text of summary.json, in place of the one for people
+    /// Print the summary as JSON, which is the text of summary.json
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
 }

@@ -7,11 +7,11 @@ use std::process::ExitCode;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use geodesic_ivp::output::NotOurs;
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
-use geodesic_ivp::study::convergence::SweepError;
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
 use super::check::ExpectationNotMet;
 use super::interrupt::INTERRUPTED;
+use super::lines::row;
 
 /// What to do about a reference that ends early, and the exit code.
 fn of_reference(reason: EndReason) -> (&'static str, u8) {
@@ -41,6 +41,9 @@ pub(super) const EXIT_CODES: [(u8, &str); 7] = [
          write what was finished",
     ),
 ];
+
+/// So many mistakes in a case are shown.
+const MOST_MISTAKES: usize = 8;
 
 const IO_FAILURE: u8 = 1;
 pub(super) const INVALID_CASE: u8 = 2;
@@ -76,7 +79,7 @@ impl Refusal {
 
 /// The last line of a summary: the files that are in `directory` now.
 pub(super) fn written(directory: &Path, names: &[&str]) -> String {
-    format!("  written    {}: {}\n", directory.display(), names.join(", "))
+    row("written", &format!("{}: {}", directory.display(), names.join(", ")))
 }
 
 /// The exit code of a solve that ends without a solution.
@@ -95,17 +98,10 @@ pub(super) fn explain(error: &anyhow::Error) -> u8 {
         return 0;
     }
     let (title, help, code) = if let Some(case) = error.downcast_ref::<CaseError>() {
-        print(&render_case_error(case));
+        print_case_error(case);
         return INVALID_CASE;
     } else if let Some(failure) = error.downcast_ref::<NoSolution>() {
         (failure.to_string(), Some(failure.advice()), code_of(failure.status))
-    } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
-        let (help, code) = match sweep {
-            SweepError::Reference(end) => of_reference(end.reason),
-            SweepError::Grid(_) => ("choose other numbers for --n-gamma, or fewer operators for --sbp", INVALID_CASE),
-        };
-        let help = Some(help);
-        (sweep.to_string(), help, code)
     } else if let Some(end) = error.downcast_ref::<ReferenceEnds>() {
         let (help, code) = of_reference(end.reason);
         (end.to_string(), Some(help), code)
@@ -138,11 +134,21 @@ pub(super) fn note(message: &str) {
     print(&renderer().render(&[Group::with_title(Level::NOTE.primary_title(message))]));
 }
 
+/// Prints a mistake in a case, and those that were found with it.
+fn print_case_error(error: &CaseError) {
+    let all: Vec<&CaseError> = std::iter::once(error).chain(&error.further).collect();
+    let shown: Vec<String> = all.iter().take(MOST_MISTAKES).map(|error| render_case_error(error)).collect();
+    print(&shown.join("\n"));
+    if let Some(more) = all.len().checked_sub(MOST_MISTAKES + 1) {
+        note(&format!("{} more mistakes follow", more + 1));
+    }
+}
+
 fn render_case_error(error: &CaseError) -> String {
     // With a place, the snippet names the file. Without one, the message has to.
     let title = match error.span {
         Some(_) => error.message.clone(),
-        None => error.to_string(),
+        None => format!("{}: {}", error.source_name, error.message),
     };
     let mut group = Group::with_title(Level::ERROR.primary_title(title));
     if let Some(span) = &error.span {

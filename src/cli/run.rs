@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::Case;
-use geodesic_ivp::diagnostics::{Diagnostics, OfX};
+use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::{
     CASE, OutputSet, SUMMARY, StreamedTable, Summary, write_branches, write_events, write_residuals, write_samples,
@@ -22,7 +22,7 @@ use toml_edit::Value;
 
 use super::details::details;
 use super::drawn::{draw, picture_names};
-use super::out::OutArgs;
+use super::out::{OutArgs, RESULTS};
 use super::report::Refusal;
 use super::samples::SampleArgs;
 use super::told::Told;
@@ -41,33 +41,39 @@ pub(super) struct RunArgs {
     #[command(flatten)]
     pub(super) case: CaseArgs,
 
-    /// Further cases: each is run as if by itself, into a folder of its own
-    #[arg(index = 2, value_name = "CASE", value_hint = ValueHint::FilePath, conflicts_with_all = ["stdout", "json"])]
+    /// Further cases, each into a folder of its own
+    #[arg(
+        index = 2,
+        value_name = "CASE",
+        value_hint = ValueHint::FilePath,
+        conflicts_with_all = ["stdout", "json"],
+        help_heading = "Case",
+        display_order = 1
+    )]
     more: Vec<PathBuf>,
 
+    /// Continue an earlier run: its folder, or its summary.json
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::AnyPath, help_heading = "Case")]
+    from: Option<PathBuf>,
+
     #[command(flatten)]
-    pub(super) output: OutArgs,
+    pub(super) vary: VaryArgs,
 
-    /// Also draw SVG pictures beside the CSV files
-    #[arg(long, conflicts_with = "stdout")]
-    plot: bool,
-
-    /// Write one CSV with all columns to standard output, and no files
-    #[arg(long, conflicts_with_all = ["out", "force", "json"])]
-    stdout: bool,
-
-    /// Also look between the nodes: enclose the formulas on the way from each node to the next, and doubt the result
-    /// where they may do what the nodes do not see. (With solver.accuracy every run does so)
-    #[arg(long, conflicts_with = "vary")]
+    /// Look between the nodes, too, for what they do not see
+    ///
+    /// The formulas are enclosed on the way from each node to the next, and the result is doubted where they may do
+    /// what the nodes do not see. With solver.accuracy every run does so.
+    #[arg(long, conflicts_with = "vary", help_heading = "How to judge the result")]
     pub(super) enclose: bool,
 
-    /// Tell every charge by itself, the critical point and the bounds of the paper, too
-    #[arg(long, short, conflicts_with = "vary")]
-    verbose: bool,
-
-    /// Compare the run with the Taylor method, in place of a second solve by the engine of solver.accuracy
-    #[arg(long, conflicts_with = "vary")]
+    /// Compare with the Taylor method
+    ///
+    /// It takes the place of a second solve by the engine of solver.accuracy.
+    #[arg(long, conflicts_with = "vary", help_heading = "How to judge the result")]
     pub(super) reference: bool,
+
+    #[command(flatten)]
+    pub(super) samples: SampleArgs,
 
     /// Write every K-th node of each window, and its last one
     #[arg(
@@ -76,19 +82,25 @@ pub(super) struct RunArgs {
         default_value_t = 1,
         hide_default_value = true,
         value_parser = whole,
-        conflicts_with_all = ["vary", "samples_only"]
+        conflicts_with_all = ["vary", "samples_only"],
+        help_heading = RESULTS
     )]
     every: usize,
 
-    /// Continue an earlier run from its end: the folder of its results, or its summary.json
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::AnyPath)]
-    from: Option<PathBuf>,
+    /// Write one table with all columns to standard output, and no files
+    #[arg(long, conflicts_with_all = ["out", "force", "json"], help_heading = RESULTS)]
+    stdout: bool,
 
     #[command(flatten)]
-    pub(super) samples: SampleArgs,
+    pub(super) output: OutArgs,
 
-    #[command(flatten)]
-    pub(super) vary: VaryArgs,
+    /// Also draw pictures
+    #[arg(long, conflicts_with = "stdout", help_heading = RESULTS)]
+    plot: bool,
+
+    /// Also print every charge, the critical point and the paper's bounds
+    #[arg(long, short, conflicts_with = "vary", help_heading = RESULTS)]
+    verbose: bool,
 }
 
 fn whole(text: &str) -> Result<usize, String> {
@@ -267,12 +279,7 @@ fn to_standard_output<S: Arithmetic>(
     let observer: Option<run::Observer<'_, S>> = if args.samples.only() { None } else { Some(&mut see) };
     let run =
         solved(case, setup, args, Wanted { observer, ..wanted }).0.map_err(|none| explained(none, args, setup))?;
-    let suspicions = if args.enclose {
-        run.judged(setup, args.reference, true).suspicions
-    } else {
-        let newton = run.diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
-        run.diagnostics.warnings(&run.line).into_iter().chain(newton).collect()
-    };
+    let suspicions = if args.enclose { run.judged(setup, args.reference, true).suspicions } else { run.warnings() };
     suspicions.iter().for_each(|warning| report::warn(warning));
     let mut out = stdout::for_data()?;
     match args.samples.only() {

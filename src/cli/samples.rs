@@ -5,28 +5,32 @@ use geodesic_ivp::number::Real;
 use geodesic_ivp::trajectory::{Coordinate, NoSamples, OutsideRun, SampleStream};
 use geodesic_ivp::{Case, CaseError};
 
+use super::out::RESULTS;
 use super::report::Refusal;
 
 /// More rows than this are taken for a typing mistake.
 const MOST_SAMPLES: f64 = 1e8;
 
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = RESULTS)]
 pub(super) struct SampleArgs {
-    /// Also write samples.csv at these times: 0:10:0.1, or a list as 0,1,2.5, or a column of a table as @times.csv:t
+    /// Also write samples.csv at these times, e.g. 0:10:0.1
+    ///
+    /// TIMES is START:STOP:STEP, a list as 0,1,2.5, or a column of a table as @times.csv:t.
     #[arg(
         long,
-        value_name = "START:STOP:STEP",
+        value_name = "TIMES",
         value_parser = Range::parse,
         conflicts_with = "sample_gamma",
         allow_hyphen_values = true
     )]
     sample_t: Option<Range>,
 
-    /// Also write samples.csv at these values of gamma, given in the same ways
-    #[arg(long, value_name = "START:STOP:STEP", value_parser = Range::parse, allow_hyphen_values = true)]
+    /// The same at values of gamma
+    #[arg(long, value_name = "GAMMAS", value_parser = Range::parse, allow_hyphen_values = true)]
     sample_gamma: Option<Range>,
 
-    /// Keep the samples only: no other table, and the memory of one window however long the run
+    /// Write no other table, and keep one window in memory
     #[arg(long, conflicts_with = "plot")]
     samples_only: bool,
 }

@@ -12,12 +12,9 @@ use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::errors::{Judge, RunError};
 use geodesic_ivp::study::run::{Judged, Run};
 
+use super::lines::{is_readable, listed, row, short, unbroken, wrapped};
 use super::run::event_names;
 
-/// No line is longer.
-const COLUMNS: usize = 100;
-/// So many coordinates are named.
-const MOST_NAMED: usize = 6;
 /// A number with more digits that are right needs no error beside it.
 const SURE_DIGITS: i32 = 7;
 /// A motion is not Newton's above this relative difference of accelerations.
@@ -193,44 +190,6 @@ fn scheme<S: Real>(line: &WorldLine<S>, summary: &Summary) -> String {
     format!("{name} {form} form, {nodes} to gamma = {gamma}, {time}")
 }
 
-/// A line with its name, which goes on below itself where it is too long.
-pub(super) fn row(name: &str, text: &str) -> String {
-    wrapped(&format!("  {name:<8} {text}"), 11)
-}
-
-/// A text in lines that are not too long, the second and further ones indented.
-fn wrapped(text: &str, indent: usize) -> String {
-    let (mut lines, mut line) = (String::new(), String::new());
-    for (place, word) in text.split(' ').enumerate() {
-        if place > 0 && !line.trim().is_empty() && line.chars().count() + 1 + word.chars().count() > COLUMNS {
-            lines += line.trim_end();
-            lines.push('\n');
-            line = " ".repeat(indent - 1);
-        }
-        if place > 0 {
-            line.push(' ');
-        }
-        line += word;
-    }
-    (lines + line.trim_end() + "\n").replace('\u{a0}', " ")
-}
-
-/// The text with spaces at which no line is broken, if it is short.
-fn unbroken(text: &str) -> String {
-    if text.chars().count() < COLUMNS / 2 { text.replace(' ', "\u{a0}") } else { text.to_owned() }
-}
-
-/// The first of several, and how many more there are.
-fn listed(told: impl Iterator<Item = String>) -> String {
-    let mut told: Vec<String> = told.collect();
-    let more = told.len().saturating_sub(MOST_NAMED);
-    if more > 1 {
-        told.truncate(MOST_NAMED);
-        told.push(format!("{more} more"));
-    }
-    told.iter().map(|one| unbroken(one)).collect::<Vec<_>>().join(", ")
-}
-
 /// A number rounded at the first decimal that is affected by its error, with the error beside it where few digits are
 /// right.
 fn number<S: Real>(number: S, error: Option<f64>, digits: u32) -> String {
@@ -263,21 +222,6 @@ fn percent(share: f64) -> String {
         1e-4.. => format!("{:.2} %", 100.0 * share),
         _ => format!("{share:.1e}"),
     }
-}
-
-/// Whether a number is easy to read without an exponent.
-fn is_readable(number: f64) -> bool {
-    number == 0.0 || (1e-4..1e9).contains(&number.abs())
-}
-
-/// A number with six significant decimals at most.
-fn short(number: f64) -> String {
-    let number = if number == 0.0 { 0.0 } else { number };
-    if !is_readable(number) {
-        return format!("{number:.5e}");
-    }
-    let text = format!("{number:.6}");
-    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// A number with all its digits.

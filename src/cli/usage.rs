@@ -30,6 +30,12 @@ pub(super) fn explained(mut error: Error) -> Error {
                 error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![meant]));
             }
         }
+        (ErrorKind::UnknownArgument, Some(ContextValue::String(name)), _) if name == "--n-gamma" => {
+            let tip = "the numbers of nodes follow from steps and lengths: give --delta-gamma and --gamma-f";
+            error.remove(ContextKind::SuggestedArg);
+            error.remove(ContextKind::Usage);
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+        }
         _ => {}
     }
     error

@@ -21,11 +21,12 @@ use geodesic_ivp::output::{CASE, OutputSet, SUMMARY};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Settings, Status};
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::{self, INTERRUPTED};
+use super::lines::{row, wrapped};
 use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, Refusal};
 use super::run::RunArgs;
+use super::study::{self, Finished};
 use super::{memory, out};
 
 /// The statuses of runs that are not begun.
@@ -36,10 +37,12 @@ const TOO_LARGE: &str = "too-large";
 const FEW_NODES: usize = 100_000;
 
 #[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Many runs")]
 pub(super) struct VaryArgs {
-    /// Run the case for each of several values of a key: a list (scheme.sbp=SBP21,SBP42), or COUNT equidistant values
-    /// with both ends among them (initial.x=0.1:0.9:9). Repeated, for every combination. Writes one table with a row
-    /// for each run
+    /// Run for each value of a key: one table, with a row for each run
+    ///
+    /// VALUES is a list (scheme.sbp=SBP21,SBP42), or START:STOP:COUNT for equidistant values with both ends among them
+    /// (initial.x=0.1:0.9:9). Given several times, every combination is run.
     #[arg(
         long,
         value_name = "KEY=VALUES",
@@ -47,7 +50,9 @@ pub(super) struct VaryArgs {
     )]
     vary: Vec<Axis>,
 
-    /// Compute only the K-th of N shares of the rows, for `merge` to join: row K, K + N, K + 2N and so on
+    /// Compute only the K-th of N shares of the rows, for `merge`
+    ///
+    /// These are the rows K, K + N, K + 2N and so on.
     #[arg(long, value_name = "K/N", requires_all = ["vary", "out"])]
     part: Option<Share>,
 }
@@ -118,29 +123,23 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let events = columns.has_events().then(|| files.writer(RUNS_EVENTS));
     journal.write((files.writer(RUNS), events), &mut summary)?;
     files.write_text(CASE, &identity.case)?;
-    let json = summary.to_json();
-    files.write_text(SUMMARY, &json)?;
-    let folder = files.folder().to_owned();
-    let kept = files.commit(&|_| true)?;
+    let text = readable(&args.case.headed(runs.first().title()), &summary, &varied(&runs));
+    let done = Finished { summary: summary.to_json(), text, interrupted: None, files }.commit()?;
     journal.remove()?;
-    let title = args.case.headed(runs.first().title());
-    args.output.tell(args.case.quiet, &json, || {
-        readable(&title, &summary, &runs) + &report::written(&folder, &kept) + &verdict(&summary)
-    })?;
-    Ok(ending(&summary))
+    done.tell(args.case.quiet, &args.output, || ending(&summary))
 }
 
 /// Warns of what the rows of a table say, and returns its exit code.
-pub(super) fn ending(summary: &RunsSummary) -> ExitCode {
+pub(super) fn ending(summary: &RunsSummary) -> u8 {
     if summary.doubtful > 0 {
         let doubtful = summary.doubtful;
         report::warn(&format!("{doubtful} of the solved rows are doubtful: their column message says why"));
     }
     if summary.solved == 0 && summary.rows > 0 {
         report::warn("no row has a solution: the column message says why");
-        return ExitCode::from(NO_CRITICAL_POINT);
+        return NO_CRITICAL_POINT;
     }
-    ExitCode::SUCCESS
+    0
 }
 
 /// Refuses keys that are given twice.
@@ -185,16 +184,14 @@ fn compute(
     journal: &mut Journal,
     quiet: bool,
 ) -> anyhow::Result<bool> {
-    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(todo.len() as u64) };
-    let template = "{bar:30} {pos}/{len} runs, {eta} left";
-    bar.set_style(ProgressStyle::with_template(template).expect("the template is valid"));
+    let bar = study::bar(quiet, todo.len(), "{bar:30} {pos}/{len} runs, {eta} left");
     let (next, end) = (Arc::new(AtomicUsize::new(0)), todo.len());
     let work = {
         let (runs, columns, next) = (Arc::clone(runs), Arc::clone(columns), Arc::clone(&next));
         move |tell: &(dyn Fn(RunRow) + Sync)| {
             rayon::broadcast(|_| {
                 while let Some(&run) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    tell(row(&runs, &columns, run));
+                    tell(computed(&runs, &columns, run));
                 }
             });
         }
@@ -215,7 +212,7 @@ fn compute(
 }
 
 /// Computes a row.
-fn row(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
+fn computed(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
     let refused = |status: &str, exit_code, message: &str| {
         columns.row(runs, run, Ended { status, exit_code, end: None, message })
     };
@@ -248,29 +245,24 @@ fn check_memory_in<S: Arithmetic>(case: &Case) -> anyhow::Result<()> {
     memory::check(&case.setup::<S>(), false, 0)
 }
 
-/// The summary for people.
-fn readable(title: &str, summary: &RunsSummary, runs: &ManyRuns) -> String {
-    let varied = |axis: &Axis| match axis.values() {
+/// The line that says what is varied.
+fn varied(runs: &ManyRuns) -> String {
+    let one = |axis: &Axis| match axis.values() {
         [one] => format!("{} = {one}", axis.key()),
         [first, .., last] => format!("{} from {first} to {last} ({} values)", axis.key(), axis.values().len()),
         [] => axis.key().to_owned(),
     };
-    let varied: Vec<String> = runs.axes().iter().map(varied).collect();
-    let mut text = format!("{title}\n  varied     {}\n", varied.join(", "));
-    text += &counts(summary);
-    text
+    row("varied", &runs.axes().iter().map(one).collect::<Vec<_>>().join(", "))
 }
 
-/// How many rows have which status.
-pub(super) fn counts(summary: &RunsSummary) -> String {
-    let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
-    let part = summary.part.as_ref().map_or(String::new(), |part| format!(", part {part} of {}", summary.runs));
-    format!("  rows       {}{part}: {}\n", summary.rows, counts.join(", "))
-}
-
-/// The last line: how many rows have which verdict.
-pub(super) fn verdict(summary: &RunsSummary) -> String {
+/// The lines for people: first how many rows have which verdict, then how many have which status. The line `varied` is
+/// between them.
+pub(super) fn readable(title: &str, summary: &RunsSummary, varied: &str) -> String {
     let RunsSummary { rows, solved, doubtful, .. } = summary;
     let (trusted, refused) = (solved - doubtful, rows - solved);
-    format!("verdict: {trusted} trusted, {doubtful} doubtful, {refused} refused\n")
+    let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
+    let part = summary.part.as_ref().map_or(String::new(), |part| format!(", part {part} of {}", summary.runs));
+    wrapped(&format!("{title}: {trusted} trusted, {doubtful} doubtful, {refused} refused"), 2)
+        + varied
+        + &row("rows", &format!("{rows}{part}: {}", counts.join(", ")))
 }

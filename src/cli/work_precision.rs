@@ -10,17 +10,18 @@ use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::Case;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
-use geodesic_ivp::output::{OutputSet, SUMMARY, read_rows, work_precision_summary, write_drift, write_work_precision};
+use geodesic_ivp::output::{OutputSet, read_rows, work_precision_summary, write_drift, write_work_precision};
 use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
 };
-use indicatif::{ProgressBar, ProgressStyle};
 
-use super::CaseArgs;
-use super::interrupt::{self, INTERRUPTED};
-use super::out::OutArgs;
+use super::lines::{row, short, wrapped};
+use super::methods::{self, chosen};
+use super::out::{OutArgs, RESULTS};
 use super::report::{self, Refusal};
+use super::study::{self, Finished};
+use super::{CaseArgs, interrupt};
 
 const WORK_PRECISION: &str = "work_precision.csv";
 const DRIFT: &str = "drift.csv";
@@ -34,32 +35,51 @@ const BY_LENGTH: [(&str, &str); 4] = [
     ("error_time_4.svg", "error_evaluations_4.svg"),
 ];
 
+/// Names of settings are wider only if they have to.
+const WIDEST: usize = 31;
+
 #[derive(Debug, Args)]
+#[command(next_help_heading = "What to measure")]
 pub(super) struct WorkPrecisionArgs {
+    /// Lengths in gamma, four at most [default: the case's own]
+    ///
+    /// The errors along the longest of them are in drift.csv.
+    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = length, allow_hyphen_values = true)]
+    gamma_f: Vec<f64>,
+
+    /// Methods, by the beginnings of their names (--help has them)
+    #[arg(
+        long,
+        value_name = "NAME,NAME,…",
+        value_delimiter = ',',
+        long_help = methods::help(Family::all().iter().map(Family::name))
+    )]
+    methods: Vec<String>,
+
+    /// Also rank and draw what another program measured
+    ///
+    /// The table has the columns of work_precision.csv.
+    #[arg(long, value_name = "CSV", value_hint = ValueHint::FilePath)]
+    rows: Option<PathBuf>,
+
+    /// Seconds that a single run may take
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        default_value_t = Budget::default().longest,
+        value_parser = length,
+        allow_hyphen_values = true
+    )]
+    longest: f64,
+
     #[command(flatten)]
     case: CaseArgs,
 
     #[command(flatten)]
     output: OutArgs,
 
-    /// Lengths in gamma to chart, four at most [default: the case's own]; errors along the longest are in drift.csv
-    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = length)]
-    gamma_f: Vec<f64>,
-
-    /// Methods to measure, by their names in the table or the beginning of one [default: all]
-    #[arg(long, value_name = "NAME,NAME,…", value_delimiter = ',')]
-    methods: Vec<String>,
-
-    /// Also rank and draw the rows of this table, which another program measured
-    #[arg(long, value_name = "CSV", value_hint = ValueHint::FilePath)]
-    rows: Option<PathBuf>,
-
-    /// Seconds that a single run may take
-    #[arg(long, value_name = "SECONDS", default_value_t = Budget::default().longest, value_parser = length)]
-    longest: f64,
-
-    /// Also draw errors against time and evaluations, and along the run, as SVG
-    #[arg(long)]
+    /// Also draw errors against time, evaluations and gamma
+    #[arg(long, help_heading = RESULTS)]
     plot: bool,
 }
 
@@ -76,7 +96,9 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     if args.gamma_f.len() > BY_LENGTH.len() {
         anyhow::bail!(Refusal::usage(format!("--gamma-f takes {} lengths at most", BY_LENGTH.len())));
     }
-    let families = chosen(&args.methods, families_of(case))?;
+    let is_separable = args.case.is_separable(case);
+    let unsuitable = |family: &Family| family.unsuitable(is_separable?);
+    let (families, _) = chosen(&args.methods, Family::all(), Family::name, unsuitable)?;
     let mut others = Vec::new();
     if let Some(path) = &args.rows {
         let name = path.display();
@@ -85,20 +107,14 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     }
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "work-precision")?;
-    let directory = target.folder.clone();
     let by_length =
-        BY_LENGTH.into_iter().take(args.gamma_f.len().max(1)).flat_map(|(time, evaluations)| [time, evaluations]);
-    let pictures = by_length.chain([DRIFT_K, DRIFT_ERROR]).filter(|_| args.plot).collect::<Vec<_>>();
-    let files = OutputSet::open(target, &[&[WORK_PRECISION, DRIFT, SUMMARY], &pictures[..]].concat())?;
+        BY_LENGTH.iter().take(args.gamma_f.len().max(1)).flat_map(|&(time, evaluations)| [time, evaluations]);
+    let pictures: Vec<&str> = by_length.chain([DRIFT_K, DRIFT_ERROR]).collect();
+    let files = study::open(target, &[WORK_PRECISION, DRIFT], args.plot.then_some(&pictures))?;
     let (arenas, mut measured, along) = match measure_all(case, families, args) {
         Ok(Some(all)) => all,
         Ok(None) => return Ok(interrupt::before_any_result()),
-        Err(end) => {
-            // Without a reference there are no results. The files of an earlier run are removed: they must not be taken
-            // for results of this one.
-            files.commit(&|_| false)?;
-            return Err(end.into());
-        }
+        Err(end) => return Err(study::without_results(files, end)),
     };
     for row in &mut others {
         // Another program may write the same length with other digits.
@@ -111,45 +127,22 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     write_work_precision(files.writer(WORK_PRECISION), &case.coordinates(), &measured.rows)
         .context("cannot write work_precision.csv")?;
     write_drift(files.writer(DRIFT), &case.coordinates(), &along).context("cannot write drift.csv")?;
-    let summary = work_precision_summary(case.title(), &arenas, &measured, &ratios);
-    files.write_text(SUMMARY, &summary)?;
     let title = args.case.headed(case.title());
     if args.plot {
         draw(&title, &arenas, &measured, &along, &files)?;
     }
-    let kept = files.commit(&|_| true)?;
-    args.output.tell(args.case.quiet, &summary, || {
-        readable(&title, &arenas, &measured, &ratios) + &report::written(&directory, &kept)
-    })?;
-    if measured.interrupted {
-        let rows = measured.rows.len();
-        report::warn(&format!("interrupted: {rows} settings were finished and are in {}", directory.display()));
-        return Ok(ExitCode::from(INTERRUPTED));
+    Finished {
+        summary: work_precision_summary(case.title(), &arenas, &measured, &ratios),
+        text: readable(&title, &arenas, &measured, &ratios),
+        interrupted: measured.interrupted.then(|| format!("{} settings", measured.rows.len())),
+        files,
     }
-    Ok(ExitCode::SUCCESS)
-}
-
-/// The methods that suit a case.
-fn families_of(case: &Case) -> Vec<Family> {
-    if case.is_of_x() { Family::all() } else { Family::of_scene(case.geometry::<f64>().is_separable()) }
-}
-
-/// Those of `all` methods whose names begin with one of `names`.
-fn chosen(names: &[String], all: Vec<Family>) -> anyhow::Result<Vec<Family>> {
-    if names.is_empty() {
-        return Ok(all);
-    }
-    let begins = |family: &Family, name: &str| family.name().to_lowercase().starts_with(&name.trim().to_lowercase());
-    if let Some(name) = names.iter().find(|name| !all.iter().any(|family| begins(family, name))) {
-        let known: Vec<String> = all.iter().map(Family::name).collect();
-        anyhow::bail!(Refusal::usage(format!("no method is called '{name}'; there are {}", known.join(", "))));
-    }
-    Ok(all.into_iter().filter(|family| names.iter().any(|name| begins(family, name))).collect())
+    .commit()?
+    .tell(args.case.quiet, &args.output, || 0)
 }
 
 /// What a measurement reports while it is running.
 enum News {
-    Ready(Arc<Vec<Arena>>),
     Tried(Row),
     /// The row with this index was timed again.
     Retimed(usize, Row),
@@ -157,55 +150,48 @@ enum News {
     Round(usize, usize),
     /// Errors along the longest run.
     Along(Vec<DriftPoint>),
-    Impossible(ReferenceEnds),
 }
 
 /// The lengths, the measured rows, and the errors along the longest run.
 type Chart = (Arc<Vec<Arena>>, WorkPrecision, Vec<DriftPoint>);
 
-/// Measures every length, with a progress bar if standard error is a terminal. After an interrupt the result has the
-/// rows that were finished; it is `None` if the references were not finished.
+/// Measures every length, with a progress bar. After an interrupt the result has the rows that were finished; it is
+/// `None` if the references were not finished.
 fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> Result<Option<Chart>, ReferenceEnds> {
     let budget = Budget { longest: args.longest, ..Budget::default() };
     let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
         [] => vec![None],
         ref lengths => lengths.iter().copied().map(Some).collect(),
     };
-    let total = (lengths.len() * (families.len() + budget.rounds)) as u64;
-    let bar = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new(total) };
-    bar.set_style(ProgressStyle::with_template("{bar:30} {pos}/{len} {msg}").expect("the template is valid"));
-    let case = case.clone();
-    let arena = move |length| Arena::new(&case, length);
-    let work = move |tell: &(dyn Fn(News) + Sync)| match lengths.into_iter().map(&arena).collect() {
-        Ok(arenas) => chart(&Arc::new(arenas), &families, &budget, tell),
-        Err(end) => tell(News::Impossible(end)),
-    };
-    let (mut ready, mut measured, mut along) = (Ok(None), WorkPrecision::default(), Vec::new());
-    measured.interrupted = interrupt::beside_it(work, |news| match news {
-        News::Ready(arenas) => ready = Ok(Some(arenas)),
-        News::Impossible(end) => ready = Err(end),
-        News::Tried(row) => {
-            if measured.rows.last().is_none_or(|last: &Row| last.family != row.family) {
-                bar.set_message(format!("trying {}", row.family.name()));
+    let bar =
+        study::bar(args.case.quiet, lengths.len() * (families.len() + budget.rounds), "{bar:30} {pos}/{len} {msg}");
+    let (case, mut measured, mut along) = (case.clone(), WorkPrecision::default(), Vec::new());
+    let found = study::computed(
+        move || lengths.into_iter().map(|length| Arena::new(&case, length)).collect::<Result<Vec<_>, _>>(),
+        move |arenas, tell| chart(arenas, &families, &budget, tell),
+        |_, news| match news {
+            News::Tried(row) => {
+                if measured.rows.last().is_none_or(|last: &Row| last.family != row.family) {
+                    bar.set_message(format!("trying {}", row.family.name()));
+                    bar.inc(1);
+                }
+                measured.rows.push(row);
+            }
+            News::Retimed(index, row) => measured.rows[index] = row,
+            News::Round(round, rounds) => {
+                bar.set_message(format!("round {round} of {rounds}"));
                 bar.inc(1);
             }
-            measured.rows.push(row);
-        }
-        News::Retimed(index, row) => measured.rows[index] = row,
-        News::Round(round, rounds) => {
-            bar.set_message(format!("round {round} of {rounds}"));
-            bar.inc(1);
-        }
-        News::Along(points) => along.extend(points),
-    });
+            News::Along(points) => along.extend(points),
+        },
+    );
     bar.finish_and_clear();
-    Ok(ready?.map(|arenas| (arenas, measured, along)))
+    Ok(found?.map(|(arenas, interrupted)| (arenas, WorkPrecision { interrupted, ..measured }, along)))
 }
 
 /// Measures every length, and then the errors along the longest run.
-fn chart(arenas: &Arc<Vec<Arena>>, families: &[Family], budget: &Budget, tell: &(dyn Fn(News) + Sync)) {
+fn chart(arenas: &[Arena], families: &[Family], budget: &Budget, tell: &(dyn Fn(News) + Sync)) {
     let never = AtomicBool::new(false);
-    tell(News::Ready(Arc::clone(arenas)));
     let mut before = 0;
     for arena in arenas.iter() {
         let one = measure(arena, families, budget, &never, &mut |progress| match progress {
@@ -243,44 +229,59 @@ fn draw(
     write(DRIFT_ERROR, pictures::drift(&title, coordinates, along, false))
 }
 
-/// A length with few digits, for display.
-fn short(length: f64) -> String {
-    let rounded = format!("{length:.6}");
-    rounded.trim_end_matches('0').trim_end_matches('.').to_owned()
-}
-
+/// The table for people: first who leads, then for each error the fastest setting of this program, the fastest of the
+/// others, and how many times faster it is.
 fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[Ratio]) -> String {
-    let ranked = measured.rows.iter().filter(|row| row.rank().is_some()).count();
-    let mut text = format!("{title}: {} settings, {ranked} of them with a result\n", measured.rows.len());
+    let mut text = wrapped(&format!("{title}: {}", lead(ratios)), 2);
     for arena in arenas {
-        let length = arena.length();
+        let of_length = || ratios.iter().filter(|ratio| ratio.gamma_f == arena.length());
+        let names = of_length().map(|ratio| leader(&ratio.own).1.chars().count());
+        let width = names.fold(12, usize::max).min(WIDEST);
+        if arenas.len() > 1 {
+            text += &row("length", &format!("{} in gamma", short(arena.length())));
+        }
         text += &format!(
-            "  gamma_f - gamma_i = {}; reference to {:.0e}; the fastest that is as accurate, and its ratio others / \
-             own\n",
-            short(length),
-            arena.reference_error()
+            "  error  {:<7}  {:<width$}  {:<7}  {:<WIDEST$}  ratio\n",
+            "own s", "this program", "other s", "others"
         );
-        text += "  error  seconds  own                              seconds  others                           \
-                 ratio  of solve\n";
-        for ratio in ratios.iter().filter(|ratio| ratio.gamma_f == length) {
-            let times = |ratio: Option<f64>| ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
+        for ratio in of_length() {
+            let [(own_time, own), (other_time, other)] = [&ratio.own, &ratio.other].map(leader);
+            let times = ratio.lead().map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
             text += &format!(
-                "  {:<5}  {}  {}  {:>5}  {:>8}\n",
-                format!("{:.0e}", ratio.error),
-                leader(&ratio.own),
-                leader(&ratio.other),
-                times(ratio.lead()),
-                times(ratio.certified_lead())
+                "  {:<5}  {own_time:<7}  {own:<width$}  {other_time:<7}  {other:<WIDEST$}  {times:>5}\n",
+                format!("{:.0e}", ratio.error)
             );
         }
     }
-    text
+    text += &row("ratio", "seconds of the others over those of this program, each with its fastest setting");
+    let ranked = measured.rows.iter().filter(|row| row.rank().is_some()).count();
+    text += &row("measured", &format!("{} settings, {ranked} of them with a result", measured.rows.len()));
+    let error = arenas.iter().map(Arena::reference_error).fold(0.0, f64::max);
+    text + &row("error", &format!("against a Taylor trajectory, itself good to {error:.0e}"))
 }
 
-fn leader(leader: &Option<Leader>) -> String {
-    let (seconds, name) = match leader {
+/// At how many of the errors this program is the fastest, and by how much.
+fn lead(ratios: &[Ratio]) -> String {
+    let leads: Vec<f64> = ratios.iter().filter_map(Ratio::lead).collect();
+    let ahead = leads.iter().filter(|lead| **lead > 1.0).count();
+    let most = leads.iter().copied().fold(1.0, f64::max);
+    let least = leads.iter().copied().fold(1.0, f64::min);
+    let own = if ahead > 0 { format!(", up to {most:.1} times as fast as the others") } else { String::new() };
+    match leads.len() {
+        0 => "nothing to compare with".to_owned(),
+        all if ahead == all => format!("this program is the fastest at all {all} errors{own}"),
+        all => format!(
+            "this program is the fastest at {ahead} of {all} errors{own}; at the rest the others are up to {:.1} times \
+             as fast",
+            1.0 / least
+        ),
+    }
+}
+
+/// The seconds and the name of the fastest setting.
+fn leader(leader: &Option<Leader>) -> (String, String) {
+    match leader {
         Some(Leader { method, setting, seconds }) => (format!("{seconds:.1e}"), format!("{method} {setting}")),
         None => ("-".to_owned(), "none".to_owned()),
-    };
-    format!("{seconds:<7}  {name:<31}")
+    }
 }

@@ -35,6 +35,12 @@ pub trait Peer: Sync {
         }
     }
 
+    /// Why it suits no scene that is not separable, if it does not.
+    fn unsuitable(&self, is_separable: bool) -> Option<&'static str> {
+        const REASON: &str = "needs a scene that is separable: accelerations that depend on the positions only";
+        (self.about().needs_second_order && !is_separable).then_some(REASON)
+    }
+
     /// The world-line of `problem` in this setting, at the points of `output`.
     ///
     /// # Errors

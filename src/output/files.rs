@@ -38,6 +38,30 @@ pub struct Target {
 pub struct OutputSet {
     target: Target,
     pending: Vec<(&'static str, AtomicWriteFile)>,
+    /// Dropped last, when no file of the set is open any more.
+    _made: MadeFolders,
+}
+
+/// The folders that a command has made, inner ones first. Those that are left empty are removed.
+#[derive(Debug)]
+struct MadeFolders(Vec<PathBuf>);
+
+impl MadeFolders {
+    /// Makes a folder and what is missing around it.
+    fn make(folder: &Path) -> anyhow::Result<Self> {
+        let missing = folder.ancestors().take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists());
+        let made = Self(missing.map(Path::to_owned).collect());
+        let cannot = || format!("cannot create the output directory {}", folder.display());
+        fs::create_dir_all(folder).with_context(cannot)?;
+        Ok(made)
+    }
+}
+
+impl Drop for MadeFolders {
+    fn drop(&mut self) {
+        // A folder with files is not removed by this.
+        self.0.iter().for_each(|folder| drop(fs::remove_dir(folder)));
+    }
 }
 
 /// The error that files of a user have the names of result files.
@@ -102,15 +126,14 @@ pub(super) fn remove(path: &Path) -> io::Result<()> {
 }
 
 impl OutputSet {
-    /// Creates the folder and opens the named files in it. A folder that cannot be written, or files that may not be
-    /// replaced, are thus found before a long computation.
+    /// Creates the folder, which is removed again if nothing comes into it, and opens the named files in it. A folder
+    /// that cannot be written, or files that may not be replaced, are thus found before a long computation.
     ///
     /// # Errors
     /// If the folder cannot be made, a file in it cannot be written, or one of these names is a user's file.
     pub fn open(target: Target, names: &[&'static str]) -> anyhow::Result<Self> {
         let folder = &target.folder;
-        fs::create_dir_all(folder)
-            .with_context(|| format!("cannot create the output directory {}", folder.display()))?;
+        let made = MadeFolders::make(folder)?;
         {
             let _lock = FolderLock::wait(folder)?;
             let before = target.before(names)?;
@@ -132,7 +155,7 @@ impl OutputSet {
                 Ok((name, file))
             })
             .collect::<anyhow::Result<_>>()?;
-        Ok(Self { target, pending })
+        Ok(Self { target, pending, _made: made })
     }
 
     /// The folder.
@@ -175,7 +198,7 @@ impl OutputSet {
     /// # Errors
     /// If a file cannot be put in place, or a user's file has meanwhile taken its name.
     pub fn commit(self, keep: &dyn Fn(&str) -> bool) -> anyhow::Result<Vec<&'static str>> {
-        let Self { target, pending } = self;
+        let Self { target, pending, _made } = self;
         let (kept, dropped): (Vec<_>, Vec<_>) = pending.into_iter().partition(|(name, _)| keep(name));
         drop(dropped);
         // Writing to the disk may take long, so it is done while the previous set is still there.

@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use crate::case::Case;
-use crate::diagnostics::Diagnostics;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::Verdict;
+use crate::diagnostics::{Diagnostics, OfX};
 use crate::geometry::{ConservedSum, Geometry};
 use crate::number::Real;
 use crate::solve::{Arithmetic, NoSolution, Setup, WorldLine, solve, solve_window_by_window};
@@ -143,6 +143,12 @@ fn holds_along<S: Real>(line: &WorldLine<S>, geometry: &Geometry, sum: &Conserve
 }
 
 impl<S: Real> Run<S> {
+    /// What is to be warned of without a look between the nodes.
+    pub fn warnings(&self) -> Vec<String> {
+        let newtonian = self.diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
+        self.diagnostics.warnings(&self.line).into_iter().chain(newtonian).collect()
+    }
+
     /// Judges the run of `setup`: its error comes from the engine beside it, or with `reference` from the Taylor
     /// method; with `enclose` what may hide between its nodes is looked at.
     pub fn judged(&self, setup: &Setup<S>, reference: bool, enclose: bool) -> Judged {
@@ -154,14 +160,13 @@ impl<S: Real> Run<S> {
         let estimate = if has_estimate || reference.is_none() { run_error(setup, line, samples) } else { None };
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
         let mut verdict = of_run(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
-        let mut suspicions = diagnostics.warnings(line);
+        let mut suspicions = self.warnings();
         // With an accuracy the solver has looked between the nodes.
         let gaps = (enclose && line.accuracy.is_none()).then(|| Gaps::new(line, &setup.rough.geometry, verdict.error));
         if let Some(reason) = gaps.as_ref().and_then(Gaps::reason) {
             suspicions.push(reason.to_string());
             verdict.doubt(reason);
         }
-        suspicions.extend(diagnostics.of_x.as_ref().and_then(|of_x| of_x.newtonian_warning()));
         Judged { error: reference.or(estimate), gaps, verdict, suspicions }
     }
 }

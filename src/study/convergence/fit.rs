@@ -51,8 +51,17 @@ impl Fit {
     /// Whether the local slopes agree well enough for the fit to describe an order, and not a transition between
     /// orders.
     pub fn is_asymptotic(&self) -> bool {
-        let (low, high) = self.local_range();
-        high - low <= ASYMPTOTIC_SPREAD
+        self.asymptotic_from() == Some(0)
+    }
+
+    /// The index of the coarsest grid from which on the local slopes agree, if there are three grids or more from it.
+    pub fn asymptotic_from(&self) -> Option<usize> {
+        let spread = |slopes: &[f64]| {
+            let (low, high) = slopes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &s| (l.min(s), h.max(s)));
+            high - low
+        };
+        let last = self.local_slopes.len().saturating_sub(1).max(1);
+        (0..last).find(|&first| spread(&self.local_slopes[first..]) <= ASYMPTOTIC_SPREAD)
     }
 }
 

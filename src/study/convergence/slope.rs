@@ -24,6 +24,8 @@ pub struct Slope {
     pub points: usize,
     /// First N on the rounding plateau, if the sweep reaches it.
     pub plateau_from: Option<usize>,
+    /// Smallest N from which on the local slopes agree, if they do.
+    pub asymptotic_from: Option<usize>,
 }
 
 impl Slope {
@@ -37,18 +39,44 @@ impl Slope {
 
     /// A warning, if the number should not be read as an order.
     pub fn warning(&self) -> Option<String> {
-        let (name, quantity) = (self.scheme(), &self.name);
+        self.doubt().map(|doubt| format!("{} {}: {doubt}", self.scheme(), self.name))
+    }
+
+    /// The warnings of several slopes; those of the same scheme that say the same are one.
+    pub fn warnings(slopes: &[Self]) -> Vec<String> {
+        let mut found: Vec<(String, Vec<&str>, String)> = Vec::new();
+        for (slope, doubt) in slopes.iter().filter_map(|slope| Some((slope, slope.doubt()?))) {
+            let scheme = slope.scheme();
+            match found.iter_mut().find(|(other, _, same)| *other == scheme && *same == doubt) {
+                Some((_, names, _)) => names.push(&slope.name),
+                None => found.push((scheme, vec![&slope.name], doubt)),
+            }
+        }
+        let one = |(scheme, names, doubt): (String, Vec<&str>, String)| match names.as_slice() {
+            [first, _, .., last] => format!("{scheme} {first} … {last} ({}): {doubt}", names.len()),
+            names => format!("{scheme} {}: {doubt}", names.join(", ")),
+        };
+        found.into_iter().map(one).collect()
+    }
+
+    /// Why the number should not be read as an order, and what to do.
+    fn doubt(&self) -> Option<String> {
         match &self.fit {
             None if self.plateau_from.is_some() => {
-                Some(format!("{name} {quantity}: no slope, the errors are at the rounding level"))
+                Some("no slope, the errors are rounding; sweep coarser grids with --n-gamma".to_owned())
             }
-            None => Some(format!("{name} {quantity}: no slope, fewer than two grids were solved in the range")),
+            None => {
+                Some("no slope, fewer than two grids were solved in the range; sweep more with --n-gamma".to_owned())
+            }
             Some(fit) if !fit.is_asymptotic() => {
                 let (low, high) = fit.local_range();
-                Some(format!(
-                    "{name} {quantity}: not asymptotic, the slope between neighbouring grids runs from {low:.2} to \
-                     {high:.2}"
-                ))
+                let finest = self.n_range.map_or(0, |(_, finest)| finest);
+                let remedy = match self.asymptotic_from {
+                    Some(coarsest) => format!("fit finer grids: --fit-range {coarsest}:{finest}"),
+                    None if self.plateau_from.is_some() => "sweep more grids above the rounding level".to_owned(),
+                    None => format!("sweep finer grids: --n-gamma {finest},{},{}", 2 * finest, 4 * finest),
+                };
+                Some(format!("not asymptotic ({low:.2} to {high:.2}); {remedy}"))
             }
             Some(_) => None,
         }
@@ -85,12 +113,14 @@ impl<S: Real> Convergence<S> {
         }
         let size = quantity.pick(&self.reference.sizes);
         let kept = points_above_plateau(&delta_gamma, &n_gamma, &errors, size, self.digits);
+        let fit = Fit::new(&delta_gamma[..kept], &n_gamma[..kept], &errors[..kept]);
         Slope {
             sbp,
             form,
             quantity,
             name: quantity.name(&self.coordinates),
-            fit: Fit::new(&delta_gamma[..kept], &n_gamma[..kept], &errors[..kept]),
+            asymptotic_from: fit.as_ref().and_then(Fit::asymptotic_from).map(|first| n_gamma[first]),
+            fit,
             n_range: n_gamma[..kept].first().copied().zip(n_gamma[..kept].last().copied()),
             points: kept,
             plateau_from: n_gamma.get(kept).copied(),

@@ -70,9 +70,7 @@ impl Method {
     pub fn unsuitable(&self, is_separable: bool) -> Option<&'static str> {
         match self {
             Self::Unregularised(_) => Some("is for one coordinate"),
-            Self::Peer(peer) if peer.about().needs_second_order && !is_separable => {
-                Some("needs a scene that is separable: accelerations that depend on the positions only")
-            }
+            Self::Peer(peer) => peer.unsuitable(is_separable),
             _ => None,
         }
     }

@@ -74,13 +74,12 @@ impl Family {
         all
     }
 
-    /// Every method that is measured on a scene by default. Compositions are for scenes that are separable.
-    pub fn of_scene(is_separable: bool) -> Vec<Self> {
-        let suits = |family: &Self| match family {
-            Self::Peer(peer) => is_separable || !peer.about().needs_second_order,
-            _ => true,
-        };
-        Self::all().into_iter().filter(suits).collect()
+    /// Why there is no such method in a scene; `None` if there is.
+    pub fn unsuitable(&self, is_separable: bool) -> Option<&'static str> {
+        match self {
+            Self::Peer(peer) => peer.unsuitable(is_separable),
+            _ => None,
+        }
     }
 
     /// The name in files.

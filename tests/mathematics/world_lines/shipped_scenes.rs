@@ -16,7 +16,7 @@ fn scene(name: &str, settings: &[&str]) -> Case {
 }
 
 fn scenes() -> impl Iterator<Item = (&'static str, Case)> {
-    let names = NAMES.iter().filter(|name| builtin::group(name) == Some(Group::Scene));
+    let names = NAMES.iter().filter(|name| builtin::group(name).is_some_and(Group::is_scene));
     names.map(|&name| (name, scene(name, &[])))
 }
 

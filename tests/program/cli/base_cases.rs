@@ -7,17 +7,19 @@ use crate::common::{failed, json, names, run_in, succeeded};
 #[test]
 fn converge_without_a_case_sweeps_the_paper_s_four_and_puts_its_slopes_beside() {
     let folder = TempDir::new().unwrap();
-    let output = run_in(folder.path(), "converge");
-    let table = succeeded(&output);
-    for row in [
-        "linear     SBP21       eps_x_final    2.08        2.070       2.000  16 … 64",
-        "linear     SBP42       eps_t_final    3.48        3.638       3.514  16 … 64",
-        "quartic    SBP21       eps_x_final    2.08        2.078       2.007  16 … 64",
-        "quartic    SBP42       eps_x_final    2.84        2.891       2.866  64 … 256",
-        "quartic    SBP42       eps_t_final    3.13        3.050       3.024  64 … 256",
-        "quartic    SBP42       eps_x_l2          -        3.024       2.999  64 … 256",
+    let table = succeeded(&run_in(folder.path(), "converge"));
+    let verbose = succeeded(&run_in(folder.path(), "converge --verbose"));
+    for (row, paper, inverse) in [
+        ("linear     SBP21       eps_x_final  2.000", "2.08  16 … 64", "2.070"),
+        ("linear     SBP42       eps_t_final  3.514", "3.48  16 … 64", "3.638"),
+        ("quartic    SBP21       eps_x_final  2.007", "2.08  16 … 64", "2.078"),
+        ("quartic    SBP42       eps_x_final  2.866", "2.84  64 … 256", "2.891"),
+        ("quartic    SBP42       eps_t_final  3.024", "3.13  64 … 256", "3.050"),
+        ("quartic    SBP42       eps_x_l2     2.999", "-  64 … 256", "3.024"),
     ] {
-        assert!(table.contains(row), "{row}\n{table}");
+        let line = |table: &str| table.lines().find(|line| line.contains(row)).map(str::to_owned).unwrap();
+        assert!(line(&table).ends_with(paper), "{row}\n{table}");
+        assert!(line(&verbose).contains(paper) && line(&verbose).contains(inverse), "{verbose}");
     }
     assert_eq!(table.lines().filter(|line| line.contains("eps_")).count(), 16, "{table}");
     let results = folder.path().join("results/converge");

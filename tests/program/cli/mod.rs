@@ -4,6 +4,7 @@ mod base_cases;
 mod built_in_cases;
 mod enclose;
 mod folders;
+mod help;
 mod hints;
 #[cfg(unix)]
 mod interrupts;

@@ -250,3 +250,12 @@ fn rows_and_events_before_a_failure_are_kept() {
     succeeded(&run_in(folder.path(), "run fall.toml --out out --quiet --set grid.gamma_f=1.0 --set grid.windows=10"));
     assert!(!folder.path().join("out/until_failure.csv").exists());
 }
+
+#[test]
+fn a_run_into_a_pipe_warns_of_the_same() {
+    let folder = TempDir::new().unwrap();
+    let warnings = |arguments: &str| stderr(&run_in(folder.path(), &format!("run quartic --quiet {arguments}")));
+    let piped = warnings("--stdout");
+    assert!(piped.contains("not the motion of Newton's mechanics"), "{piped}");
+    assert_eq!(piped, warnings("--out out"));
+}

@@ -5,13 +5,14 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-use crate::common::{CASES, first_line, json, names, program, run_in, stderr, succeeded};
+use crate::common::{CASES, failed, first_line, json, names, program, run_in, stderr, succeeded};
 
 /// Every row below this heading has a cell that begins where the heading does.
 fn assert_column(text: &str, heading: &str) {
     let (above, below) = text.split_once(heading).unwrap_or_else(|| panic!("no {heading} in {text}"));
     let column = above.lines().last().map_or(0, |line| line.chars().count());
-    let ends = |line: &str| line.starts_with("  written") || line.starts_with("  gamma_f");
+    let ends =
+        |line: &str| ["written", "error", "ratio", "length"].iter().any(|end| line.trim_start().starts_with(end));
     let mut rows = 0;
     for line in below.lines().skip(1).take_while(|line| !ends(line)) {
         let cell: Vec<char> = line.chars().skip(column - 1).take(2).collect();
@@ -26,10 +27,10 @@ fn converge_writes_errors_slopes_and_pictures() {
     let folder = TempDir::new().unwrap();
     let text = succeeded(&run_in(
         folder.path(),
-        "converge CASES/quartic.toml --n-gamma 64,32,16 --sbp SBP21 --out out --plot",
+        "converge CASES/quartic.toml --n-gamma 64,32,16 --sbp SBP21 --out out --plot --verbose",
     ));
     assert!(text.contains("2.007") && text.contains("2.078"), "{text}");
-    ["quantity", "slope", "against 1/N", "fitted", "points"].iter().for_each(|heading| assert_column(&text, heading));
+    ["slope", "grids", "against 1/N", "points"].iter().for_each(|heading| assert_column(&text, heading));
     let out = folder.path().join("out");
     assert_eq!(names(&out), ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"]);
     let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_x_final,eps_t_l2,eps_x_l2,delta_q_t_last,delta_k_max,\
@@ -45,11 +46,73 @@ fn converge_writes_errors_slopes_and_pictures() {
 }
 
 #[test]
+fn a_slope_of_a_base_case_stands_beside_that_of_the_paper() {
+    let folder = TempDir::new().unwrap();
+    let text = succeeded(&run_in(folder.path(), "converge quartic --sbp SBP21 --n-gamma 16,32,64"));
+    assert!(text.contains("SBP21       eps_x_final  2.007 ± 0.002   2.08  16 … 64\n"), "{text}");
+    assert!(!text.contains("1/N"), "{text}");
+    let changed = succeeded(&run_in(folder.path(), "converge quartic --sbp SBP21 --set particle.mass=2.0"));
+    assert!(!changed.contains("paper"), "{changed}");
+}
+
+#[test]
+fn a_warning_of_a_slope_has_its_remedy() {
+    let folder = TempDir::new().unwrap();
+    let warned = |arguments: &str| stderr(&run_in(folder.path(), &format!("converge quartic --sbp SBP42 {arguments}")));
+    let all = warned("");
+    assert!(
+        all.contains("eps_x_final: not asymptotic") && all.contains("fit finer grids: --fit-range 64:1024"),
+        "{all}"
+    );
+    assert!(!warned("--fit-range 64:1024").contains("warning"));
+    assert!(warned("--n-gamma 16,32,64").contains("sweep finer grids: --n-gamma 64,128,256"));
+    // Where all errors are rounding, one warning is for all of them.
+    let rounding = warned("--sbp GLL24 --n-gamma 96,192,384");
+    assert_eq!(rounding.matches("warning").count(), 1, "{rounding}");
+    assert!(rounding.contains("sweep coarser grids with --n-gamma"), "{rounding}");
+}
+
+#[test]
+fn tables_of_studies_fit_a_hundred_columns_and_say_the_answer_first() {
+    let folder = TempDir::new().unwrap();
+    for (command, answer) in [
+        ("converge --n-gamma 16,32,64,128", "The paper's base cases: the slopes against 1/N agree with"),
+        ("converge --n-gamma 16,32,64,128 --verbose", "The paper's base cases: the slopes against 1/N agree with"),
+        ("converge quartic --n-gamma 16,32,64 --verbose", "Quartic oscillator: the order is 2.0 for SBP21, 1.8 to 3.1"),
+        ("work-precision kerr-inclined --methods gauss,gll12 --longest 1e-3", "An inclined orbit around a rotating"),
+        ("stability quartic --gamma-f 1,4 --delta-gamma 0.1,0.5", "Quartic oscillator: "),
+        ("check quartic --run", "# The case meets its [expect] table:"),
+        ("check kerr-inclined --run", "# The case meets its [expect] table:"),
+    ] {
+        let text = succeeded(&run_in(folder.path(), command));
+        assert!(text.starts_with(answer), "{command}: {text}");
+        // A comment of a case is as long as its author made it.
+        let long = text.lines().find(|line| line.chars().count() > 100 && !line.starts_with("# "));
+        assert!(long.is_none(), "{command}: {long:?}");
+    }
+}
+
+#[test]
+fn what_is_refused_leaves_no_folder() {
+    let folder = TempDir::new().unwrap();
+    for (arguments, code) in [
+        ("converge quartic --n-gamma 7", 2),
+        ("stability quartic --delta-gamma 1e-9 --gamma-f 100", 2),
+        ("run quartic --sample-gamma 0:5:1", 2),
+        ("converge horizon", 4),
+    ] {
+        failed(&run_in(folder.path(), &format!("{arguments} --out deep/er")), code);
+        assert!(names(folder.path()).is_empty(), "{arguments}: {:?}", names(folder.path()));
+    }
+}
+
+#[test]
 fn converge_takes_scenes() {
     let folder = TempDir::new().unwrap();
     let command = "converge kerr-inclined --set grid.gamma_f=60.0 --n-gamma 128,256,512 --sbp SBP21 --out out --plot";
     let text = succeeded(&run_in(folder.path(), &(command.to_owned() + " --set grid.windows=1")));
     assert!(text.contains("SBP21 weak  eps_theta_l2     2.0"), "{text}");
+    assert!(text.contains("the order is 2.0 for SBP21 weak"), "{text}");
     let out = folder.path().join("out");
     assert_eq!(names(&out), ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"]);
     let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_r_final,eps_theta_final,eps_phi_final,eps_t_l2,\
@@ -177,7 +240,7 @@ fn work_precision_takes_scenes() {
     assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
     let unknown = run_in(folder.path(), "work-precision schwarzschild-orbit --methods verlet");
     assert_eq!(unknown.status.code(), Some(2), "{}", stderr(&unknown));
-    assert!(stderr(&unknown).contains("no method is called 'verlet'"));
+    assert!(stderr(&unknown).contains("error: Verlet needs a scene that is separable"), "{}", stderr(&unknown));
 }
 
 #[test]
@@ -188,7 +251,7 @@ fn work_precision_writes_its_table_its_summary_and_pictures() {
     let command = format!("work-precision CASES/hard/tanh-wall.toml {small} --gamma-f 4,20 --plot --out out");
     let text = succeeded(&run_in(folder.path(), &command));
     assert!(text.contains("ratio") && text.contains("1e-12"), "{text}");
-    ["seconds", "own  "].iter().for_each(|heading| assert_column(&text, heading));
+    ["own s", "this program  ", "others  "].iter().for_each(|heading| assert_column(&text, heading));
     let out = folder.path().join("out");
     let pictures = ["drift_error.svg", "drift_k.svg", "error_evaluations.svg", "error_evaluations_2.svg"];
     let pictures = [&pictures[..], &["error_time.svg", "error_time_2.svg"]].concat();

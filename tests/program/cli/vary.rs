@@ -35,8 +35,8 @@ fn a_row_is_the_single_run_with_these_overrides() {
         folder.path(),
         "run quartic --set grid.n_gamma=40 --vary initial.x=0.8:1:2 --vary scheme.sbp=SBP21,SBP42 --out out",
     ));
-    assert!(told.contains("varied     initial.x from 0.8 to 1.0 (2 values), scheme.sbp from SBP21 to SBP42"), "{told}");
-    assert!(told.contains("rows       4: 4 converged") && told.contains("out: runs.csv, summary.json, case.toml"));
+    assert!(told.contains("varied   initial.x from 0.8 to 1.0 (2 values), scheme.sbp from SBP21 to SBP42"), "{told}");
+    assert!(told.contains("rows     4: 4 converged") && told.contains("out: runs.csv, summary.json, case.toml"));
     let out = folder.path().join("out");
     assert_eq!(names(&out), ["case.toml", "runs.csv", "summary.json"]);
     let rows = table(&out.join("runs.csv"));
@@ -144,7 +144,7 @@ fn a_row_without_a_result_is_a_row_with_a_reason() {
         messages[0].contains("g00") && messages[2].contains("leaves the domain") && messages[5].contains("n_gamma")
     );
     assert!(messages[4].is_empty() && column(&rows, "t")[2].is_empty() && !column(&rows, "t")[4].is_empty());
-    assert!(told.contains("rows       6: 1 converged, 4 invalid-case, 1 outside-domain"), "{told}");
+    assert!(told.contains("rows     6: 1 converged, 4 invalid-case, 1 outside-domain"), "{told}");
     // A table without any solution.
     let none = run_in(folder.path(), "run linear --set grid.gamma_f=4 --vary initial.x=-0.9,-0.8 --out none");
     assert!(failed(&none, 3).contains("no row has a solution"));
@@ -186,7 +186,7 @@ fn parts_are_joined_to_the_table_of_one_run_byte_for_byte() {
     // More parts than rows: some have none.
     assert_eq!(table(&folder.path().join("p12of12/runs.csv")).len(), 1);
     let told = succeeded(&run_in(folder.path(), "merge p3of4 p1of4 p4of4 p2of4 --out merged"));
-    assert!(told.contains("rows       9: 5 converged, 3 invalid-case, 1 stalled"), "{told}");
+    assert!(told.contains("rows     9: 5 converged, 3 invalid-case, 1 stalled"), "{told}");
     assert_eq!(of("merged"), of("whole"));
     succeeded(&run_in(folder.path(), "merge p1of2 p4of4 p2of4 --out mixed --quiet"));
     assert_eq!(of("mixed"), of("whole"));

@@ -48,7 +48,7 @@ fn every_file_in_the_folders_is_built_in_and_described() {
     for (folder, groups) in [
         (root.clone(), &[Group::Paper, Group::Basic][..]),
         (root.join("hard"), &[Group::Hard]),
-        (root.join("scenes"), &[Group::Scene]),
+        (root.join("scenes"), &[Group::Newtonian, Group::Curved]),
     ] {
         let mut files: Vec<String> = fs::read_dir(&folder)
             .unwrap()
@@ -64,9 +64,9 @@ fn every_file_in_the_folders_is_built_in_and_described() {
             let text = builtin::text(name).unwrap();
             assert_eq!(text, fs::read_to_string(folder.join(name).with_extension("toml")).unwrap());
             assert!(builtin::description(text).len() > 20, "{name}");
-            assert!(builtin::title(name).is_some(), "{name}");
-            let is_scene = !Case::parse(name, text, &[]).unwrap().is_of_x();
-            assert_eq!(is_scene, builtin::group(name) == Some(Group::Scene), "{name}");
+            let case = Case::parse(name, text, &[]).unwrap();
+            assert!(case.title().is_some(), "{name}");
+            assert_eq!(!case.is_of_x(), builtin::group(name).is_some_and(Group::is_scene), "{name}");
         }
     }
     assert!(builtin::NAMES.is_sorted_by_key(|name| (builtin::group(name), *name)), "in order, group by group");
