@@ -64,7 +64,8 @@ def main():
         title, make = SECTIONS[name]
         text, rest = make().split("\n\n", 1)
         # Long words are commands.
-        texts[title] = textwrap.fill(f"{when_and_where} {text}", 120, break_long_words=False, break_on_hyphens=False) + "\n\n" + rest
+        text = textwrap.fill(f"{when_and_where} {text}", 120, break_long_words=False, break_on_hyphens=False)
+        texts[title] = f"{text}\n\n{rest}"
         known = [f"## {title}\n\n{texts[title]}" for title, _ in SECTIONS.values() if title in texts]
         PAGE.write_text(INTRODUCTION + "\n" + "\n".join(known))
 

@@ -77,7 +77,8 @@ def forms():
     labels = ["ΔQ_t at the last node, N = 32", "largest ΔQ_t of all nodes, N = 32, 40 digits, doubled"]
     labels += ["ε_x(γ_f), ε_t(γ_f), N = 257", "their slopes from N = 65", "largest ΔK, γ_f = 100, N = 2001"]
     text = "`geodesic-ivp run quartic --set scheme.form=weak` and the like.\n\n"
-    return text + table(["", *(f"{sbp} {form}" for sbp, form in names)], [[a, *b] for a, b in zip(labels, zip(*columns))])
+    head = ["", *(f"{sbp} {form}" for sbp, form in names)]
+    return text + table(head, [[label, *cells] for label, cells in zip(labels, zip(*columns))])
 
 
 @section("Operators: orders and errors at γ_f, quartic case in 60 digits")
@@ -126,8 +127,8 @@ def accuracy():
                 at_end = [abs(one.number(key) - value) for key, value in exact.items()]
                 cells.append(f"{short(max(at_end))} ({short(one.summary.get('error_estimate'))})")
         rows.append([case, *cells])
-    what = "`geodesic-ivp run CASE --set solver.accuracy=1e-10`: the error of t and x at the end, against 200 windows of\n"
-    what += "24 nodes in 32 digits. In parentheses stands what the run estimates for all its nodes.\n\n"
+    what = "`geodesic-ivp run CASE --set solver.accuracy=1e-10`: the error of t and x at the end, against 200 windows\n"
+    what += "of 24 nodes in 32 digits. In parentheses stands what the run estimates for all its nodes.\n\n"
     return what + table(["asked for", "1e-4", "1e-7", "1e-10", "1e-13"], rows)
 
 

@@ -55,12 +55,12 @@ def speed():
                 shutil.copy(chart.folder / "error_time.svg", DOCS / f"{picture}.svg")
                 if case == "quartic":
                     shutil.copy(chart.folder / "drift_k.svg", DOCS / "drift-quartic.svg")
-    text = f"`{line}` and the like. A cell is the time of the fastest other method whose error\nis below the bound, over "
-    text += "that of this program's library and over that of its certified `solve`: above 1 this\nprogram is faster. "
-    text += "The last column names the fastest others.\n\n"
+    text = f"`{line}` and the like. A cell is the time of the fastest other method whose error "
+    text += "is below the bound, over that of this program's library and over that of its certified `solve`: above 1 "
+    text += "this program is faster. The last column names the fastest others.\n\n"
     text += table(["error below", *(short(error, 0) for error in ERRORS), "fastest other"], rows)
     shown = ("quartic", "The quartic over 1000 units"), ("kerr", "An orbit around a rotating black hole")
-    return text + "".join(f"\n![{title}: error against time](work-precision-{name}.svg)" for name, title in shown) + "\n"
+    return text + "".join(f"\n![{title}: error against time](work-precision-{name}.svg)\n" for name, title in shown)
 
 
 def fastest(rows, error):
@@ -124,8 +124,9 @@ def stability():
             shutil.copy(atlas.folder / f"map{name.replace('-', '_')}.svg", DOCS / f"stability-quartic{name}.svg")
         counts = collections.defaultdict(collections.Counter)
         for row in atlas.rows("stability.csv"):
-            name = f"{row['method']} {row['form']}".strip() if row["method"].startswith(("SBP", "GLL")) else row["method"]
-            counts[re.sub(r" tol=.*", "", name)][row["status"]] += 1
+            name = re.sub(r" tol=.*", "", row["method"])
+            name += f" {row['form']}" if name.startswith(("SBP", "GLL")) else ""
+            counts[name][row["status"]] += 1
     rows = []
     for name in HELD.split(","):
         of = counts[name]
