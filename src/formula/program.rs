@@ -198,7 +198,7 @@ mod tests {
         let parameters = BTreeMap::from([("a".to_owned(), 0.7)]);
         let f = parse(
             expression,
-            Names { variables: &["x", "y"], parameters: &parameters, definitions: &BTreeMap::new() },
+            Names { variables: &["x", "y"], parameters: &parameters, definitions: &BTreeMap::new(), tables: &[] },
             &mut graph,
         )
         .unwrap();
