@@ -44,7 +44,7 @@ fn apply_operator(bencher: Bencher) {
 }
 
 /// The physical limit with its certificate.
-#[divan::bench(args = [1_000, 10_000, 100_000, 1_000_000], consts = [21, 42], sample_count = 10)]
+#[divan::bench(args = [32, 1_000, 10_000, 100_000, 1_000_000], consts = [21, 42, 63, 84], sample_count = 10)]
 fn physical_limit<const SBP: usize>(bencher: Bencher, n: usize) {
     solves::<f64>(bencher, &format!("scheme.sbp=SBP{SBP} grid.n_gamma={n}"));
 }

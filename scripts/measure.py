@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""Draws the pictures in docs/ again and writes every number that the documentation quotes into docs/measured.md.
+"""Draws the pictures of docs/measured.md again and writes every number of the page.
 
-    scripts/measure.py [SECTION …] [--python] [--program PATH] [--list]
+    scripts/measure.py [SECTION …] [--program PATH] [--list]
 
-Without SECTION everything is measured: half an hour on two cores. With SECTIONs the others stay as they are in the
-file. The sections are in scripts/measured/. Needs Python 3.11, and cargo unless a program is given that has been built;
-with --python the charts of speed against accuracy have heyoka and SciPy beside them (scripts/work-precision.py, which
-needs uv). Times are those of the machine that is named, others' work on it included.
+Without SECTION everything is measured: half an hour on two cores. With SECTIONs the others stay as they are on the
+page. The sections are in scripts/measured/. This needs Python 3.11, cargo unless a program is given that has been
+built, and uv for the sections on speed, as heyoka and SciPy stand beside the program there.
 """
 
 import argparse
@@ -15,6 +14,7 @@ import platform
 import re
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 # The order of imports is that of the page.
@@ -24,49 +24,49 @@ from measured.page import DOCS, ROOT, SECTIONS, chosen
 PAGE = DOCS / "measured.md"
 INTRODUCTION = """# Measured
 
-Every number and table here, and every picture in this folder but `mesh.svg` and `charge.svg` (these are drawn by
-`examples/first_picture.rs`), comes from `scripts/measure.py`; do not edit it by hand.
-`scripts/measure.py SECTION` measures a section again, `--list` names them. Times are those of the machine and the
-minutes that each section names, often a shared one: trust ratios, and absolute times within tens of per cent.
+`scripts/measure.py` writes this page and draws its pictures; do not edit it by hand. `scripts/measure.py SECTION`
+measures a section again, and `--list` names them. A section names its commit. The machine is a shared one with two
+cores: believe ratios, and times within tens of per cent.
 """
 
 
 def heading():
     try:
         info = Path("/proc/cpuinfo").read_text()
-        machine = re.search(r"model name\s*: (.*)", info)[1] + f", {info.count('processor')} cores"
+        machine = re.search(r"model name\s*: (.*)", info)[1]
     except (OSError, TypeError):
         machine = platform.processor() or platform.machine()
     command = ["git", "describe", "--always", "--dirty"]
     commit = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout.strip()
-    return f"{datetime.date.today()}, commit {commit}, {machine}, {platform.system()}"
+    return f"*{datetime.date.today()}, commit {commit}, {machine}.*"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("sections", metavar="SECTION", nargs="*", help="what to measure (default: everything)")
-    parser.add_argument("--python", action="store_true", help="heyoka and SciPy in the charts of speed")
     parser.add_argument("--program", type=Path, help="the geodesic-ivp to run (default: it is built)")
     parser.add_argument("--list", action="store_true", help="name the sections")
     arguments = parser.parse_args()
     if arguments.list:
-        return print("\n".join(f"{name:30} {title}" for name, (title, _) in SECTIONS.items()))
+        return print("\n".join(f"{name:16} {title}" for name, (title, _) in SECTIONS.items()))
     if unknown := [name for name in arguments.sections if name not in SECTIONS]:
         sys.exit(f"no section is called {', '.join(unknown)}: there are {', '.join(SECTIONS)}")
     if arguments.program:
         chosen.program = arguments.program.resolve()
     else:
         subprocess.run(["cargo", "build", "--release", "--locked"], cwd=ROOT, check=True)
-    chosen.python = arguments.python
     page = PAGE.read_text() if PAGE.exists() else ""
-    texts = {name: text for name, text in re.findall(r"<!-- begin (\S+) -->\n(.*?)<!-- end \1 -->", page, re.S)}
+    texts = dict(re.findall(r"^## (.*?)\n\n(.*?)(?=\n## |\Z)", page, re.S | re.M))
     # Once: this script's own page would make the tree look changed.
     when_and_where = heading()
     for name in arguments.sections or SECTIONS:
         print(name, file=sys.stderr)
         title, make = SECTIONS[name]
-        texts[name] = f"## {title}\n\n*{when_and_where}*\n\n{make()}"
-        known = [f"<!-- begin {name} -->\n{texts[name]}<!-- end {name} -->\n" for name in SECTIONS if name in texts]
+        text, rest = make().split("\n\n", 1)
+        # Long words are commands.
+        text = textwrap.fill(f"{when_and_where} {text}", 120, break_long_words=False, break_on_hyphens=False)
+        texts[title] = f"{text}\n\n{rest}"
+        known = [f"## {title}\n\n{texts[title]}" for title, _ in SECTIONS.values() if title in texts]
         PAGE.write_text(INTRODUCTION + "\n" + "\n".join(known))
 
 

@@ -1,4 +1,4 @@
-"""Sections of docs/measured.md, commands and tables."""
+"""Sections of docs/measured.md: commands, tables, and how numbers are written."""
 
 import csv
 import json
@@ -38,7 +38,7 @@ class Results:
         done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True)
         if done.returncode not in ends:
             sys.exit(f"{self.line}\nended with {done.returncode}: {done.stderr}")
-        self.output, self.code = done.stdout, done.returncode
+        self.code = done.returncode
         self.reread()
 
     def reread(self):
@@ -51,11 +51,6 @@ class Results:
 
     def number(self, key):
         return float(self.summary[key])
-
-    def text(self):
-        """The command and what it printed, but for the list of files."""
-        lines = [line for line in self.output.splitlines() if "written" not in line]
-        return code(self.line) + "\n```text\n" + "".join(line + "\n" for line in lines) + "```\n"
 
     def __enter__(self):
         return self
@@ -95,7 +90,3 @@ def duration(seconds):
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"
     return f"{seconds / 1e-6:.2g} μs"
-
-
-def code(*lines):
-    return "```sh\n" + "\n".join(lines) + "\n```\n"

@@ -100,6 +100,7 @@ shipped![
         "kepler-eccentric",
         "kepler-levi-civita",
         "kepler-polar",
+        "molecule-table",
         "pleiades",
         "rocket",
         "satellite-backward",

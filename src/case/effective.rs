@@ -33,6 +33,11 @@ impl Case {
                 }
             }
         }
+        for (name, file) in &self.tables {
+            let entry = table(table(root, "tables"), name);
+            // A path that is counted from the folder of the case would lead elsewhere from another folder.
+            entry["file"] = value(file.display().to_string());
+        }
         self.fill_initial(root);
         self.fill_grid(root);
         if !self.solver.chooses_windows() {

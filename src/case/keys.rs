@@ -166,6 +166,13 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
          true to end the run there",
     ),
     (
+        "tables.NAME",
+        "a function of one argument, NAME(r) in formulas: a cubic spline through { x = [numbers], y = [numbers] }, or \
+         through the columns { file = \"points.csv\", x = \"r\", y = \"v\" }",
+    ),
+    ("tables.NAME.spline", "\"cubic\", whose second derivative is 0 at both ends, or \"clamped\", whose first one is"),
+    ("tables.NAME.outside", "\"refused\", or \"linear\": beyond its points the function goes on as its tangent"),
+    (
         "plot.x, plot.y",
         "the axes of the pictures of the orbit and of the events, as formulas of coordinates and velocities",
     ),

@@ -7,6 +7,7 @@ use super::observables::direction;
 use super::potential::{KINDS as KINDS_OF_POTENTIAL, law};
 use super::reader::{Field, Section};
 use super::settings::{at_least_one, chosen, digits};
+use super::tables::{ends, explain_table, outside};
 use super::{CaseError, Form, SbpName, System};
 use crate::geometry::{Preset, Tau};
 use crate::solve::Status;
@@ -80,6 +81,11 @@ const KINDS: &[(&str, Check)] = &[
     ("events.*.until", FLAG),
     ("plot.x", FORMULA),
     ("plot.y", FORMULA),
+    ("tables.*.file", TEXT),
+    ("tables.*.x", ANY),
+    ("tables.*.y", ANY),
+    ("tables.*.spline", |field| ends(field).map(drop)),
+    ("tables.*.outside", |field| outside(field).map(drop)),
 ];
 
 /// The part of a dotted key below the table `path`, if it is there.
@@ -155,6 +161,7 @@ fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut
     if !is_open {
         let explained = |error| match names.filter(|_| path == "initial") {
             Some(names) => initial::explain_velocity(error, &names.start),
+            None if path == "potential" => explain_table(error),
             None => error,
         };
         found.extend(section.unknown().into_iter().map(explained));

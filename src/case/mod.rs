@@ -45,9 +45,11 @@ mod settings;
 mod setup;
 mod source;
 mod start;
+mod tables;
 mod warnings;
 
 use std::any::Any;
+use std::path::PathBuf;
 
 pub use crate::action::Form;
 pub use crate::geometry::Direction;
@@ -101,6 +103,8 @@ pub struct Case {
     events: Vec<Event>,
     axes: Option<Axes>,
     /// As it was read, with its overrides.
+    /// The files of tables, by the names of the functions.
+    tables: Vec<(String, PathBuf)>,
     text: String,
 }
 

@@ -32,6 +32,11 @@ impl Taken {
         Self(taken)
     }
 
+    /// Takes names that were checked before.
+    pub(super) fn extend(&mut self, named: &[(String, String)], kind: &'static str) {
+        self.0.extend(named.iter().map(|(name, _)| (name.clone(), kind)));
+    }
+
     /// Takes the name of a field, which becomes a `kind`.
     pub(super) fn take(&mut self, field: &Field<'_>, kind: &'static str) -> Result<(), CaseError> {
         let name = &field.key;

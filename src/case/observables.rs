@@ -9,6 +9,7 @@ use super::scenery::known;
 use crate::formula::similar::nearest;
 use crate::formula::{Graph, Names, parse};
 use crate::geometry::{Direction, observed};
+use crate::number::spline::Table;
 
 /// An entry of `[events]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -37,6 +38,7 @@ pub(super) struct Formulas<'s> {
     pub(super) coordinates: &'s [String],
     pub(super) parameters: &'s [(String, String)],
     pub(super) definitions: &'s [(String, String)],
+    pub(super) tables: &'s [(String, Table)],
 }
 
 impl Formulas<'_> {
@@ -63,7 +65,7 @@ impl Formulas<'_> {
         let nothing = (BTreeMap::<String, f64>::new(), BTreeMap::new());
         let parsed = parse(
             &text,
-            Names { variables: &variables, parameters: &nothing.0, definitions: &nothing.1 },
+            Names { variables: &variables, parameters: &nothing.0, definitions: &nothing.1, tables: self.tables },
             &mut Graph::default(),
         );
         parsed.map_err(|error| field.formula_error(&error, known(&all)))?;

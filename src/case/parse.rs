@@ -5,7 +5,7 @@ use super::observables::Formulas;
 use super::reader::Section;
 use super::settings::{self, Context};
 use super::source::Source;
-use super::{Case, CaseError, check, initial, metric, mistakes, rounding};
+use super::{Case, CaseError, check, initial, metric, mistakes, rounding, tables};
 use crate::number::{Extended, Real};
 use crate::solve::Continuation;
 
@@ -38,8 +38,10 @@ impl Case {
         let [title, metric, potential, force] = ["title", "metric", "potential", "force"].map(|key| root.take(key));
         let [particle, initial, grid, scheme] = ["particle", "initial", "grid", "scheme"].map(|key| root.section(key));
         let [solver, expect, invariants] = ["solver", "expect", "invariants"].map(|key| root.section(key));
-        let [events, plot] = ["events", "plot"].map(|key| root.section(key));
+        let [events, plot, tables] = ["events", "plot", "tables"].map(|key| root.section(key));
         let mut scenery = check::geometry(&mut root, [metric, potential, force], particle?)?;
+        let tables = tables::read(&tables?, &scenery.text)?;
+        scenery.text.set_tables(tables.functions);
         // First, because an accuracy in an override takes the scheme away.
         let solver = settings::solver(solver?)?;
         let scheme = scheme?;
@@ -59,7 +61,8 @@ impl Case {
         let is_double = found.is_double;
         let (start, compiled) = found.place(&mut scenery, &initial)?;
         let (names, parameters) = (scenery.text.coordinates(), scenery.text.parameters());
-        let formulas = Formulas { coordinates: &names, parameters, definitions: scenery.text.definitions() };
+        let definitions = scenery.text.definitions();
+        let formulas = Formulas { coordinates: &names, parameters, definitions, tables: scenery.text.tables() };
         let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
         let context = Context { gamma_i, source, names: &names, parameters, formulas: &formulas, start: &start };
         let case = Self {
@@ -81,6 +84,7 @@ impl Case {
             ignores_scheme,
             scheme,
             solver,
+            tables: tables.files,
             text: source.text.clone(),
         };
         if let Some(preset) = scenery.preset {

@@ -1,6 +1,7 @@
 //! Tables of a case, read strictly: every key must be asked for, and every mistake has its place in the text.
 
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
@@ -194,6 +195,12 @@ impl<'t> Field<'t> {
     /// The number that the value is, with all its digits.
     pub(super) fn number(&self) -> Result<String, CaseError> {
         if self.item.is_str() { Err(self.expected("a number")) } else { self.formula() }
+    }
+
+    /// A path, counted from the folder of the case.
+    pub(super) fn beside_the_case(&self, path: &Path) -> PathBuf {
+        let beside = self.source.folder.join(path);
+        std::path::absolute(&beside).unwrap_or(beside)
     }
 
     /// The numbers of an array.

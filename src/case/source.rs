@@ -1,6 +1,7 @@
 //! The text of a case with its overrides, and the places of mistakes in it.
 
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, Value};
 
@@ -22,6 +23,8 @@ pub(super) fn readable(message: &str) -> String {
 pub(super) struct Source {
     name: String,
     pub(super) text: String,
+    /// The folder of the case; empty if it is no file.
+    pub(super) folder: PathBuf,
     /// Whether it is a potential of x alone, as the paper has it.
     pub(super) is_of_x: bool,
 }
@@ -29,7 +32,8 @@ pub(super) struct Source {
 impl Source {
     /// The text as the overrides change it.
     pub(super) fn new(name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
-        let plain = Self { name: name.to_owned(), text: text.to_owned(), is_of_x: false };
+        let folder = Path::new(name).parent().filter(|folder| folder.is_dir()).unwrap_or(Path::new("")).to_owned();
+        let plain = Self { name: name.to_owned(), text: text.to_owned(), folder, is_of_x: false };
         let source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
         let is_of_x = is_of_x(source.document()?.as_table());
         Ok(Self { is_of_x, ..source })

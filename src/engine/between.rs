@@ -155,7 +155,11 @@ impl<const N: usize> WithSimd for Look<'_, N> {
             if kind == Kind::Ratio && least * most > 0.0 {
                 ratio = ratio.max(most / least).max(least / most);
             }
-            has_kink |= kind == Kind::Sign && least < 0.0 && most > 0.0;
+            has_kink |= match kind {
+                Kind::Sign => least < 0.0 && most > 0.0,
+                Kind::Table(table) => table.passed([least, most]) != Some(0),
+                _ => false,
+            };
         }
         if has_kink {
             return Seen { is_gentle: all_gentle, decay: 1.0 };

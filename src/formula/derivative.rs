@@ -131,6 +131,10 @@ impl<S: Real> Graph<S> {
             }
             Function::Abs => self.call(Function::Sign, u),
             Function::Sign | Function::Step => self.whole(0),
+            Function::Table(table) => match table.derivative() {
+                Some(slope) => self.call(Function::Table(slope), u),
+                None => self.whole(0),
+            },
         }
     }
 }

@@ -23,6 +23,7 @@ use winnow::token::{any, take_while};
 use super::graph::{Graph, NodeId};
 use super::{FormulaError, Function, hint, pairs};
 use crate::number::Real;
+use crate::number::spline::Table;
 
 /// The longest expression that is accepted: the potential of nine bodies in space has two kilobytes.
 const MAX_BYTES: usize = 65_536;
@@ -43,6 +44,8 @@ pub(crate) struct Names<'n, S> {
     pub parameters: &'n BTreeMap<String, S>,
     /// Expressions of the same graph that have names.
     pub definitions: &'n BTreeMap<String, NodeId>,
+    /// Functions that are tables.
+    pub tables: &'n [(String, Table)],
 }
 
 #[derive(Debug)]
@@ -71,7 +74,8 @@ type Failure = ErrMode<ContextError>;
 /// [`FormulaError`] with the position of the mistake: syntax, an unknown name, a function without its parentheses.
 pub(crate) fn parse<S: Real>(text: &str, names: Names<'_, S>, graph: &mut Graph<S>) -> Result<NodeId, FormulaError> {
     let error = |offset: usize, message: String| {
-        let given = names.parameters.keys().chain(names.definitions.keys()).map(String::as_str);
+        let given = names.parameters.keys().chain(names.definitions.keys());
+        let given = given.chain(names.tables.iter().map(|(name, _)| name)).map(String::as_str);
         let hint = hint::at(text, offset, names.variables.iter().copied().chain(["pi"]).chain(given));
         FormulaError { message, offset, expression: text.to_owned(), hint }
     };
@@ -252,7 +256,9 @@ fn name<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fai
     let offset = input.current_token_start();
     let name: &str = token(take_while(1.., |c: char| c.is_ascii_alphanumeric() || c == '_')).parse_next(input)?;
     let called = peek_char(input) == Some('(');
-    let (function, pair) = (Function::from_name(name), pairs::from_name(name));
+    let tables = input.state.names.tables;
+    let table = tables.iter().find(|(table, _)| table == name).map(|&(_, table)| Function::Table(table));
+    let (function, pair) = (Function::from_name(name).or(table), pairs::from_name(name));
     if function.is_some() || pair.is_some() {
         let opened = input.current_token_start();
         if !called {
@@ -270,7 +276,7 @@ fn name<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fai
             (None, None) => last,
         });
     }
-    let Names { variables, parameters, definitions } = input.state.names;
+    let Names { variables, parameters, definitions, .. } = input.state.names;
     let constant = if name == "pi" { Some(S::PI) } else { parameters.get(name).copied() };
     let node = match (variables.iter().position(|variable| *variable == name), constant) {
         (Some(variable), _) => Some(input.state.graph.variable(variable)),

@@ -80,7 +80,7 @@ mod tests {
     fn values(formula: &str, at: [f64; 2]) -> [f64; 3] {
         let mut graph = Graph::default();
         let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
-        let names = Names { variables: &["x", "y"], parameters: &parameters, definitions: &definitions };
+        let names = Names { variables: &["x", "y"], parameters: &parameters, definitions: &definitions, tables: &[] };
         let value = parse(formula, names, &mut graph).unwrap();
         let [by_x, by_y] = [0, 1].map(|variable| graph.derivative(value, variable));
         Program::new(&mut graph, 2, &[value, by_x, by_y]).values(&at)
@@ -114,7 +114,7 @@ mod tests {
     fn a_missing_argument_is_missed() {
         let mistake = |formula: &str| {
             let (parameters, definitions) = (BTreeMap::<String, f64>::new(), BTreeMap::new());
-            let names = Names { variables: &["x"], parameters: &parameters, definitions: &definitions };
+            let names = Names { variables: &["x"], parameters: &parameters, definitions: &definitions, tables: &[] };
             parse(formula, names, &mut Graph::default()).unwrap_err().message
         };
         assert_eq!(mistake("min(x)"), "the function 'min' has two arguments: expected a comma, found ')'");

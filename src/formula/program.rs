@@ -56,23 +56,24 @@ fn in_order<S: Real>(graph: &Graph<S>, outputs: &[NodeId]) -> Vec<NodeId> {
     let is_wanted = graph.needed(outputs);
     let pair =
         |id: NodeId| graph.sine_and_cosine(id).filter(|pair| pair.iter().all(|&id| is_wanted.get(id) == Some(&true)));
-    let mut order: Vec<NodeId> = Vec::new();
+    let mut order: Vec<NodeId> = Vec::with_capacity(is_wanted.iter().filter(|&&is_wanted| is_wanted).count());
     let mut is_known = vec![false; is_wanted.len()];
+    let mut waiting = Vec::new();
     for &output in outputs {
-        let (mut needed, mut waiting) = (Vec::new(), vec![output]);
+        let first = order.len();
+        waiting.push(output);
         while let Some(id) = waiting.pop() {
             if !std::mem::replace(&mut is_known[id], true) {
-                needed.push(id);
+                order.push(id);
                 waiting.extend(graph.nodes[id].operands());
                 // The other one of a pair needs nothing else.
                 waiting.extend(pair(id).into_iter().flatten());
             }
         }
         // Operands have smaller indices.
-        needed.sort_by_cached_key(|&id| {
+        order[first..].sort_unstable_by_key(|&id| {
             pair(id).map_or((id, 0), |[sin, cos]| (sin.min(cos), usize::from(id == cos) + 1))
         });
-        order.extend(needed);
     }
     order
 }
@@ -197,7 +198,7 @@ mod tests {
         let parameters = BTreeMap::from([("a".to_owned(), 0.7)]);
         let f = parse(
             expression,
-            Names { variables: &["x", "y"], parameters: &parameters, definitions: &BTreeMap::new() },
+            Names { variables: &["x", "y"], parameters: &parameters, definitions: &BTreeMap::new(), tables: &[] },
             &mut graph,
         )
         .unwrap();

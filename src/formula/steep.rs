@@ -10,6 +10,7 @@ use std::collections::HashMap;
 use super::Function;
 use super::graph::Fused;
 use super::program::{Operation, Program, Register, Step};
+use crate::number::spline::Table;
 
 /// What must not change much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -26,6 +27,8 @@ pub(crate) enum Kind {
     Sign,
     /// The argument of asin and acos: by the ratio of its distances from ±1.
     Edge,
+    /// The argument of a table: by the knots that it passes.
+    Table(Table),
 }
 
 /// A program with what may become steep in it.
@@ -86,6 +89,7 @@ pub(crate) fn kind(function: Function) -> Kind {
         Function::Abs | Function::Sign | Function::Step => Kind::Sign,
         Function::Asin | Function::Acos => Kind::Edge,
         Function::Exp => Kind::Exponent,
+        Function::Table(table) => Kind::Table(table),
         Function::Sinh | Function::Cosh | Function::Tanh | Function::Atan => Kind::Step,
     }
 }

@@ -23,7 +23,8 @@ impl<S: Real> Scope<'_, S> {
         for (a, (name, momentum)) in self.coordinates.iter().zip(&momenta).enumerate() {
             (variables[a], variables[2 * n + a]) = (name, momentum);
         }
-        let names = Names { variables: &variables, parameters: &self.parameters, definitions: &self.definitions };
+        let (parameters, definitions) = (&self.parameters, &self.definitions);
+        let names = Names { variables: &variables, parameters, definitions, tables: self.tables };
         let alone = formula::parse(text, names, self.graph).expect("the formulas of presets are correct");
         let mut kinetic: Vec<NodeId> = (0..3 * n).map(|variable| self.graph.variable(variable)).collect();
         for (&a, &component) in one_form {

@@ -79,8 +79,10 @@ impl<S: Real> Linearised<S> {
 
     fn equations(&self, graph: &mut Graph<S>) -> Equations<S> {
         let level = level(self.dimension, &self.active);
-        // Derivatives of sums whose factors were taken out are short, but not of polynomials.
-        let programs = self.expressions.iter().map(|expressions| {
+        // Derivatives of sums whose factors were taken out are short, but not of polynomials. A polynomial of one
+        // coordinate has so few steps that forming both costs more than it saves.
+        let tried = if self.active.len() == 1 { &self.expressions[1..] } else { &self.expressions[..] };
+        let programs = tried.iter().map(|expressions| {
             let (entries, outputs) = self.entries(graph, expressions);
             let outputs = graph.reduced(&outputs, &level);
             let jacobian = Program::new(graph, 3 * self.dimension, &outputs).fused();
@@ -89,7 +91,7 @@ impl<S: Real> Linearised<S> {
             (entries, jacobian, varying, varies)
         });
         let shortest = programs.min_by_key(|(_, _, varying, _)| varying.len());
-        let (entries, jacobian, varying, varies) = shortest.expect("there are two");
+        let (entries, jacobian, varying, varies) = shortest.expect("at least one is tried");
         let fixed = jacobian.schedule(0..jacobian.size(), |register| varies[register]);
         let of_active = entries.partition_point(|entry| entry.row < 2 * self.active.len());
         Equations { entries, of_active, jacobian, fixed, varying }

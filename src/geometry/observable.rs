@@ -36,8 +36,9 @@ impl<S: Real> Observable<S> {
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
         let parameters: BTreeMap<String, S> = parts::parameters(scene.parameters())?;
         let mut graph = Graph::default();
-        let definitions = parts::definitions(&mut graph, &scene.positions(), &parameters, scene.definitions())?;
-        let names = Names { variables: &variables, parameters: &parameters, definitions: &definitions };
+        let definitions = parts::definitions(&mut graph, &scene.positions(), &parameters, scene)?;
+        let (parameters, definitions, tables) = (&parameters, &definitions, scene.tables());
+        let names = Names { variables: &variables, parameters, definitions, tables };
         let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place, error))?;
         let program = Program::new(&mut graph, variables.len(), &[node]);
         Ok(Self { registers: program.registers(|constant| constant), program, is_reversed: false })

@@ -7,6 +7,7 @@ use super::presets::Preset;
 use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
 use crate::formula::{self, Graph, Names, NodeId};
 use crate::number::Real;
+use crate::number::spline::Table;
 
 /// The Lagrangian and the force as expressions. Variable a of the graph is q^a, variable n + a is dq^a/dγ.
 pub(super) struct Parts<S> {
@@ -33,6 +34,7 @@ pub(super) struct Scope<'s, S> {
     pub(super) all: usize,
     pub(super) parameters: BTreeMap<String, S>,
     pub(super) definitions: BTreeMap<String, NodeId>,
+    pub(super) tables: &'s [(String, Table)],
 }
 
 impl<S: Real> Scope<'_, S> {
@@ -45,7 +47,8 @@ impl<S: Real> Scope<'_, S> {
     fn of_time(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
         let mut variables = vec![""; 2 * self.all];
         variables[0] = &self.coordinates[0];
-        let names = Names { variables: &variables, parameters: &self.parameters, definitions: &BTreeMap::new() };
+        let Self { parameters, tables, .. } = self;
+        let names = Names { variables: &variables, parameters, definitions: &BTreeMap::new(), tables };
         formula::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
     }
 
@@ -64,7 +67,8 @@ impl<S: Real> Scope<'_, S> {
                 variables[self.all + k] = velocity;
             }
         }
-        let names = Names { variables: &variables, parameters: &self.parameters, definitions: &self.definitions };
+        let Self { parameters, definitions, tables, .. } = self;
+        let names = Names { variables: &variables, parameters, definitions, tables };
         formula::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
     }
 
@@ -154,7 +158,7 @@ pub(super) fn constant<S: Real>(
     place: Place,
 ) -> Result<S, GeometryError> {
     let mut graph = Graph::default();
-    let names = Names { variables: &[], parameters, definitions: &BTreeMap::new() };
+    let names = Names { variables: &[], parameters, definitions: &BTreeMap::new(), tables: &[] };
     let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place.clone(), error))?;
     let value = graph.as_constant(node).expect("an expression without variables is folded to a constant");
     if value.is_finite() { Ok(value) } else { Err(GeometryError::NotFinite(place)) }
@@ -165,11 +169,11 @@ pub(super) fn definitions<S: Real>(
     graph: &mut Graph<S>,
     names: &[String],
     parameters: &BTreeMap<String, S>,
-    definitions: &[(String, String)],
+    scene: &GeometryText,
 ) -> Result<BTreeMap<String, NodeId>, GeometryError> {
-    let parameters = parameters.clone();
-    let mut scope = Scope { graph, coordinates: names, all: names.len(), parameters, definitions: BTreeMap::new() };
-    scope.define(definitions)?;
+    let (parameters, definitions, tables) = (parameters.clone(), BTreeMap::new(), scene.tables());
+    let mut scope = Scope { graph, coordinates: names, all: names.len(), parameters, definitions, tables };
+    scope.define(scene.definitions())?;
     Ok(scope.definitions)
 }
 
@@ -198,7 +202,7 @@ impl<S: Real> Parts<S> {
         let parameters = parameters(&text.parameters)?;
         let definitions = BTreeMap::new();
         let (coordinates, n) = (text.coordinates.as_slice(), names.len());
-        let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions };
+        let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions, tables: &text.tables };
         scope.define(&text.definitions)?;
         let omega = match &text.conformal {
             Some(omega) => Some(scope.of_position(omega, Place::Conformal)?),
@@ -235,7 +239,7 @@ impl<S: Real> Parts<S> {
         let scale = if is_newtonian { S::ONE } else { mass };
         let (definitions, particles) = (BTreeMap::new(), 1..text.coordinates.len() + 1);
         let coordinates = &names[..particles.end];
-        let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions };
+        let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions, tables: &text.tables };
         scope.define(&text.definitions)?;
         let v = scope.of_position(&text.expression, Place::Potential)?;
         let mut metric = BTreeMap::new();

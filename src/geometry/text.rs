@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::formula::FormulaError;
 use crate::number::Real;
+use crate::number::spline::Table;
 
 /// The metric of a scene in formulas of its coordinates.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -24,6 +25,8 @@ pub struct MetricText {
     pub conformal: Option<String>,
     /// One more coordinate, which makes K zero.
     pub tau: Option<Tau>,
+    /// Functions that formulas may use.
+    pub tables: Vec<(String, Table)>,
 }
 
 /// The flat coordinate `tau`, with which a particle with K ≠ 0 is one with K = 0. It is the last one, and coupled to no
@@ -85,6 +88,8 @@ pub struct PotentialText {
     pub force: Vec<(usize, String)>,
     /// Ω in t and the coordinates.
     pub conformal: Option<String>,
+    /// Functions that formulas may use.
+    pub tables: Vec<(String, Table)>,
 }
 
 /// A scene as text.
@@ -135,6 +140,22 @@ impl GeometryText {
             Self::Potential(potential) => {
                 std::iter::once("t".to_owned()).chain(potential.coordinates.iter().cloned()).collect()
             }
+        }
+    }
+
+    /// The tables, by name.
+    pub fn tables(&self) -> &[(String, Table)] {
+        match self {
+            Self::Metric(metric) => &metric.tables,
+            Self::Potential(potential) => &potential.tables,
+        }
+    }
+
+    /// Lets formulas use these tables.
+    pub fn set_tables(&mut self, named: Vec<(String, Table)>) {
+        match self {
+            Self::Metric(metric) => metric.tables = named,
+            Self::Potential(potential) => potential.tables = named,
         }
     }
 

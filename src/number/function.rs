@@ -1,6 +1,7 @@
 //! The elementary functions, by their names in formulas.
 
 use super::Real;
+use super::spline::Table;
 
 /// An elementary function. [`Self::apply`] evaluates it on one number, `vector::elementary` on many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -24,6 +25,8 @@ pub enum Function {
     Sign,
     /// 0 below 0, and 1 from 0 on.
     Step,
+    /// A spline, or a derivative of it.
+    Table(Table),
 }
 
 impl Function {
@@ -75,6 +78,7 @@ impl Function {
             Self::Step if u >= S::ZERO => S::ONE,
             Self::Step if u < S::ZERO => S::ZERO,
             Self::Step => u,
+            Self::Table(table) => table.at(u),
         }
     }
 }

@@ -22,6 +22,7 @@ mod function;
 pub mod norm;
 pub(crate) mod root;
 pub(crate) mod runge_kutta;
+pub mod spline;
 pub mod vector;
 
 pub(crate) use compensated::Compensated;

@@ -271,6 +271,17 @@ fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut [S], k: usi
             _ => (u[k] / S::LN_10 - weighted(y, u, k) / number(k)) / u[0],
         },
         Function::Sqrt => square_root(u[k], y, k),
+        Function::Table(table) => {
+            // y = Σ cⱼ wʲ with w = u − u₀; the partner is w².
+            let [value, slope, bend, twist] = table.expansion(u[0]);
+            if k == 0 {
+                partner[0] = S::ZERO;
+                return value;
+            }
+            partner[k] = sum((1..k).map(|j| u[j] * u[k - j]));
+            let cube = sum((1..k).map(|j| u[j] * partner[k - j]));
+            slope * u[k] + bend * partner[k] + twist * cube
+        }
         Function::Abs | Function::Sign | Function::Step => {
             if k == 0 {
                 partner[0] = u[0].signum();

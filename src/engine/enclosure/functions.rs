@@ -40,6 +40,7 @@ pub(super) fn after(function: Function, x: &Lanes, out: &mut Lanes) {
         (lo[k], hi[k]) = match function {
             Function::Abs | Function::Sign | Function::Step => (lo[k], hi[k]),
             Function::Sin | Function::Cos => angle(x_lo[k], x_hi[k], lo[k], hi[k]),
+            Function::Table(table) => table.bounds([x_lo[k], x_hi[k]]).into(),
             _ => interval(lo[k], hi[k], range(function)),
         };
     }

@@ -142,6 +142,10 @@ fn slope(function: Function, [lo, hi]: [f64; 2], enclosed: &Enclosed, a: Registe
             1.0 / ((1.0 - largest) * (1.0 + largest)).sqrt()
         }
         Function::Sign | Function::Step => 0.0,
+        Function::Table(table) => table.derivative().map_or(0.0, |slope| {
+            let [least, most] = slope.bounds([a_lo[k], a_hi[k]]);
+            most.max(-least)
+        }),
         // Of abs, sin, cos, tanh, atan, none is above 1; others are written by these.
         _ => 1.0,
     }

@@ -220,6 +220,8 @@ pub(super) fn is_gentle(kind: Kind, lo: f64, hi: f64) -> bool {
         Kind::Exponent | Kind::Step => hi - lo <= STEP,
         Kind::Angle => hi - lo <= ANGLE,
         Kind::Sign => lo > 0.0 || hi < 0.0,
+        // No piece is left out.
+        Kind::Table(table) => table.passed([lo, hi]).is_some_and(|knots| knots <= 1),
         Kind::Edge => {
             let (near, far) = (1.0 - lo.abs().max(hi.abs()), 1.0 - lo.max(-hi).max(0.0));
             near > 0.0 && far <= RATIO * near

@@ -99,7 +99,7 @@ fn expression() -> impl Strategy<Value = String> {
 
 fn parsed<S: Real>(text: &str) -> Program<S> {
     let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
-    let names = Names { variables: &["x", "y"], parameters: &parameters, definitions: &definitions };
+    let names = Names { variables: &["x", "y"], parameters: &parameters, definitions: &definitions, tables: &[] };
     program(|graph| crate::formula::parse(text, names, graph).unwrap(), 2)
 }
 

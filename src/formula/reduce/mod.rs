@@ -35,8 +35,9 @@ impl<S: Real> Graph<S> {
             let form = reducer.form(id, &uses);
             reducer.known[id] = Some(form);
         }
-        let products: Vec<Product<S>> = roots.iter().map(|&root| reducer.product(root)).collect();
-        let nodes: Vec<NodeId> = products.iter().map(|product| reducer.write(product)).collect();
+        // All sums become nodes before the first root is written.
+        roots.iter().for_each(|&root| reducer.settle(root));
+        let nodes: Vec<NodeId> = roots.iter().map(|&root| reducer.rewritten(root)).collect();
         if reducer.is_lost {
             return roots.to_vec();
         }
@@ -73,15 +74,19 @@ impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
                 return Form::Product(self.atom(id));
             }
             Node::Constant(_) => return Form::Product(self.atom(id)),
-            Node::PowerInteger(base, exponent) => return Form::Product(self.product(base).power(exponent)),
+            Node::PowerInteger(base, exponent) => return Form::Product(self.settled(base).power(exponent)),
             Node::Apply(operation) => operation,
         };
         Form::Product(match operation {
             Operation::Add(a, b) => return self.longer(a, uses[a] == 1, b, S::ONE),
             Operation::Subtract(a, b) => return self.longer(a, uses[a] == 1, b, -S::ONE),
-            Operation::Multiply(a, b) => self.product(a).times(&self.product(b)),
-            Operation::Divide(a, b) => self.product(a).times(&self.product(b).power(-1)),
-            Operation::Negate(a) => self.product(a).scaled(-S::ONE),
+            Operation::Multiply(a, b) | Operation::Divide(a, b) => {
+                self.settle(a);
+                self.settle(b);
+                let exponent = if matches!(operation, Operation::Divide(..)) { -1 } else { 1 };
+                self.product(a).times(&self.product(b).power(exponent))
+            }
+            Operation::Negate(a) => self.settled(a).clone().scaled(-S::ONE),
             Operation::Power(a, b) => {
                 let [base, exponent] = [a, b].map(|operand| self.rewritten(operand));
                 let power = self.graph.power(base, exponent);
@@ -102,26 +107,37 @@ impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
             Some(Form::Terms(terms)) if is_alone => terms,
             other => {
                 self.known[sum] = other;
-                vec![self.product(sum)]
+                vec![self.settled(sum).clone()]
             }
         };
-        terms.push(self.product(term).scaled(sign));
+        terms.push(self.settled(term).clone().scaled(sign));
         Form::Terms(terms)
     }
 
-    /// What is known of a node, as a product.
-    fn product(&mut self, id: NodeId) -> Product<S> {
-        let product = match self.known[id].take().expect("operands come first") {
-            Form::Product(product) => product,
-            Form::Terms(terms) => self.sum(terms),
-        };
-        self.known[id] = Some(Form::Product(product.clone()));
-        product
+    /// Makes a product of what is known of a node.
+    fn settle(&mut self, id: NodeId) {
+        if let Some(Form::Terms(terms)) = &mut self.known[id] {
+            let terms = std::mem::take(terms);
+            self.known[id] = Some(Form::Product(self.sum(terms)));
+        }
+    }
+
+    /// The product that a node is, once it was settled.
+    fn product(&self, id: NodeId) -> &Product<S> {
+        match &self.known[id] {
+            Some(Form::Product(product)) => product,
+            _ => unreachable!("operands come first and are settled"),
+        }
+    }
+
+    fn settled(&mut self, id: NodeId) -> &Product<S> {
+        self.settle(id);
+        self.product(id)
     }
 
     /// The node that takes the place of this one.
     fn rewritten(&mut self, id: NodeId) -> NodeId {
-        let product = self.product(id);
+        let product = self.settled(id).clone();
         self.write(&product)
     }
 

@@ -1,5 +1,7 @@
 //! Normal forms.
 
+use std::cmp::Ordering;
+
 use super::super::graph::NodeId;
 use crate::number::Real;
 
@@ -23,15 +25,28 @@ impl<S: Real> Product<S> {
         Self::new(if is_lost || !number.is_finite() { S::from(f64::NAN) } else { number }, self.powers)
     }
 
-    pub(super) fn times(mut self, other: &Self) -> Self {
-        for &(atom, exponent) in &other.powers {
-            match self.powers.binary_search_by_key(&atom, |&(atom, _)| atom) {
-                Ok(place) => self.powers[place].1 += exponent,
-                Err(place) => self.powers.insert(place, (atom, exponent)),
+    pub(super) fn times(&self, other: &Self) -> Self {
+        let mut powers = Vec::with_capacity(self.powers.len() + other.powers.len());
+        let (mut one, mut two) = (&self.powers[..], &other.powers[..]);
+        while let (Some((&first, later)), Some((&second, after))) = (one.split_first(), two.split_first()) {
+            match first.0.cmp(&second.0) {
+                Ordering::Less => {
+                    powers.push(first);
+                    one = later;
+                }
+                Ordering::Greater => {
+                    powers.push(second);
+                    two = after;
+                }
+                Ordering::Equal => {
+                    powers.extend(Some((first.0, first.1 + second.1)).filter(|&(_, exponent)| exponent != 0));
+                    (one, two) = (later, after);
+                }
             }
         }
-        self.powers.retain(|&(_, exponent)| exponent != 0);
-        self.scaled(other.number)
+        powers.extend_from_slice(one);
+        powers.extend_from_slice(two);
+        Self { number: self.number, powers }.scaled(other.number)
     }
 
     pub(super) fn power(&self, exponent: i32) -> Self {

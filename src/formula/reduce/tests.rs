@@ -14,7 +14,7 @@ fn level(variable: usize) -> super::Level {
 
 fn nodes<S: Real>(graph: &mut Graph<S>, formulas: &[impl AsRef<str>]) -> Vec<NodeId> {
     let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
-    let names = Names { variables: &VARIABLES, parameters: &parameters, definitions: &definitions };
+    let names = Names { variables: &VARIABLES, parameters: &parameters, definitions: &definitions, tables: &[] };
     formulas.iter().map(|formula| parse(formula.as_ref(), names, graph).unwrap()).collect()
 }
 

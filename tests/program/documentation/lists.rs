@@ -34,7 +34,7 @@ pub(crate) fn keys() -> BTreeSet<String> {
     for top in known("unknown=1") {
         match top.as_str() {
             "title" => drop(keys.insert(top)),
-            "metric" | "force" | "invariants" | "events" | "plot" => {}
+            "metric" | "force" | "invariants" | "events" | "plot" | "tables" => {}
             "potential" => {
                 for kind in known("potential={unknown={}}").into_iter().filter(|kind| !is_of_scenes("potential", kind))
                 {

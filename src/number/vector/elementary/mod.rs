@@ -100,6 +100,10 @@ impl WithSimd for Call<'_> {
             Function::Abs => over!(call, Range::ALL, pair::abs),
             Function::Sign => over!(call, Range::ALL, pair::sign),
             Function::Step => over!(call, Range::ALL, pair::step),
+            Function::Table(table) => {
+                call.out.iter_mut().zip(call.x).for_each(|(out, &x)| *out = table.at(x));
+                (Range::ALL, 0)
+            }
         };
         if outside != 0 {
             outside_of(range, call.function, call.x, call.out);

@@ -1,0 +1,126 @@
+//! `[tables]`: functions of one argument that are known by values, for the formulas of a case.
+
+use std::path::{Path, PathBuf};
+
+use super::CaseError;
+use super::names::Taken;
+use super::reader::{Field, Section};
+use crate::formula::similar::nearest;
+use crate::geometry::GeometryText;
+use crate::number::spline::{Ends, Outside, Table, TableError};
+use crate::number::{Extended, Real};
+
+/// The functions of a case that are tables.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Tables {
+    pub(super) functions: Vec<(String, Table)>,
+    /// The files that they were read from, by the names of the functions.
+    pub(super) files: Vec<(String, PathBuf)>,
+}
+
+/// Reads `[tables]`. Their names must differ from all others in formulas of the scene.
+pub(super) fn read(section: &Section<'_>, scene: &GeometryText) -> Result<Tables, CaseError> {
+    let mut taken = Taken::new(&scene.coordinates());
+    taken.extend(scene.parameters(), "a parameter");
+    taken.extend(scene.definitions(), "a definition");
+    let mut tables = Tables::default();
+    for field in section.fields() {
+        taken.take(&field, "a table")?;
+        let (function, file) = table(&field)?;
+        tables.functions.push((field.key.clone(), function));
+        tables.files.extend(file.map(|file| (field.key.clone(), file)));
+    }
+    Ok(tables)
+}
+
+/// A table, and the file of its values, if it has one.
+fn table(field: &Field<'_>) -> Result<(Table, Option<PathBuf>), CaseError> {
+    let mut section = field.section()?;
+    let [file, x, y, spline, outside] = ["file", "x", "y", "spline", "outside"].map(|key| section.take(key));
+    section.finish()?;
+    let (Some(x), Some(y)) = (x, y) else {
+        let help = "give x = [numbers] and y = [numbers], or file = \"points.csv\" and the names of its columns";
+        return Err(field.key_error("a table needs x and y").with_help(help.to_owned()));
+    };
+    let ends = spline.as_ref().map_or(Ok(Ends::Natural), ends)?;
+    let outside = outside.as_ref().map_or(Ok(Outside::Refused), self::outside)?;
+    let (points, path) = match &file {
+        Some(file) => {
+            let path = file.beside_the_case(Path::new(file.string()?));
+            (from_file(file, &path, [&x, &y])?, Some(path))
+        }
+        None => (from_arrays(&x, &y)?, None),
+    };
+    let table = Table::new(&points, ends, outside).map_err(|error| {
+        let help = (error == TableError::TooMany).then(|| "use fewer tables in one process".to_owned());
+        file.as_ref().unwrap_or(&x).error(error.to_string()).with_help(help)
+    })?;
+    Ok((table, path))
+}
+
+/// The value of `spline`.
+pub(super) fn ends(field: &Field<'_>) -> Result<Ends, CaseError> {
+    word(field, [("cubic", Ends::Natural), ("clamped", Ends::Clamped)])
+}
+
+/// The value of `outside`.
+pub(super) fn outside(field: &Field<'_>) -> Result<Outside, CaseError> {
+    word(field, [("refused", Outside::Refused), ("linear", Outside::Linear)])
+}
+
+/// One of two words.
+fn word<T: Copy>(field: &Field<'_>, known: [(&str, T); 2]) -> Result<T, CaseError> {
+    let given = field.string()?;
+    known.iter().find(|(name, _)| *name == given).map(|&(_, value)| value).ok_or_else(|| {
+        let [first, second] = known.map(|(name, _)| name);
+        let meant = nearest(given, [first, second]).map(|meant| format!("did you mean \"{meant}\"?"));
+        field.error(format!("unknown word \"{given}\", expected \"{first}\" or \"{second}\"")).with_help(meant)
+    })
+}
+
+/// An unknown key of `[potential]`, with what to do where a table was meant.
+pub(super) fn explain_table(error: CaseError) -> CaseError {
+    let is_table = error.message.starts_with("unknown field `table`");
+    let help = "write [tables] v = { x = [numbers], y = [numbers] }, and potential.formula = \"v(x)\"".to_owned();
+    error.with_help(Some(help).filter(|_| is_table))
+}
+
+fn from_arrays(x: &Field<'_>, y: &Field<'_>) -> Result<Vec<[Extended; 2]>, CaseError> {
+    let [arguments, values] = [x.numbers()?, y.numbers()?];
+    if arguments.len() != values.len() {
+        let message = format!("x has {} numbers and y has {}", arguments.len(), values.len());
+        return Err(y.error(message).with_help("give one value for each argument".to_owned()));
+    }
+    let number = |text: &String| Extended::from_decimal(text).expect("a number of the case is a decimal");
+    Ok(arguments.iter().zip(&values).map(|(x, y)| [number(x), number(y)]).collect())
+}
+
+fn from_file(file: &Field<'_>, path: &Path, columns: [&Field<'_>; 2]) -> Result<Vec<[Extended; 2]>, CaseError> {
+    let cannot = |error: &csv::Error| file.error(format!("cannot read the table {}: {error}", path.display()));
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_path(path);
+    let reader = reader.as_mut().map_err(|error| cannot(error))?;
+    let heads = reader.headers().map_err(|error| cannot(&error))?.clone();
+    let mut places = [0; 2];
+    for (place, column) in places.iter_mut().zip(columns) {
+        let name = column.string()?;
+        *place = heads.iter().position(|head| head == name).ok_or_else(|| {
+            let list = heads.iter().collect::<Vec<_>>().join(", ");
+            let message = format!("the table {} has no column '{name}'", path.display());
+            column.error(message).with_help(format!("its columns are {list}"))
+        })?;
+    }
+    let mut points = Vec::new();
+    for row in reader.records() {
+        let row = row.map_err(|error| cannot(&error))?;
+        let line = row.position().map_or(0, csv::Position::line);
+        let mut point = [Extended::ZERO; 2];
+        for (number, place) in point.iter_mut().zip(places) {
+            let text = row.get(place).unwrap_or_default();
+            *number = Extended::from_decimal(text).filter(|number| number.is_finite()).ok_or_else(|| {
+                file.error(format!("line {line} of {} has \"{text}\" where a number must be", path.display()))
+            })?;
+        }
+        points.push(point);
+    }
+    Ok(points)
+}
