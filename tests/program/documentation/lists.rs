@@ -62,12 +62,16 @@ fn is_of_scenes(table: &str, key: &str) -> bool {
     KEYS.iter().all(|key| key.name != dotted) && SCENE_KEYS.iter().any(|(names, _)| is(names))
 }
 
+/// The rows of the page's table of keys that are for scenes only, or those that are not: the last column says so.
+fn rows_of_keys(of_scenes: bool) -> Vec<Vec<String>> {
+    let is_key = |cell: &str| cell == "title" || (cell.contains('.') && !cell.contains(' ') || cell.contains(", "));
+    let is_row = |row: &Vec<String>| row.len() == 5 && is_key(&row[0]) && (row[4] == "scenes") == of_scenes;
+    Page::named("docs/cases.md").rows().filter(is_row).collect()
+}
+
 #[test]
-fn the_case_reference_has_every_key_and_no_other() {
-    let is_key = |cell: &str| cell == "title" || (cell.contains('.') && !cell.contains([' ', ',']));
-    let is_row = |row: &Vec<String>| row.len() >= 4 && is_key(&row[0]);
-    let page = Page::named("docs/case-reference.md");
-    let listed: Vec<Vec<String>> = page.rows().filter(is_row).map(|row| row[..4].to_vec()).collect();
+fn the_page_of_cases_has_every_key_and_no_other() {
+    let listed: Vec<Vec<String>> = rows_of_keys(false).into_iter().map(|row| row[..4].to_vec()).collect();
     assert_eq!(listed.iter().map(|row| row[0].clone()).collect::<BTreeSet<_>>(), keys());
     // The manual page has them in the same words.
     let known = KEYS.iter().map(|key| [key.name, key.kind, key.default, key.meaning].map(str::to_owned).to_vec());
@@ -75,9 +79,8 @@ fn the_case_reference_has_every_key_and_no_other() {
 }
 
 #[test]
-fn the_page_about_scenes_has_their_keys_in_the_words_of_the_manual_page() {
-    let is_row = |row: &Vec<String>| row.len() == 2 && row[0].contains('.');
-    let listed: Vec<_> = Page::named("docs/scenes.md").rows().filter(is_row).collect();
+fn the_page_of_cases_has_the_keys_of_scenes_in_the_words_of_the_manual_page() {
+    let listed: Vec<_> = rows_of_keys(true).into_iter().map(|row| vec![row[0].clone(), row[3].clone()]).collect();
     let known = SCENE_KEYS.iter().map(|&(name, meaning)| vec![name.to_owned(), meaning.to_owned()]);
     assert_eq!(listed, known.collect::<Vec<_>>());
 }
@@ -107,7 +110,7 @@ fn the_index_of_cases_has_every_one_once_and_below_its_group() {
 #[test]
 fn the_list_of_statuses_is_complete() {
     let folder = TempDir::new().unwrap();
-    let page = Page::named("docs/files.md");
+    let page = Page::named("docs/results.md");
     let (exits, all) = (["0", "3", "4"], known(folder.path(), "expect.status=unknown"));
     let listed = page.rows().filter(|row| row.len() == 3 && exits.contains(&row[2].as_str())).map(|row| row[0].clone());
     assert_eq!(listed.collect::<BTreeSet<_>>(), all.into_iter().collect());
@@ -133,7 +136,7 @@ pub(crate) fn results() -> TempDir {
 
 #[test]
 fn columns_keys_and_files_are_those_that_the_page_lists() {
-    let page = Page::named("docs/files.md");
+    let page = Page::named("docs/results.md");
     let rows: Vec<Vec<String>> = page.rows().collect();
     let folder = results();
     let mut tables = BTreeSet::new();
@@ -162,12 +165,12 @@ fn columns_keys_and_files_are_those_that_the_page_lists() {
         serde_json::from_str(&fs::read_to_string(folder.path().join("run/summary.json")).unwrap()).unwrap();
     let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
     let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
-    assert!(missing.is_empty(), "keys of summary.json that docs/files.md does not have: {missing:?}");
+    assert!(missing.is_empty(), "keys of summary.json that docs/results.md does not have: {missing:?}");
 }
 
 #[test]
 fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
-    let page = Page::named("docs/files.md");
+    let page = Page::named("docs/results.md");
     let rows: Vec<Vec<String>> = page.rows().collect();
     let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
     let folder = TempDir::new().unwrap();
@@ -191,7 +194,7 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
         let text = |file: &str| fs::read_to_string(folder.path().join(scene).join(file)).unwrap();
         let summary: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&text("summary.json")).unwrap();
         let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
-        assert!(missing.is_empty(), "{scene}: keys that docs/files.md does not have: {missing:?}");
+        assert!(missing.is_empty(), "{scene}: keys that docs/results.md does not have: {missing:?}");
         let header = |file: &str| text(file).lines().next().unwrap().to_owned();
         let all = |suffix: &str| names.iter().map(|name| format!("{name}{suffix}")).collect::<Vec<_>>();
         let gamma = || vec!["gamma".to_owned()];
@@ -228,7 +231,7 @@ fn the_page_of_many_runs_has_every_column() {
     let page = Page::named("docs/many-runs.md");
     let rows: Vec<Vec<String>> = page.rows().filter(|row| row.len() == 2).collect();
     let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
-    let files: Vec<Vec<String>> = Page::named("docs/files.md").rows().collect();
+    let files: Vec<Vec<String>> = Page::named("docs/results.md").rows().collect();
     let folder = TempDir::new().unwrap();
     for (case, more, coordinates, invariants) in [
         ("quartic", "", &["t", "x"][..], &[][..]),
@@ -264,8 +267,8 @@ fn the_page_of_many_runs_has_every_column() {
 }
 
 #[test]
-fn the_page_of_scenes_has_every_preset() {
-    let rows: Vec<Vec<String>> = Page::named("docs/scenes.md").rows().collect();
+fn the_page_of_cases_has_every_preset() {
+    let rows: Vec<Vec<String>> = Page::named("docs/cases.md").rows().collect();
     let first = rows.iter().position(|row| row[0] == "preset").unwrap() + 2;
     let listed = rows[first..].iter().take(PRESETS.len()).map(|row| (row[0].clone(), row[1].clone()));
     let known = PRESETS.iter().map(|preset| (preset.name.to_owned(), preset.text().coordinates.join(", ")));
