@@ -134,6 +134,30 @@ pub(crate) fn results() -> TempDir {
     folder
 }
 
+/// What a row of the page's table of columns says of a case: a column with … is there once for each of the names that
+/// its place in angle brackets stands for, and two columns with "and" between them alternate.
+fn expanded(columns: &str, names: &[(&str, &[&str])]) -> Vec<String> {
+    let mut all = Vec::new();
+    for column in columns.split(", ") {
+        let Some(repeated) = column.strip_suffix(" …") else {
+            all.push(column.to_owned());
+            continue;
+        };
+        let (place, of_place) = names.iter().find(|(place, _)| repeated.contains(place)).unwrap();
+        for name in *of_place {
+            all.extend(repeated.split(" and ").map(|column| column.replace(place, name)));
+        }
+    }
+    all
+}
+
+#[test]
+fn columns_are_expanded() {
+    let names = [("<q>", &["t", "x"][..]), ("<c>", &["t"]), ("<name>", &[])];
+    let columns = expanded("gamma, <q> …, p_<c> and p_<c>_corrected …, delta_<q> …, delta_<name> …, end", &names);
+    assert_eq!(columns.join(","), "gamma,t,x,p_t,p_t_corrected,delta_t,delta_x,end");
+}
+
 #[test]
 fn columns_keys_and_files_are_those_that_the_page_lists() {
     let page = Page::named("docs/results.md");
@@ -154,8 +178,10 @@ fn columns_keys_and_files_are_those_that_the_page_lists() {
                 |row: &&Vec<String>| row[0].starts_with(&command) && row.iter().any(|cell| cell.contains(&name));
             assert!(rows.iter().any(|row| mentioned(&row)), "{command} writes {name}, which its rows do not name");
             if name.ends_with(".csv") {
-                let header = text.lines().next().unwrap().replace(',', ", ");
-                assert!(rows.contains(&vec![name.clone(), header.clone()]), "{name} has {header}");
+                let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+                let of_x = [("<q>", &["t", "x"][..]), ("<c>", &["t"]), ("<name>", &[])];
+                let mut rows = rows.iter().filter(|row| row.len() == 2 && row[0] == name);
+                assert!(rows.any(|row| expanded(&row[1], &of_x) == header), "{name} has {header:?}");
                 tables.insert(name);
             }
         }
@@ -196,6 +222,11 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
         let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
         assert!(missing.is_empty(), "{scene}: keys that docs/results.md does not have: {missing:?}");
         let header = |file: &str| text(file).lines().next().unwrap().to_owned();
+        let of_case = [("<q>", names), ("<c>", ignorable), ("<name>", invariants)];
+        let listed_columns = |file: &str| {
+            let row = rows.iter().find(|row| row.len() == 2 && row[0] == file).unwrap_or_else(|| panic!("{file}"));
+            expanded(&row[1], &of_case).join(",")
+        };
         let all = |suffix: &str| names.iter().map(|name| format!("{name}{suffix}")).collect::<Vec<_>>();
         let gamma = || vec!["gamma".to_owned()];
         assert_eq!(header("trajectory.csv"), [gamma(), all(""), all("_dot")].concat().join(","));
@@ -208,10 +239,14 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
             header("residuals.csv"),
             gamma().into_iter().chain(charges).chain(residuals).collect::<Vec<_>>().join(",")
         );
+        for file in ["trajectory.csv", "residuals.csv", "samples.csv"] {
+            assert_eq!(header(file).replace(",delta_energy", ",delta_k"), listed_columns(file), "{scene}");
+        }
         let state = [gamma(), all(""), all("_dot")].concat().join(",");
         assert_eq!(header("samples.csv"), state);
         if scene == "kerr-inclined" {
             assert_eq!(header("events.csv"), format!("event,{state}"));
+            assert_eq!(header("events.csv"), listed_columns("events.csv"));
         }
         let files = fs::read_dir(folder.path().join(scene)).unwrap();
         for name in files.map(|file| file.unwrap().file_name().into_string().unwrap()) {

@@ -115,7 +115,7 @@ fn the_manual_page_has_the_keys_of_scenes() {
 
 #[test]
 fn the_manual_page_has_the_exit_codes_of_the_documentation() {
-    let (page, documented) = (page(), Page::named("docs/files.md"));
+    let (page, documented) = (page(), Page::named("docs/results.md"));
     let rows: Vec<Vec<String>> = documented.rows().collect();
     let entries = entries(&page, "EXIT STATUS");
     assert_eq!(entries.len(), 7);
