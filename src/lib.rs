@@ -81,9 +81,22 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! There is a solution or the reason why there is none, never an unconverged trajectory. Scenes of several coordinates
+//! are solved in the same way:
+//!
+//! ```
+//! use geodesic_ivp::case::builtin;
+//! use geodesic_ivp::{Case, NoSolution, Solution, Status, solve};
+//!
+//! let case = Case::parse("horizon", builtin::text("horizon").expect("it is built in"), &[])?;
+//! let result: Result<Solution, NoSolution> = solve(&case);
+//! assert_eq!(result.expect_err("it falls into a horizon").status, Status::OutsideDomain);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # The modules
 //!
-//! Data flows one way: a module imports only what stands above it in this table, which a test checks.
+//! Where a name says so (`elapsed` for t, `length` for γ), t and γ count from the start of a run. Data flows one way: a module imports only what stands above it in this table, which a test checks.
 //!
 //! | module | what it knows |
 //! |---|---|
@@ -127,8 +140,3 @@ pub mod trajectory;
 
 pub use case::{Case, CaseError};
 pub use solve::{NoSolution, Solution, Status, solve};
-
-/// Makes the examples of the library page run as documentation tests.
-#[cfg(doctest)]
-#[doc = include_str!("../docs/library.md")]
-struct LibraryPage;
