@@ -81,8 +81,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! There is a solution or the reason why there is none, never an unconverged trajectory. Scenes of several coordinates
-//! are solved in the same way:
+//! Scenes of several coordinates are solved in the same way. There is a solution or the reason why there is none, never
+//! an unconverged trajectory:
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
