@@ -96,7 +96,8 @@
 //!
 //! # The modules
 //!
-//! Where a name says so (`elapsed` for t, `length` for γ), t and γ count from the start of a run. Data flows one way: a module imports only what stands above it in this table, which a test checks.
+//! Where a name says so (`elapsed` for t, `length` for γ), t and γ count from the start of a run. Data flows one way: a
+//! module imports only what stands above it in this table, which a test checks.
 //!
 //! | module | what it knows |
 //! |---|---|
