@@ -55,9 +55,6 @@
 //!
 //! # Using the library
 //!
-//! The program is a thin layer over this library. [`Case::parse`] reads the text of a case file and overrides, and
-//! [`solve`](crate::solve()) returns a solution or the reason why there is none, never an unconverged trajectory.
-//!
 //! ```
 //! use geodesic_ivp::diagnostics::Diagnostics;
 //! use geodesic_ivp::{Case, Solution, solve};
@@ -70,8 +67,11 @@
 //! "#;
 //! let case = Case::parse("example", text, &[])?;
 //! let solution: Solution = solve(&case)?;
+//! let diagnostics = Diagnostics::new(&solution);
+//!
 //! assert!((solution.end_state().t - 1.468_700_371_198).abs() < 1e-11);
-//! assert!(Diagnostics::new(&solution).charges[0].max_interior < 1e-13);
+//! assert!(diagnostics.charges[0].max_interior < 1e-13);
+//! assert!(solution.gradient_norm < 1e-10);
 //!
 //! // The same in forty digits: what was 1e-14 is a true zero.
 //! use geodesic_ivp::number::{Extended, Real};
@@ -81,30 +81,23 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! [`engine`] is what is behind accuracies and windows of weak spectral elements, for any metric and without cases and
-//! files. Windows are pulled one by one.
+//! Scenes of several coordinates are solved in the same way. There is a solution or the reason why there is none, never
+//! an unconverged trajectory:
 //!
 //! ```
-//! use geodesic_ivp::case::{Case, builtin};
-//! use geodesic_ivp::engine::{Accuracy, Engine, POINTS};
-//! use geodesic_ivp::geometry::Geometry;
+//! use geodesic_ivp::case::builtin;
+//! use geodesic_ivp::{Case, NoSolution, Solution, Status, solve};
 //!
-//! let case = Case::parse("kerr", builtin::text("kerr-inclined").expect("it is built in"), &[])?;
-//! let (geometry, start): (Geometry, _) = (case.geometry(), case.start());
-//! let mut engine = Engine::accurate(&geometry, &start, 400.0, Accuracy::Promised(1e-10), POINTS)?;
-//! let mut r = 0.0;
-//! engine.run(|mut window| {
-//!     assert!(window.gradient_norm().is_some_and(|norm| norm < 1e-9), "a critical point of the action");
-//!     r = window.end().positions()[1];
-//!     std::ops::ControlFlow::Continue(())
-//! })?;
-//! assert!((r - 11.318_948_036_563_9).abs() < 1e-9 && engine.error_estimate() < Some(1e-10));
+//! let case = Case::parse("horizon", builtin::text("horizon").expect("it is built in"), &[])?;
+//! let result: Result<Solution, NoSolution> = solve(&case);
+//! assert_eq!(result.expect_err("it falls into a horizon").status, Status::OutsideDomain);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # The modules
 //!
-//! Data flows one way: a module imports only what stands above it in this table, which a test checks.
+//! Where a name says so (`elapsed` for t, `length` for γ), t and γ count from the start of a run. Data flows one way: a
+//! module imports only what stands above it in this table, which a test checks.
 //!
 //! | module | what it knows |
 //! |---|---|

@@ -1,5 +1,4 @@
-//! The keys of a case file in words: the lists that the manual page prints, and the case reference and the page about
-//! scenes repeat.
+//! The keys of a case file in words: the lists that the manual page prints, and `docs/cases.md` repeats.
 
 /// A key of a case file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,8 +36,8 @@ pub const KEYS: &[Key] = &[
         "particle.c",
         "number > 0",
         "1.0",
-        "the speed of light. The motion is Newton's in the limit of large c; run says how far it is from that. \
-         Some thousand times the largest speed is enough, and more costs digits of K.",
+        "the speed of light; Newton's law has none. The motion is Newton's in the limit of large c; run says how far it \
+         is from that. Some thousand times the largest speed is enough, and more costs digits of K.",
     ),
     key("initial.t", "number", "0.0", "the time at the start"),
     key("initial.x", "number", "required", "the position at the start"),
@@ -118,7 +117,7 @@ pub const KEYS: &[Key] = &[
     key("expect.tolerance", "number > 0", "", "the largest difference allowed. Required with t_final or x_final."),
 ];
 
-/// The keys that scenes have besides, or that mean more there, with what they mean. q stands for any coordinate, and
+/// The keys that scenes have besides, with what they mean. q stands for any coordinate, and
 /// NAME for a name of the case's own.
 pub const SCENE_KEYS: &[(&str, &str)] = &[
     ("metric.coordinates", "their names, in the order of the columns"),
@@ -134,7 +133,6 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
     ),
     ("metric.preset", "a metric by name, in place of coordinates and components"),
     ("potential.coordinates", "the coordinates of V; without it [\"x\"]"),
-    ("potential.formula", "V, as a string"),
     ("potential.definitions", "named expressions, which may use each other"),
     ("potential.parameters", "named numbers or formulas in each other, for all formulas of this table"),
     ("potential.one_form", "A of L = ½mv² − V + A·v: a magnetic field, a rotating frame"),
@@ -142,19 +140,14 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
     ("potential.force", "a force in Newton's sense besides −∂V: { x = \"-k*x_dot\" }"),
     ("potential.conformal", "a factor Ω of the metric of Newton's law"),
     ("particle.law", "\"relativistic\", the metric of the paper, diag(c² + 2V/m, −m_a/m, …), or \"newtonian\""),
-    (
-        "particle.mass, particle.masses",
-        "one mass for all, or one for each coordinate, which may be a formula in t: { x = \"m0 - k*t\" }",
-    ),
-    ("particle.c", "the speed of light; Newton's law has none"),
+    ("particle.masses", "a mass for each coordinate, which may be a formula in t: { x = \"m0 - k*t\" }"),
     ("initial.q", "the place, for each coordinate q; an ignorable one may be left out and is 0"),
     ("initial.q_dot, initial.p_q", "for each coordinate either dq/dγ or its momentum"),
     ("initial.norm", "a number for K, \"timelike\" (1) or \"null\" (0), in place of the rate of one coordinate"),
     ("initial.solve", "that rate, which follows from K: { r_dot = \"+\" }, with \"+\" for the larger root"),
-    ("grid.gamma_f, grid.t_f", "where to end: a value of γ, or of the coordinate t"),
     (
         "grid.until",
-        "beside one of these: end earlier, where this formula of coordinates and velocities first changes its sign",
+        "beside gamma_f or t_f: end earlier, where this formula of coordinates and velocities first changes its sign",
     ),
     (
         "invariants.NAME",

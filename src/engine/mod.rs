@@ -39,6 +39,8 @@
 //! between      a look for what may hide between the nodes of a window
 //! enclosure    what formulas do between nodes
 //! ```
+//!
+//! Windows are pulled one by one, without a case and a file: [`Window`] has an example.
 
 mod adaptive;
 mod between;

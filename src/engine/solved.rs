@@ -26,6 +26,43 @@ impl State {
 }
 
 /// A solved window, which is lent until the next one is solved.
+///
+/// [`Engine::equal`](super::Engine::equal) walks windows of one length, [`Engine::accurate`](super::Engine::accurate)
+/// chooses the lengths, and [`Engine::gauss`](super::Engine::gauss) takes steps of Gauss' method.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use std::sync::Arc;
+///
+/// use geodesic_ivp::engine::{Accuracy, Engine, POINTS};
+/// use geodesic_ivp::geometry::{Geometry, PotentialText, Start};
+///
+/// let one = || "1".to_owned();
+/// let (coordinates, expression) = (vec!["x".to_owned()], "x^4/2".to_owned());
+/// let (mass, masses, c) = (one(), vec![one()], one());
+/// let text = PotentialText { coordinates, expression, mass, masses, c, ..Default::default() };
+/// let geometry: Arc<Geometry> = Geometry::of_x(text)?.into(); // the coordinates are t and x, and only x is active
+/// let (q, q_dot) = (vec![0.0, 1.0], vec![1.0, 0.1]);
+/// let start = Start { p: geometry.momenta(&q, &q_dot), q, q_dot };
+///
+/// let mut engine = Engine::equal(&geometry, &start, 1.0, 2, 16)?;
+/// while let Some(mut window) = engine.next()? {
+///     // Ten points inside for next to nothing, and the proof that it is a critical point.
+///     let (dense, mut q, mut p) = (window.dense(), [0.0; 2], [0.0]);
+///     (1..=10).for_each(|k| dense.at(f64::from(k) / 10.0, &mut q, &mut p));
+///     assert!(window.gradient_norm().is_some_and(|norm| norm < 1e-13));
+/// }
+/// assert!((engine.window().end().positions()[1] - 0.159_778_018_885_407).abs() < 1e-14);
+///
+/// let mut engine = Engine::accurate(&geometry, &start, 1.0, Accuracy::Promised(1e-10), POINTS)?;
+/// let mut x = 0.0;
+/// engine.run(|window| {
+///     x = window.end().positions()[1];
+///     ControlFlow::Continue(())
+/// })?;
+/// assert!((x - 0.159_778_018_885_407).abs() < 1e-10 && engine.error_estimate() < Some(1e-10));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Window<'w> {
     /// Its place in the run.
     pub index: usize,

@@ -1,4 +1,28 @@
 //! From a valid setup to a critical point of its doubled action, or to the reason why there is none.
+//!
+//! [`solve_window_by_window`] keeps the memory of one window, however long the run. Measures of parts can be joined:
+//!
+//! ```
+//! use geodesic_ivp::case::builtin;
+//! use geodesic_ivp::diagnostics::Diagnostics;
+//! use geodesic_ivp::solve::solve_window_by_window;
+//! use geodesic_ivp::{Case, Solution};
+//!
+//! let case = Case::parse("windows", builtin::text("quartic-windows").expect("it is built in"), &[])?;
+//! let mut measures: Option<Diagnostics> = None;
+//! let last = solve_window_by_window(&case, &mut |window: &Solution| {
+//!     let here = Diagnostics::new(window);
+//!     measures = Some(match measures.take() {
+//!         Some(before) => before.followed_by(here),
+//!         None => here,
+//!     });
+//! })?;
+//! assert_eq!(last.window_count, 200);
+//! assert!(measures.expect("there are windows").norm.max_ends < 1e-13);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The reason of a failure has its place and an advice, and prints as a sentence.
 
 mod accuracy;
 mod arithmetic;

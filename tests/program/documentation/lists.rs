@@ -18,7 +18,7 @@ fn known(directory: &Path, setting: &str) -> Vec<String> {
     let output = program(directory).args(["check", "quartic", "--quiet", "--set", setting]).output().unwrap();
     let error = String::from_utf8(output.stderr).unwrap();
     let line = error.lines().find(|line| line.starts_with("error: ")).unwrap_or_else(|| panic!("{setting}: {error}"));
-    match (line.split_once("available keys: "), line.split_once("expected ").or(line.split_once("the only key is "))) {
+    match (line.split_once("available keys: "), line.split_once("expected ")) {
         (Some((_, list)), _) => list.split(", ").map(str::to_owned).collect(),
         (None, Some((_, list))) => list.split('`').skip(1).step_by(2).map(str::to_owned).collect(),
         _ => panic!("{setting}: {error}"),
@@ -62,12 +62,16 @@ fn is_of_scenes(table: &str, key: &str) -> bool {
     KEYS.iter().all(|key| key.name != dotted) && SCENE_KEYS.iter().any(|(names, _)| is(names))
 }
 
+/// The rows of the page's table of keys that are for scenes only, or those that are not: the last column says so.
+fn rows_of_keys(of_scenes: bool) -> Vec<Vec<String>> {
+    let is_key = |cell: &str| cell == "title" || (cell.contains('.') && !cell.contains(' ') || cell.contains(", "));
+    let is_row = |row: &Vec<String>| row.len() == 5 && is_key(&row[0]) && (row[4] == "scenes") == of_scenes;
+    Page::named("docs/cases.md").rows().filter(is_row).collect()
+}
+
 #[test]
-fn the_page_about_cases_has_every_key_and_no_other() {
-    let is_key = |cell: &str| cell == "title" || (cell.contains('.') && !cell.contains([' ', ',']));
-    let is_row = |row: &Vec<String>| row.len() >= 4 && is_key(&row[0]);
-    let page = Page::named("docs/cases.md");
-    let listed: Vec<Vec<String>> = page.rows().filter(is_row).map(|row| row[..4].to_vec()).collect();
+fn the_page_of_cases_has_every_key_and_no_other() {
+    let listed: Vec<Vec<String>> = rows_of_keys(false).into_iter().map(|row| row[..4].to_vec()).collect();
     assert_eq!(listed.iter().map(|row| row[0].clone()).collect::<BTreeSet<_>>(), keys());
     // The manual page has them in the same words.
     let known = KEYS.iter().map(|key| [key.name, key.kind, key.default, key.meaning].map(str::to_owned).to_vec());
@@ -75,9 +79,8 @@ fn the_page_about_cases_has_every_key_and_no_other() {
 }
 
 #[test]
-fn the_page_about_scenes_has_their_keys_in_the_words_of_the_manual_page() {
-    let is_row = |row: &Vec<String>| row.len() == 2 && row[0].contains('.');
-    let listed: Vec<_> = Page::named("docs/cases.md").rows().filter(is_row).collect();
+fn the_page_of_cases_has_the_keys_of_scenes_in_the_words_of_the_manual_page() {
+    let listed: Vec<_> = rows_of_keys(true).into_iter().map(|row| vec![row[0].clone(), row[3].clone()]).collect();
     let known = SCENE_KEYS.iter().map(|&(name, meaning)| vec![name.to_owned(), meaning.to_owned()]);
     assert_eq!(listed, known.collect::<Vec<_>>());
 }
@@ -88,15 +91,13 @@ fn the_index_of_cases_has_every_one_once_and_below_its_group() {
         (Group::Paper, "## The paper's"),
         (Group::Basic, "## Basic ones"),
         (Group::Hard, "## Hard ones"),
-        (Group::Newtonian, "## Scenes"),
+        (Group::Scene, "## Scenes"),
     ];
     let (mut listed, mut group) = (Vec::new(), None);
     for line in Page::named("cases/README.md").lines() {
         group = headings.iter().find(|(_, heading)| *heading == line).map(|(group, _)| *group).or(group);
         for name in line.split("[`").skip(1).filter_map(|rest| rest.split_once("`](")).map(|(name, _)| name) {
-            let is_scene = |group: Option<Group>| group.is_some_and(Group::is_scene);
-            let own = builtin::group(name);
-            assert!(own == group || is_scene(own) && is_scene(group), "{name} is in {own:?}");
+            assert!(builtin::group(name) == group, "{name} is in {:?}", builtin::group(name));
             listed.push(name.to_owned());
         }
     }
@@ -133,6 +134,30 @@ pub(crate) fn results() -> TempDir {
     folder
 }
 
+/// What a row of the page's table of columns says of a case: a column with … is there once for each of the names that
+/// its place in angle brackets stands for, and two columns with "and" between them alternate.
+fn expanded(columns: &str, names: &[(&str, &[&str])]) -> Vec<String> {
+    let mut all = Vec::new();
+    for column in columns.split(", ") {
+        let Some(repeated) = column.strip_suffix(" …") else {
+            all.push(column.to_owned());
+            continue;
+        };
+        let (place, of_place) = names.iter().find(|(place, _)| repeated.contains(place)).unwrap();
+        for name in *of_place {
+            all.extend(repeated.split(" and ").map(|column| column.replace(place, name)));
+        }
+    }
+    all
+}
+
+#[test]
+fn columns_are_expanded() {
+    let names = [("<q>", &["t", "x"][..]), ("<c>", &["t"]), ("<name>", &[])];
+    let columns = expanded("gamma, <q> …, p_<c> and p_<c>_corrected …, delta_<q> …, delta_<name> …, end", &names);
+    assert_eq!(columns.join(","), "gamma,t,x,p_t,p_t_corrected,delta_t,delta_x,end");
+}
+
 #[test]
 fn columns_keys_and_files_are_those_that_the_page_lists() {
     let page = Page::named("docs/results.md");
@@ -153,8 +178,10 @@ fn columns_keys_and_files_are_those_that_the_page_lists() {
                 |row: &&Vec<String>| row[0].starts_with(&command) && row.iter().any(|cell| cell.contains(&name));
             assert!(rows.iter().any(|row| mentioned(&row)), "{command} writes {name}, which its rows do not name");
             if name.ends_with(".csv") {
-                let header = text.lines().next().unwrap().replace(',', ", ");
-                assert!(rows.contains(&vec![name.clone(), header.clone()]), "{name} has {header}");
+                let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+                let of_x = [("<q>", &["t", "x"][..]), ("<c>", &["t"]), ("<name>", &[])];
+                let mut rows = rows.iter().filter(|row| row.len() == 2 && row[0] == name);
+                assert!(rows.any(|row| expanded(&row[1], &of_x) == header), "{name} has {header:?}");
                 tables.insert(name);
             }
         }
@@ -195,6 +222,11 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
         let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
         assert!(missing.is_empty(), "{scene}: keys that docs/results.md does not have: {missing:?}");
         let header = |file: &str| text(file).lines().next().unwrap().to_owned();
+        let of_case = [("<q>", names), ("<c>", ignorable), ("<name>", invariants)];
+        let listed_columns = |file: &str| {
+            let row = rows.iter().find(|row| row.len() == 2 && row[0] == file).unwrap_or_else(|| panic!("{file}"));
+            expanded(&row[1], &of_case).join(",")
+        };
         let all = |suffix: &str| names.iter().map(|name| format!("{name}{suffix}")).collect::<Vec<_>>();
         let gamma = || vec!["gamma".to_owned()];
         assert_eq!(header("trajectory.csv"), [gamma(), all(""), all("_dot")].concat().join(","));
@@ -207,10 +239,14 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
             header("residuals.csv"),
             gamma().into_iter().chain(charges).chain(residuals).collect::<Vec<_>>().join(",")
         );
+        for file in ["trajectory.csv", "residuals.csv", "samples.csv"] {
+            assert_eq!(header(file).replace(",delta_energy", ",delta_k"), listed_columns(file), "{scene}");
+        }
         let state = [gamma(), all(""), all("_dot")].concat().join(",");
         assert_eq!(header("samples.csv"), state);
         if scene == "kerr-inclined" {
             assert_eq!(header("events.csv"), format!("event,{state}"));
+            assert_eq!(header("events.csv"), listed_columns("events.csv"));
         }
         let files = fs::read_dir(folder.path().join(scene)).unwrap();
         for name in files.map(|file| file.unwrap().file_name().into_string().unwrap()) {
@@ -226,8 +262,8 @@ fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
 }
 
 #[test]
-fn the_page_of_many_runs_has_every_column() {
-    let page = Page::named("docs/results.md");
+fn the_guide_has_every_column_of_many_runs() {
+    let page = Page::named("docs/guide.md");
     let rows: Vec<Vec<String>> = page.rows().filter(|row| row.len() == 2).collect();
     let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
     let files: Vec<Vec<String>> = Page::named("docs/results.md").rows().collect();
@@ -266,7 +302,7 @@ fn the_page_of_many_runs_has_every_column() {
 }
 
 #[test]
-fn the_page_of_scenes_has_every_preset() {
+fn the_page_of_cases_has_every_preset() {
     let rows: Vec<Vec<String>> = Page::named("docs/cases.md").rows().collect();
     let first = rows.iter().position(|row| row[0] == "preset").unwrap() + 2;
     let listed = rows[first..].iter().take(PRESETS.len()).map(|row| (row[0].clone(), row[1].clone()));
