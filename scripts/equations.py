@@ -141,7 +141,7 @@ class Scene:
         if table.force or table.conformal or table.one_form and table.law != "metric":
             sys.exit("not understood: forces, conformal factors, and a one-form beside a potential")
         start = Newtonian(case) if is_newtonian else Hamiltonian(case)
-        if is_newtonian and any(mass != 1 for mass in start.masses):
+        if is_newtonian and any(str(mass) not in ("1", "1.0") for mass in table.masses.values()):
             sys.exit("not understood: masses under Newton's law")
         self.exact, self.number, self.coordinates = start, start.formulas.number, table.coordinates
         q, n, y = [hy.make_vars(name) for name in self.coordinates], len(self.coordinates), start.state
