@@ -95,7 +95,8 @@ mod tests {
 
     /// f, f′ and f″ at x, at a point alone and among others.
     fn values<S: Real>(formula: &str, x: f64) -> [S; 3] {
-        let names = Names { variables: &["x"], parameters: &Default::default(), definitions: &Default::default() };
+        let (parameters, definitions) = Default::default();
+        let names = Names { variables: &["x"], parameters: &parameters, definitions: &definitions, tables: &[] };
         let mut graph = Graph::default();
         let f = parse(formula, names, &mut graph).unwrap();
         let first = graph.derivative(f, 0);

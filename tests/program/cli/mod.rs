@@ -20,6 +20,7 @@ mod stability;
 #[cfg(unix)]
 mod streams;
 mod studies;
+mod tables;
 #[cfg(unix)]
 mod together;
 mod vary;
