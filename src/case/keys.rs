@@ -36,8 +36,8 @@ pub const KEYS: &[Key] = &[
         "particle.c",
         "number > 0",
         "1.0",
-        "the speed of light; Newton's law has none. The motion is Newton's in the limit of large c; run says how far it \
-         is from that. Some thousand times the largest speed is enough, and more costs digits of K.",
+        "the speed of light; Newton's law has none. The motion is Newton's in the limit of large c; run says how far \
+         it is from that. Some thousand times the largest speed is enough, and more costs digits of K.",
     ),
     key("initial.t", "number", "0.0", "the time at the start"),
     key("initial.x", "number", "required", "the position at the start"),
