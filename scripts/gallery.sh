@@ -7,9 +7,12 @@ program="${1:-$root/target/release/geodesic-ivp}"
 (($# > 0)) || (cd "$root" && cargo build --release --locked)
 results="$(mktemp -d)"
 trap 'rm -rf "$results"' EXIT
-for name in arenstorf kerr-periodic pleiades schwarzschild-orbit; do
-    more=()
-    [[ $name != schwarzschild-orbit ]] || more=(--set grid.gamma_f=2000 --set solver.accuracy=1e-10)
-    "$program" run "$name" --plot --quiet --out "$results/$name" "${more[@]}"
-    cp "$results/$name/orbit.svg" "$root/docs/gallery/$name-orbit.svg"
-done
+draw() {
+    "$program" run "$1" --plot --quiet --out "$results" "${@:3}"
+    cp "$results/$2.svg" "$root/docs/gallery/$1-$2.svg"
+}
+draw arenstorf orbit
+draw double-pendulum orbit
+draw light-capture orbit
+draw henon-heiles section --set grid.gamma_f=2000 --set solver.accuracy=1e-8
+draw schwarzschild-orbit orbit --set grid.gamma_f=2000 --set solver.accuracy=1e-10

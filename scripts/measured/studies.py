@@ -50,17 +50,19 @@ def speed():
                 found = [one[key] for key in ("ratio", "ratio_certified")]
                 cells.append(", ".join(f"{ratio:.2f}" if ratio else "–" for ratio in found))
                 others.update([one["other"]["method"]] if one.get("other") else [])
-            rows.append([name, *cells, ", ".join(other for other, _ in others.most_common())])
+            shown = f"[{name}]({picture}.svg)" if picture else name
+            rows.append([shown, *cells, ", ".join(other for other, _ in others.most_common())])
             if picture:
                 shutil.copy(chart.folder / "error_time.svg", DOCS / f"{picture}.svg")
                 if case == "quartic":
                     shutil.copy(chart.folder / "drift_k.svg", DOCS / "drift-quartic.svg")
     text = f"`{line}` and the like. A cell is the time of the fastest other method whose error "
     text += "is below the bound, over that of this program's library and over that of its certified `solve`: above 1 "
-    text += "this program is faster. The last column names the fastest others.\n\n"
+    text += "this program is faster. The last column names the fastest others, and links lead to charts.\n\n"
     text += table(["error below", *(short(error, 0) for error in ERRORS), "fastest other"], rows)
-    shown = ("quartic", "The quartic over 1000 units"), ("kerr", "An orbit around a rotating black hole")
-    return text + "".join(f"\n![{title}: error against time](work-precision-{name}.svg)\n" for name, title in shown)
+    charts = ("quartic", "The quartic over 1000 units"), ("kerr", "An orbit around a rotating black hole")
+    text += "".join(f"\n![{title}: error against time](work-precision-{name}.svg)\n" for name, title in charts)
+    return text + "\n![K along a thousand units of the quartic](drift-quartic.svg)\n"
 
 
 def fastest(rows, error):
