@@ -2,14 +2,15 @@
 
 use std::fmt;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// What is wrong with a case, where, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CaseError {
     /// Name of the source: a path, `<stdin>`, or either of them with overrides.
-    pub source_name: String,
+    pub source_name: Arc<str>,
     /// The text that `span` refers to.
-    pub text: String,
+    pub text: Arc<str>,
     /// Byte range of the mistake in `text`, if it has a place there.
     pub span: Option<Range<usize>>,
     /// What is wrong.
@@ -17,19 +18,19 @@ pub struct CaseError {
     /// What to do, if that is not obvious from the message.
     pub help: Option<String>,
     /// The mistakes that were found with this one, in the order of the text.
-    pub further: Vec<CaseError>,
+    pub further: Box<[CaseError]>,
 }
 
 impl CaseError {
     /// A mistake that has no place in the text, for example one that concerns the case as a whole.
     pub fn without_place(source_name: &str, message: String) -> Self {
         Self {
-            source_name: source_name.to_owned(),
-            text: String::new(),
+            source_name: source_name.into(),
+            text: "".into(),
             span: None,
             message,
             help: None,
-            further: Vec::new(),
+            further: Box::default(),
         }
     }
 

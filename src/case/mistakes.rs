@@ -8,7 +8,7 @@ use super::potential::{KINDS as KINDS_OF_POTENTIAL, law};
 use super::reader::{Field, Section};
 use super::settings::{at_least_one, chosen, digits};
 use super::tables::{ends, explain_table, outside};
-use super::{CaseError, Form, SbpName, System};
+use super::{CaseError, Form, SbpName, System, names};
 use crate::geometry::{Preset, Tau};
 use crate::solve::Status;
 
@@ -93,12 +93,38 @@ fn below<'k>(key: &'k str, path: &str) -> Option<&'k str> {
     if path.is_empty() { Some(key) } else { key.strip_prefix(path)?.strip_prefix('.') }
 }
 
-/// All mistakes, in the order of the text.
-pub(super) fn all<'t>(root: impl Fn() -> Section<'t>) -> Vec<CaseError> {
-    let mut found = Vec::new();
-    look(root(), "", names(root()).as_ref(), &mut found);
-    found.sort_by_key(|error| error.span.as_ref().map(|span| span.start));
-    found
+/// The mistakes that were found.
+pub(super) struct Found {
+    all: Vec<CaseError>,
+    /// Whether they may have one cause, a mistake in the coordinates: all of them are unknown names of these.
+    are_names: bool,
+}
+
+impl Found {
+    /// Looks at all keys.
+    pub(super) fn new<'t>(root: impl Fn() -> Section<'t>) -> Self {
+        let mut found = Self { all: Vec::new(), are_names: true };
+        look(root(), "", names_of(root()).as_ref(), &mut found);
+        found
+    }
+
+    fn add(&mut self, errors: impl IntoIterator<Item = CaseError>) {
+        let before = self.all.len();
+        self.all.extend(errors);
+        self.are_names &= self.all.len() == before;
+    }
+
+    /// The first mistake in the text, with the others; `None` if there is none. Where they may have one cause, the
+    /// mistake at which `read` stops is one of them.
+    pub(super) fn first(self, read: impl FnOnce() -> Option<CaseError>) -> Option<CaseError> {
+        let Self { mut all, are_names } = self;
+        if are_names && !all.is_empty() {
+            let more = read().filter(|more| all.iter().all(|error| error.span != more.span));
+            all.extend(more);
+        }
+        all.sort_by_key(|error| error.span.as_ref().map(|span| span.start));
+        CaseError::first_of(all)
+    }
 }
 
 /// The coordinates at the start and those at the end, among which may be tau.
@@ -108,17 +134,14 @@ struct Names {
 }
 
 /// The names of the coordinates, as far as the text says them without a mistake.
-fn names(mut root: Section<'_>) -> Option<Names> {
-    let listed = |field: Field<'_>| -> Option<Vec<String>> {
-        Some(field.strings().ok()?.into_iter().map(|(name, _)| name).collect())
-    };
+fn names_of(mut root: Section<'_>) -> Option<Names> {
     let [metric, potential, force] = ["metric", "potential", "force"].map(|key| root.take(key));
     let (start, factor) = match (metric, potential) {
         (Some(metric), None) => {
             let mut metric = metric.section().ok()?;
             let start = match metric.take("preset") {
                 Some(preset) => Preset::from_name(preset.as_str()?)?.text().coordinates,
-                None => listed(metric.take("coordinates")?)?,
+                None => names::coordinates(&metric.take("coordinates")?, &[]).ok()?,
             };
             (start, metric.take("conformal"))
         }
@@ -126,15 +149,18 @@ fn names(mut root: Section<'_>) -> Option<Names> {
             let mut potential = potential.map_or_else(|| root.section("potential"), |field| field.section()).ok()?;
             let is_given = KINDS_OF_POTENTIAL.iter().any(|kind| potential.take(kind).is_some());
             let force = force.or_else(|| potential.take("force")).filter(|_| !is_given);
-            let places = match (potential.take("coordinates"), force) {
-                (Some(coordinates), _) => listed(coordinates)?,
-                (None, Some(force)) => force.section().ok()?.fields().into_iter().map(|field| field.key).collect(),
+            let law = root.section("particle").ok()?.take("law");
+            let is_newtonian = law.is_some_and(|law| law.as_str() == Some("newtonian"));
+            let others: &[&str] = if is_newtonian { &["t", "s"] } else { &["t"] };
+            let mut start = match (potential.take("coordinates"), force) {
+                (Some(coordinates), _) => names::coordinates(&coordinates, others).ok()?,
+                (None, Some(force)) => names::keys(&force, others).ok()?,
                 (None, None) if is_given => vec!["x".to_owned()],
                 (None, None) => return None,
             };
-            let law = root.section("particle").ok()?.take("law");
-            let lift = law.filter(|law| law.as_str() == Some("newtonian")).map(|_| "s".to_owned());
-            (["t".to_owned()].into_iter().chain(places).chain(lift).collect(), potential.take("conformal"))
+            start.insert(0, "t".to_owned());
+            start.extend(is_newtonian.then(|| "s".to_owned()));
+            (start, potential.take("conformal"))
         }
         (Some(_), Some(_)) => return None,
     };
@@ -143,7 +169,7 @@ fn names(mut root: Section<'_>) -> Option<Names> {
 }
 
 /// Looks at the keys of a table, which is called `path` in [`KINDS`].
-fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut Vec<CaseError>) {
+fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut Found) {
     let mut keys: Vec<&str> = Vec::new();
     for key in KINDS.iter().filter_map(|(key, _)| below(key, path)?.split('.').next()) {
         if !keys.contains(&key) {
@@ -159,12 +185,15 @@ fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut
     of_coordinates.iter().flatten().for_each(|key| drop(section.take(key)));
     let is_open = of_coordinates.is_none() && keys.contains(&"*");
     if !is_open {
-        let explained = |error| match names.filter(|_| path == "initial") {
-            Some(names) => initial::explain_velocity(error, &names.start),
-            None if path == "potential" => explain_table(error),
-            None => error,
-        };
-        found.extend(section.unknown().into_iter().map(explained));
+        let unknown = section.unknown().into_iter();
+        match (names, path) {
+            (Some(names), "initial") => {
+                found.all.extend(unknown.map(|error| initial::explain_velocity(error, &names.start)));
+            }
+            (Some(_), "expect") => found.all.extend(unknown),
+            (_, "potential") => found.add(unknown.map(explain_table)),
+            _ => found.add(unknown),
+        }
     }
     for field in section.fields().into_iter().filter(|field| is_open || section.knows(&field.key)) {
         let name = if keys.contains(&field.key.as_str()) { &field.key } else { "*" };
@@ -172,10 +201,10 @@ fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut
         let check = KINDS.iter().find(|(key, _)| *key == path).map(|(_, check)| check);
         let has_keys = KINDS.iter().any(|(key, _)| below(key, &path).is_some());
         match check.filter(|_| !(has_keys && field.is_table())) {
-            Some(check) => found.extend(check(&field).err()),
+            Some(check) => found.add(check(&field).err()),
             None => match field.section() {
                 Ok(section) => look(section, &path, names, found),
-                Err(error) => found.push(error),
+                Err(error) => found.add([error]),
             },
         }
     }

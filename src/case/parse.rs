@@ -1,11 +1,12 @@
 //! From a text to a valid case.
 
 use super::hint::Missing;
+use super::mistakes::Found;
 use super::observables::Formulas;
 use super::reader::Section;
 use super::settings::{self, Context};
 use super::source::Source;
-use super::{Case, CaseError, check, initial, metric, mistakes, rounding, tables};
+use super::{Case, CaseError, check, initial, metric, rounding, tables};
 use crate::number::{Extended, Real};
 use crate::solve::Continuation;
 
@@ -21,15 +22,18 @@ impl Case {
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
         let source = Source::new(source_name, text, overrides)?;
         let document = source.document()?;
-        let found = mistakes::all(|| Section::root(&source, document.as_table()));
-        if let Some(error) = CaseError::first_of(found) {
+        let root = || Section::root(&source, document.as_table());
+        let read = || Self::read(&source, root());
+        // It may be missing because it is misspelt.
+        let lacks = |error: &CaseError| {
+            ["missing field", "neither ", "no potential"].iter().any(|begin| error.message.starts_with(begin))
+        };
+        if let Some(error) = Found::new(root).first(|| read().err().filter(|error| !lacks(error))) {
             return Err(error);
         }
-        let case = Self::read(&source, Section::root(&source, document.as_table()));
+        let case = read();
         // All that a case of the paper lacks is named at once.
-        let is_incomplete = case.as_ref().err().is_none_or(|error| {
-            ["missing field", "neither ", "no potential"].iter().any(|begin| error.message.starts_with(begin))
-        });
+        let is_incomplete = case.as_ref().err().is_none_or(lacks);
         let missing = Missing::in_case(document.as_table()).filter(|_| source.is_of_x && is_incomplete);
         missing.map_or(case, |missing| Err(missing.error(&source)))
     }

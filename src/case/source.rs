@@ -45,7 +45,8 @@ impl Source {
     }
 
     pub(super) fn error(&self, span: Option<Range<usize>>, message: String, help: Option<String>) -> CaseError {
-        CaseError { source_name: self.name.clone(), text: self.text.clone(), span, message, help, further: Vec::new() }
+        let (source_name, text) = (self.name.as_str().into(), self.text.as_str().into());
+        CaseError { source_name, text, span, message, help, further: Box::default() }
     }
 
     fn with_overrides(self, overrides: &[String]) -> Result<Self, CaseError> {

@@ -132,7 +132,7 @@ fn with_default(case: Arg, default: &str) -> Arg {
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Case")]
 struct CaseArgs {
-    /// A file, - for standard input, or a built-in case
+    /// A file, - for stdin, or a built-in case
     ///
     /// `init --list` names the built-in cases. A file, which is TOML, takes precedence over one of the same name.
     #[arg(index = 1, value_name = "CASE", value_hint = ValueHint::FilePath, display_order = 0)]

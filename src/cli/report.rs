@@ -152,8 +152,8 @@ fn render_case_error(error: &CaseError) -> String {
     };
     let mut group = Group::with_title(Level::ERROR.primary_title(title));
     if let Some(span) = &error.span {
-        let snippet = Snippet::source(error.text.as_str())
-            .path(error.source_name.as_str())
+        let snippet = Snippet::source(&*error.text)
+            .path(&*error.source_name)
             .annotation(AnnotationKind::Primary.span(span.clone()));
         group = group.element(snippet);
     }
