@@ -33,7 +33,7 @@ pub(crate) enum Found {
     Error {
         /// The largest error of a coordinate over all places, as a share of its estimate; infinite without an estimate.
         ratio: f64,
-        /// Whether every estimate is small beside the motion.
+        /// True if every estimate is small beside the motion.
         is_small: bool,
     },
 }
@@ -71,7 +71,7 @@ impl Judged {
         Self { verdict, found: Some(found), promised }
     }
 
-    /// Whether the error is above the accuracy that was asked for.
+    /// Returns true if the error is above the accuracy that was asked for.
     pub(crate) fn is_broken(&self) -> bool {
         matches!(self.found, Some(Found::Error { ratio, .. }) if ratio > self.promised)
     }

@@ -9,9 +9,9 @@ use crate::number::norm::max_abs;
 /// Rounding errors to be expected in ∇E_IVP, for each coordinate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GradientRounding {
-    /// Of ∂E/∂q^a.
+    /// The rounding of ∂E/∂q^a.
     pub rows: Vec<f64>,
-    /// Of a value of q^a: the constraints of λ_a and ν_a; divided by h those of μ_a and κ_a.
+    /// The rounding of a value of q^a: of the constraints of λ_a and ν_a; divided by h of those of μ_a and κ_a.
     pub values: Vec<f64>,
     /// The size of q^a that this is relative to.
     pub sizes: Vec<f64>,

@@ -44,7 +44,7 @@ impl<S: Real> BranchState<S> {
         sbp.integrate(&integrand)
     }
 
-    /// Whether F overflows at no node.
+    /// Returns true if F overflows at no node.
     pub(super) fn is_finite(&self, values: &[Term<S, 0>]) -> bool {
         (0..self.velocities.row(0).len()).all(|k| self.norm(values, k).is_finite())
     }
@@ -114,7 +114,7 @@ impl<S: Real> BothStates<S> {
         Ok(Self { forward, backward })
     }
 
-    /// Whether both branches are the same.
+    /// Returns true if both branches are the same.
     pub(super) fn are_equal(&self) -> bool {
         self.backward.is_none()
     }

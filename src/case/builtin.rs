@@ -26,7 +26,7 @@ impl Group {
         }
     }
 
-    /// Whether its cases are scenes of several coordinates.
+    /// Returns true if its cases are scenes of several coordinates.
     pub fn is_scene(self) -> bool {
         matches!(self, Self::Newtonian | Self::Curved)
     }

@@ -51,14 +51,14 @@ pub(super) fn title(field: &Field<'_>) -> Result<String, CaseError> {
     Ok(title.to_owned())
 }
 
-/// What the initial data say, if everything about it is allowed.
+/// The initial data, if everything about them is allowed.
 pub(super) struct Found<S> {
     geometry: Geometry<S>,
     /// The geometry that the data belong to, if it is not that of the case.
     bare: Option<Geometry<S>>,
     /// The start there.
     start: Start<S>,
-    /// Whether the two roots for the unknown rate are one.
+    /// True if the two roots for the unknown rate are one.
     pub(super) is_double: bool,
     /// The coordinate that K ≠ 0 asks for.
     pub(super) tau: Option<Tau>,
@@ -112,7 +112,7 @@ pub(super) fn start<S: Real>(
     Ok(Found { geometry, bare, start, is_double, tau })
 }
 
-/// What a mistake in the position is described with.
+/// The words for a mistake in the position.
 struct Outside {
     active: Vec<usize>,
     blocks: Vec<Vec<usize>>,

@@ -13,7 +13,7 @@ pub enum End<S = f64> {
 }
 
 impl<S: Real> End<S> {
-    /// That of a run with this limit, in which coordinates start at `start`.
+    /// The end of a run with this limit, in which coordinates start at `start`.
     pub(super) fn new(limit: Limit<S>, start: impl FnOnce(usize) -> S) -> Self {
         match limit {
             Limit::Length(length) => Self::Length(length),

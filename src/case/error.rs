@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What is wrong with a case, where, and what to do.
+/// A mistake in a case, its place, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CaseError {
     /// Name of the source: a path, `<stdin>`, or either of them with overrides.
@@ -13,9 +13,9 @@ pub struct CaseError {
     pub text: Arc<str>,
     /// Byte range of the mistake in `text`, if it has a place there.
     pub span: Option<Range<usize>>,
-    /// What is wrong.
+    /// The mistake in words.
     pub message: String,
-    /// What to do, if that is not obvious from the message.
+    /// The remedy, if it is not obvious from the message.
     pub help: Option<String>,
     /// The mistakes that were found with this one, in the order of the text.
     pub further: Box<[CaseError]>,

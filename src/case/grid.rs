@@ -1,4 +1,4 @@
-//! What a solver is told, on another grid.
+//! The settings of a solver, on another grid.
 
 use super::limits::{check_nodes, check_spacing};
 use crate::action::Form;

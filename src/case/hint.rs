@@ -95,7 +95,7 @@ impl<'a> Missing<'a> {
         source.error(self.item.map_or(Some(0..0), Item::span), self.message(), self.help())
     }
 
-    /// What is wrong.
+    /// The mistake in words.
     fn message(&self) -> String {
         match self.keys.as_slice() {
             [("initial", "x_dot")] => "neither x_dot nor velocity is given".to_owned(),
@@ -113,7 +113,7 @@ impl<'a> Missing<'a> {
         }
     }
 
-    /// What to do.
+    /// The remedy.
     fn help(&self) -> Option<String> {
         let is_missing = |keys: &[(&str, &str)]| keys.iter().any(|key| self.keys.contains(key));
         let helps = [

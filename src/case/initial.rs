@@ -22,7 +22,7 @@ pub enum Sign {
     Minus,
 }
 
-/// What is given of the motion along a coordinate.
+/// The velocity or the momentum that is given along a coordinate.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Rate {
     /// dq/dγ.
@@ -36,12 +36,12 @@ pub enum Rate {
 }
 
 impl Rate {
-    /// Whether K decides.
+    /// Returns true if K decides.
     pub(super) fn is_from_norm(&self) -> bool {
         matches!(self, Self::VelocityFromNorm(_) | Self::MomentumFromNorm(_))
     }
 
-    /// Whether it is about the momentum.
+    /// Returns true if it is about the momentum.
     pub(super) fn is_momentum(&self) -> bool {
         matches!(self, Self::Momentum(_) | Self::MomentumFromNorm(_))
     }
@@ -276,7 +276,7 @@ pub(super) fn norm_value(field: &Field<'_>) -> Result<Quantity, CaseError> {
     }
 }
 
-/// What follows from Newton's law: the rate of t is 1, and that of s makes K zero.
+/// Sets the rates that follow from Newton's law: that of t is 1, and that of s makes K zero.
 fn add_lift(
     rates: &mut [Option<Rate>],
     norm: &mut Option<Quantity>,

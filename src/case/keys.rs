@@ -5,11 +5,11 @@
 pub struct Key {
     /// Its dotted name.
     pub name: &'static str,
-    /// What it takes.
+    /// The kind of value that it takes.
     pub kind: &'static str,
-    /// What it is where it is left out; `required`, or nothing.
+    /// Its default, `required`, or nothing.
     pub default: &'static str,
-    /// What it means.
+    /// Its meaning.
     pub meaning: &'static str,
 }
 

@@ -96,7 +96,7 @@ fn below<'k>(key: &'k str, path: &str) -> Option<&'k str> {
 /// The mistakes that were found.
 pub(super) struct Found {
     all: Vec<CaseError>,
-    /// Whether they may have one cause, a mistake in the coordinates: all of them are unknown names of these.
+    /// True if they may have one cause, a mistake in the coordinates: all of them are unknown names of these.
     are_names: bool,
 }
 

@@ -82,7 +82,7 @@ pub struct Case {
     /// The same, compiled.
     compiled: Geometry,
     preset: Option<&'static str>,
-    /// Whether it is a potential of x alone, as the paper has it.
+    /// True if it is a potential of x alone, as the paper has it.
     is_of_x: bool,
     /// The coefficients of V, lowest power first, if it is given by them.
     coefficients: Option<Vec<String>>,
@@ -91,9 +91,9 @@ pub struct Case {
     from: Option<Continuation>,
     /// dt/dγ at the start, if there is a coordinate t; otherwise 0.
     t_dot: f64,
-    /// Whether the two roots for the rate that follows from K are one.
+    /// True if the two roots for the rate that follows from K are one.
     is_double: bool,
-    /// Whether it has a scheme that is not used, since an accuracy is asked for.
+    /// True if it has a scheme that is not used, since an accuracy is asked for.
     ignores_scheme: bool,
     grid: Grid,
     scheme: Scheme,
@@ -121,9 +121,9 @@ impl Case {
         self.title.as_deref()
     }
 
-    /// Whether it is a particle in a potential of x alone and what is asked for is what the paper has: no formulas of
-    /// the case's own, no other law, force or one-form. Its t counts from the start, and its summary has the paper's
-    /// names.
+    /// Returns true if it is a particle in a potential of x alone and what is asked for is what the paper has: no
+    /// formulas of the case's own, no other law, force or one-form. Its t counts from the start, and its summary has
+    /// the paper's names.
     pub fn is_of_x(&self) -> bool {
         self.is_of_x
     }
@@ -250,7 +250,7 @@ impl Case {
         self.scheme
     }
 
-    /// How its world-line is computed.
+    /// The settings by which its world-line is computed.
     pub fn settings(&self) -> Settings {
         let Solver { system, digits, max_iterations, .. } = self.solver;
         let Scheme { sbp, form, .. } = self.scheme;
@@ -259,7 +259,7 @@ impl Case {
         Settings { sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy }
     }
 
-    /// Whether the case asks for more digits than `f64` has.
+    /// Returns true if the case asks for more digits than `f64` has.
     pub fn is_extended(&self) -> bool {
         self.solver.digits > f64::MOST_DIGITS
     }

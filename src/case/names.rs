@@ -147,7 +147,7 @@ pub(super) fn check_event(field: &Field<'_>) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Whether `name` occurs in a formula as a word of its own.
+/// Returns true if `name` occurs in a formula as a word of its own.
 pub(super) fn mentions(text: &str, name: &str) -> bool {
     text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
 }

@@ -20,7 +20,7 @@ pub struct Event {
     pub when: String,
     /// Which sign changes count.
     pub direction: Direction,
-    /// Whether the first one ends the run.
+    /// True if the first one ends the run.
     pub until: bool,
 }
 
@@ -58,7 +58,7 @@ impl Formulas<'_> {
         let text = field.formula()?;
         let names =
             |pairs: &[(String, String)]| -> Vec<String> { pairs.iter().map(|(name, _)| name.clone()).collect() };
-        // Whether a formula can be read does not depend on what its names stand for.
+        // A formula is readable or not independently of what its names stand for.
         let all: Vec<String> =
             variables.into_iter().chain(names(self.parameters)).chain(names(self.definitions)).collect();
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();

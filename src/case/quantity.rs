@@ -13,7 +13,7 @@ impl Quantity {
         Self(text.into())
     }
 
-    /// How it is written.
+    /// The text as it is written.
     pub fn text(&self) -> &str {
         &self.0
     }

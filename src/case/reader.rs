@@ -66,12 +66,12 @@ impl<'t> Section<'t> {
         keys.filter_map(|key| self.field(key)).collect()
     }
 
-    /// Whether the case is that of a potential of x alone, as the paper has it.
+    /// Returns true if the case is that of a potential of x alone, as the paper has it.
     pub(super) fn is_of_x(&self) -> bool {
         self.source.is_of_x
     }
 
-    /// Whether the table is in the text.
+    /// Returns true if the table is in the text.
     pub(super) fn is_given(&self) -> bool {
         self.table.is_some()
     }
@@ -81,7 +81,7 @@ impl<'t> Section<'t> {
         self.unknown().into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// Whether a key was asked for.
+    /// Returns true if a key was asked for.
     pub(super) fn knows(&self, key: &str) -> bool {
         self.known.iter().any(|known| known == key)
     }

@@ -1,4 +1,4 @@
-//! What a case says about its geometry, with the place of every formula.
+//! The geometry of a case, with the place of every formula.
 
 use super::CaseError;
 use super::conformal;
@@ -22,7 +22,7 @@ pub(super) struct Scenery<'t> {
     pub(super) whole: Option<Field<'t>>,
     /// The coefficients of a potential of one coordinate, lowest power first, if it is given by them.
     pub(super) coefficients: Option<Vec<String>>,
-    /// Whether it is a potential of x alone, as the paper has it.
+    /// True if it is a potential of x alone, as the paper has it.
     pub(super) is_of_x: bool,
 }
 
@@ -82,7 +82,7 @@ impl Scenery<'_> {
         }
     }
 
-    /// What a formula may be made of.
+    /// The names that a formula may use.
     fn known(&self, place: &Place) -> String {
         let (positions, definitions) = (self.text.positions(), self.text.definitions());
         let constants = || self.text.parameters().iter().map(|(name, _)| name.clone());

@@ -38,7 +38,7 @@ pub struct Scheme {
     pub sbp: SbpName,
     /// The form of the action.
     pub form: Form,
-    /// Whether the action has the regularised operator D̄ or, to show what that is for, D.
+    /// True if the action has the regularised operator D̄ or, to show what that is for, D.
     pub regularised: bool,
 }
 
@@ -78,7 +78,7 @@ impl Solver {
 /// `[expect]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Expect {
-    /// How the run must end.
+    /// The status with which the run must end.
     pub status: Status,
     /// γ of the last node.
     pub gamma_final: Option<Quantity>,
@@ -88,7 +88,7 @@ pub struct Expect {
     pub tolerance: Option<Quantity>,
 }
 
-/// What the settings are checked against.
+/// The parts of a case that its settings are checked against.
 pub(super) struct Context<'c> {
     /// γ at the start, unless the case gives it.
     pub(super) gamma_i: String,

@@ -45,7 +45,7 @@ impl Case {
         }
     }
 
-    /// Whether the space-time is the lift of Newton's law: its first coordinate is t, its last one s.
+    /// Returns true if the space-time is the lift of Newton's law: its first coordinate is t, its last one s.
     pub fn is_lifted(&self) -> bool {
         matches!(self.geometry_text(), GeometryText::Potential(potential) if potential.law == Law::Newtonian)
     }
@@ -77,7 +77,7 @@ impl Case {
         ([&x, &y].map(|formula| observable(self.geometry_text(), formula)), [x, y])
     }
 
-    /// What a solver is told.
+    /// The settings of a solver.
     pub fn setup<S: Real>(&self) -> Setup<S> {
         let ending =
             self.events().iter().filter(|event| event.until).map(|event| (event.when.as_str(), event.direction));

@@ -25,7 +25,7 @@ pub(super) struct Source {
     pub(super) text: String,
     /// The folder of the case; empty if it is no file.
     pub(super) folder: PathBuf,
-    /// Whether it is a potential of x alone, as the paper has it.
+    /// True if it is a potential of x alone, as the paper has it.
     pub(super) is_of_x: bool,
 }
 
@@ -83,7 +83,7 @@ impl Source {
     }
 }
 
-/// Whether the tables are those of the paper's particle, which no formula of the case's own looks at.
+/// Returns true if the tables are those of the paper's particle, which no formula of the case's own looks at.
 fn is_of_x(root: &Table) -> bool {
     let table = |name: &str| root.get(name).and_then(Item::as_table_like);
     let has =
@@ -95,7 +95,7 @@ fn is_of_x(root: &Table) -> bool {
         || table("potential").is_some_and(is_of_time))
 }
 
-/// Whether V is a formula with t in it.
+/// Returns true if V is a formula with t in it.
 fn is_of_time(potential: &dyn TableLike) -> bool {
     let formula = potential.get("formula");
     let inner = formula.and_then(Item::as_table_like).and_then(|table| table.get("expression"));
@@ -135,7 +135,7 @@ fn other_rate(key: &str) -> Option<String> {
     key.strip_prefix("p_").map(|name| format!("initial.{name}_dot")).or_else(velocity)
 }
 
-/// Whether the values of a dotted key are formulas, so that what is no TOML value needs no quotes.
+/// Returns true if the values of a dotted key are formulas, so that what is no TOML value needs no quotes.
 fn is_formula(key: &str) -> bool {
     let tables = ["metric.", "force.", "invariants.", "particle.masses."];
     let of_potential = ["one_form.", "force.", "definitions.", "parameters."];
@@ -171,7 +171,7 @@ fn dotted(setting: &str) -> Option<String> {
     Some(keys.iter().map(Key::get).collect::<Vec<_>>().join("."))
 }
 
-/// Whether `key` is `path`, lies inside it, or contains it.
+/// Returns true if `key` is `path`, lies inside it, or contains it.
 fn is_within(key: &str, path: &str) -> bool {
     let below = |long: &str, short: &str| long.strip_prefix(short).is_some_and(|rest| rest.starts_with('.'));
     key == path || below(key, path) || below(path, key)

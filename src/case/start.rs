@@ -239,7 +239,7 @@ impl<S: Real> Quadratic<S> {
             return Ok((-middle / square, true));
         }
         if discriminant < S::ZERO {
-            // Of a start that is known to have two roots, a negative discriminant is a rounding error.
+            // A negative discriminant of a start that is known to have two roots is a rounding error.
             if self.is_double.is_some() {
                 return Ok((-middle / square, true));
             }

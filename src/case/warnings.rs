@@ -8,7 +8,7 @@ use crate::geometry::{GeometryText, Law, Preset, Start};
 const NEARLY_SPACELIKE: f64 = 1e-2;
 
 impl Case {
-    /// What a user should know before believing the result.
+    /// The warnings that a user should know before believing the result.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings: Vec<String> =
             self.unused_parameters().map(|name| format!("no formula uses the parameter '{name}'")).collect();
@@ -62,7 +62,7 @@ impl Case {
         })
     }
 
-    /// Whether a formula mentions a name.
+    /// Returns true if a formula mentions a name.
     pub(super) fn is_used(&self, name: &str) -> bool {
         self.formulas().iter().any(|formula| mentions(formula, name))
     }

@@ -111,7 +111,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
 
 /// A sweep whose files have been written.
 pub(super) struct Swept {
-    /// What is printed.
+    /// The text that is printed.
     pub(super) study: Committed,
     /// Slopes over all grids above the rounding plateau.
     pub(super) slopes: Vec<Slope>,
@@ -119,7 +119,7 @@ pub(super) struct Swept {
     pub(super) beside: Vec<Vec<Slope>>,
     /// The reference's estimate of its own relative error.
     pub(super) reference_error: f64,
-    /// Whether any grid has a solution.
+    /// True if any grid has a solution.
     solved: bool,
 }
 
@@ -147,7 +147,7 @@ pub(super) fn sweep_into(
     sweep(target, case, args, beside, name)
 }
 
-/// Whether the finest grids fit into memory.
+/// Returns true if the finest grids fit into memory.
 fn check_memory<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<()> {
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
     for &sbp in &args.sbp {
@@ -157,7 +157,7 @@ fn check_memory<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> anyhow::Resu
     Ok(())
 }
 
-/// Whether even and odd numbers of nodes are mixed where that matters.
+/// Returns true if even and odd numbers of nodes are mixed where that matters.
 fn mixes_parities<S>(convergence: &Convergence<S>) -> bool {
     let is_strong = |point: &&ConvergencePoint| point.form == Form::Strong && point.sbp.fixed_points().is_none();
     let mut parities = convergence.points.iter().filter(is_strong).map(|point| point.n_gamma % 2);
@@ -237,7 +237,7 @@ fn draw<S: Real>(
             let is_shown = |quantity: Quantity| quantity == of_x || (!is_crowded && quantity.is_at_end() == at_end);
             slopes.iter().filter(|slope| is_shown(slope.quantity)).cloned().collect()
         } else {
-            // Of several coordinates the largest error is drawn.
+            // The largest error of several coordinates is drawn.
             convergence.schemes().into_iter().map(|scheme| convergence.slope(scheme, largest, n_range)).collect()
         };
         let of = if is_one { "errors" } else { "largest error of a coordinate" };

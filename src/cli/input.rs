@@ -41,7 +41,7 @@ impl CaseArgs {
         }
     }
 
-    /// Whether a case is named at all.
+    /// Returns true if a case is named at all.
     pub(super) fn is_given(&self) -> bool {
         self.case.is_some()
     }
@@ -54,12 +54,12 @@ impl CaseArgs {
         }
     }
 
-    /// Whether a scene is separable; `None` if the case is none.
+    /// Returns true if a scene is separable; `None` if the case is none.
     pub(super) fn is_separable(&self, case: &Case) -> Option<bool> {
         (!case.is_of_x()).then(|| case.geometry::<f64>().is_separable())
     }
 
-    /// Whether `--set` changes the case.
+    /// Returns true if `--set` changes the case.
     pub(super) fn has_overrides(&self) -> bool {
         !self.set.is_empty()
     }
@@ -82,7 +82,7 @@ impl CaseArgs {
         path.strip_prefix(here).unwrap_or(&path).display().to_string()
     }
 
-    /// That title, or the name of the case if there is none.
+    /// The title, or the name of the case if there is none.
     pub(super) fn headed(&self, title: Option<&str>) -> String {
         title.map_or_else(|| self.stem().to_string_lossy().into_owned(), str::to_owned)
     }

@@ -59,7 +59,7 @@ pub(super) fn short(number: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Whether a number is easy to read without an exponent.
+/// Returns true if a number is easy to read without an exponent.
 pub(super) fn is_readable(number: f64) -> bool {
     number == 0.0 || (1e-4..1e9).contains(&number.abs())
 }

@@ -38,7 +38,7 @@ pub(super) fn chosen<M>(
     Ok((methods, Vec::new()))
 }
 
-/// What `--methods` takes, for the long help.
+/// The list of values of `--methods`, for the long help.
 pub(super) fn help(names: impl Iterator<Item = String>) -> String {
     format!(
         "Measure only these methods: names, or the beginnings of names [default: all that suit the case]\n\n\

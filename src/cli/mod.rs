@@ -48,7 +48,7 @@ fn after_help() -> String {
     )
 }
 
-/// What the program is asked to do.
+/// The command that the program is asked to carry out.
 #[derive(Debug, Parser)]
 #[command(
     version,

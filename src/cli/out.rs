@@ -12,7 +12,7 @@ use super::{CaseArgs, report, stdout};
 /// folders in that one.
 const COMMANDS: [&str; 5] = ["run", VARY, "converge", "work-precision", "stability"];
 
-/// What `run --vary` is called in records: it has a folder of its own.
+/// The name of `run --vary` in records: it has a folder of its own.
 pub(super) const VARY: &str = "vary";
 
 /// The heading of options about what is written.
@@ -39,7 +39,7 @@ pub(super) struct OutArgs {
 }
 
 impl OutArgs {
-    /// Whether a folder is named.
+    /// Returns true if a folder is named.
     pub(super) fn is_named(&self) -> bool {
         self.out.is_some()
     }
@@ -57,7 +57,7 @@ impl OutArgs {
         if self.json { stdout::for_data().map(drop) } else { Ok(()) }
     }
 
-    /// Whether the summary is printed for people, who read there what is doubtful.
+    /// Returns true if the summary is printed for people, who read there what is doubtful.
     pub(super) fn is_for_people(&self, quiet: bool) -> bool {
         !self.json && !quiet
     }

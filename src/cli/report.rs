@@ -13,7 +13,7 @@ use super::check::ExpectationNotMet;
 use super::interrupt::INTERRUPTED;
 use super::lines::row;
 
-/// What to do about a reference that ends early, and the exit code.
+/// The remedy for a reference that ends early, and the exit code.
 fn of_reference(reason: EndReason) -> (&'static str, u8) {
     match reason {
         EndReason::OutsideDomain => ("end the run before the geodesic leaves the domain", OUTSIDE_DOMAIN),

@@ -254,8 +254,8 @@ fn until_failure<S: Arithmetic>(case: &Case, setup: &Setup<S>, files: &OutputSet
     Ok(has_rows)
 }
 
-/// Whether a pipe takes the windows of a run as they come. Where the end has to be searched for, that would solve the
-/// run twice, and what hides between nodes is compared with the error of the whole run.
+/// Returns true if a pipe takes the windows of a run as they come. Where the end has to be searched for, that would
+/// solve the run twice, and what hides between nodes is compared with the error of the whole run.
 fn takes_windows<S: Real>(setup: &Setup<S>, args: &RunArgs) -> bool {
     let Setup { limit, until, settings, .. } = setup;
     let is_searched = !matches!(limit, Limit::Length(_)) || !until.is_empty();

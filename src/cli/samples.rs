@@ -147,17 +147,17 @@ impl SampleArgs {
         Err(CaseError::without_place("command line", message.to_owned()))
     }
 
-    /// Whether samples are asked for.
+    /// Returns true if samples are asked for.
     pub(super) fn wanted(&self) -> bool {
         self.sample_t.is_some() || self.sample_gamma.is_some()
     }
 
-    /// How many samples are asked for.
+    /// The number of samples that are asked for.
     pub(super) fn count(&self) -> usize {
         self.range().map_or(0, |(_, range, _)| range.count())
     }
 
-    /// Whether nothing but samples is asked for.
+    /// Returns true if nothing but samples is asked for.
     pub(super) fn only(&self) -> bool {
         self.samples_only
     }
@@ -180,7 +180,7 @@ impl SampleArgs {
         Ok(Some(SampleStream::new(Coordinate::Value(t), values, backwards)))
     }
 
-    /// Whether samples are taken by time, where, and by which option.
+    /// Returns true if samples are taken by time, where, and by which option.
     fn range(&self) -> Option<(bool, &Range, &'static str)> {
         let by_time = self.sample_t.as_ref().map(|range| (true, range, "sample-t"));
         by_time.or(self.sample_gamma.as_ref().map(|range| (false, range, "sample-gamma")))

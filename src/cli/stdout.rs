@@ -38,7 +38,7 @@ pub(super) fn for_data() -> anyhow::Result<StdoutLock<'static>> {
     Ok(io::stdout().lock())
 }
 
-/// Whether standard output is closed.
+/// Returns true if standard output is closed.
 ///
 /// Before `main` begins, the standard library opens /dev/null for reading and writing in place of a closed standard
 /// stream. A user who redirects to /dev/null usually opens it for writing only. If it is open for both, standard output

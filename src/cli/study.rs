@@ -1,4 +1,4 @@
-//! What all studies do alike: they open their files, compute beside the main thread, write what there is, and say so.
+//! The skeleton of all studies: they open their files, compute beside the main thread, write what there is, and say so.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub(super) fn bar(is_quiet: bool, length: usize, template: &str) -> ProgressBar 
     bar
 }
 
-/// What a thread reports.
+/// A report of a thread.
 enum News<P, T, E> {
     Ready(Arc<P>),
     Impossible(E),
@@ -43,7 +43,7 @@ enum News<P, T, E> {
 /// was prepared, and whether an interrupt came before the end; `None` if it came before that was ready.
 ///
 /// # Errors
-/// What `prepare` returns.
+/// The result of `prepare`.
 pub(super) fn computed<P: Send + Sync + 'static, T: Send + 'static, E: Send + 'static>(
     prepare: impl FnOnce() -> Result<P, E> + Send + 'static,
     compute: impl FnOnce(&P, &(dyn Fn(T) + Sync)) + Send + 'static,
@@ -67,7 +67,7 @@ pub(super) fn computed<P: Send + Sync + 'static, T: Send + 'static, E: Send + 's
     Ok(found?.map(|ready| (ready, interrupted)))
 }
 
-/// What a study has come to.
+/// The outcome of a study.
 pub(super) struct Finished {
     pub(super) files: OutputSet,
     /// The text of summary.json.
@@ -113,7 +113,7 @@ impl Committed {
         ExitCode::from(INTERRUPTED)
     }
 
-    /// Whether it was interrupted.
+    /// Returns true if it was interrupted.
     pub(super) fn is_interrupted(&self) -> bool {
         self.interrupted.is_some()
     }

@@ -123,7 +123,8 @@ impl<S: Real> Told<'_, S> {
         (!told.is_empty()).then(|| format!("{}, to {:.1e}{at_last}", listed(told.into_iter()), most[0]))
     }
 
-    /// What is not built in, and so measures the error: K or the energy, invariants, and the work of forces.
+    /// The quantities that are not built in and so measure the error: K or the energy, invariants, and the work of
+    /// forces.
     fn drift(&self) -> String {
         let Run { line, diagnostics, .. } = self.run;
         let mut told = vec![drift_of_motion(diagnostics)];
@@ -137,7 +138,7 @@ impl<S: Real> Told<'_, S> {
         listed(told.into_iter())
     }
 
-    /// How often each event was met.
+    /// The number of times that each event was met.
     fn events(&self) -> Option<String> {
         let names = event_names(self.case);
         let count = |watch: usize| self.run.events.iter().filter(|crossing| crossing.watch == watch).count();
@@ -145,7 +146,7 @@ impl<S: Real> Told<'_, S> {
         (!names.is_empty()).then(|| listed(told))
     }
 
-    /// What was found between the nodes, if that was looked at.
+    /// The findings between the nodes, if the run looked there.
     fn between(&self) -> Option<String> {
         let gaps = self.judged.gaps.as_ref()?;
         let (count, unproved) = (gaps.count, gaps.unproved);
@@ -169,7 +170,7 @@ fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
     }
 }
 
-/// How far the motion is from Newton's, if it is.
+/// The deviation of the motion from Newton's, if there is one.
 fn motion(newtonian: &Newtonian) -> Option<String> {
     let deviation = newtonian.deviation;
     let remedy = match newtonian.c() {

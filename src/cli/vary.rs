@@ -58,7 +58,7 @@ pub(super) struct VaryArgs {
 }
 
 impl VaryArgs {
-    /// Whether anything varies.
+    /// Returns true if anything varies.
     pub(super) fn is_given(&self) -> bool {
         !self.vary.is_empty()
     }

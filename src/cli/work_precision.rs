@@ -141,7 +141,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     .tell(args.case.quiet, &args.output, || 0)
 }
 
-/// What a measurement reports while it is running.
+/// A report of a measurement while it is running.
 enum News {
     Tried(Row),
     /// The row with this index was timed again.

@@ -23,7 +23,7 @@ pub struct Bound<S = f64> {
 const ROUNDING: f64 = 1e-12;
 
 impl<S: Real> Bound<S> {
-    /// Whether H_BVP ≤ Q_t (t_N − t_i) on the grid.
+    /// Returns true if H_BVP ≤ Q_t (t_N − t_i) on the grid.
     pub fn is_kept(&self) -> bool {
         let allowed = S::from(ROUNDING) * self.h_bvp_bound.abs();
         self.h_bvp <= self.h_bvp_bound + allowed

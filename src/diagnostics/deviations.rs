@@ -9,7 +9,7 @@ use crate::number::Real;
 use crate::number::norm::max_abs;
 use crate::solve::WorldLine;
 
-/// How far a momentum, or a sum of momenta, is from its value at the start of the run.
+/// The deviation of a momentum, or of a sum of momenta, from its value at the start of the run.
 #[derive(Debug, Clone)]
 pub struct ChargeDeviation<S = f64> {
     /// Constants c^a of Σ c^a p_a, for the coordinates that occur.
@@ -48,14 +48,14 @@ pub struct NormDeviation<S = f64> {
 }
 
 impl<S: Real> ChargeDeviation<S> {
-    /// That of the motion, from that of the reversed one.
+    /// Makes the deviation of the motion from that of the reversed one.
     fn reversed(mut self) -> Self {
         let rows = self.delta.iter_mut().chain(&mut self.corrected);
         rows.chain([&mut self.value, &mut self.last]).for_each(|p| *p = -*p);
         self
     }
 
-    /// That of a run, from those of its first part, `self`, and its second part, `next`, whose rows are kept.
+    /// Joins the measures of the first part of a run, `self`, and of its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
         Self {
             max_interior: max_abs(&[self.max_interior, next.max_interior]),
@@ -68,7 +68,7 @@ impl<S: Real> ChargeDeviation<S> {
 }
 
 impl<S: Real> NormDeviation<S> {
-    /// That of a run, from those of its first part, `self`, and its second part, `next`, whose rows are kept.
+    /// Joins the measures of the first part of a run, `self`, and of its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
         let (max_interior, max_ends) =
             (max_abs(&[self.max_interior, next.max_interior]), max_abs(&[self.max_ends, next.max_ends]));

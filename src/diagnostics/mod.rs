@@ -86,7 +86,7 @@ pub struct Diagnostics<S: Real = f64> {
     pub sawtooth: Vec<(usize, Sawtooth<S>)>,
     /// The work balance of coordinates that only a force acts on.
     pub work: Vec<WorkBalance<S>>,
-    /// How far every coordinate goes.
+    /// The range of every coordinate.
     pub reaches: Vec<Reach>,
     /// Largest distance between the branches in a coordinate, if the doubled system was solved.
     pub branch_distance: Option<S>,

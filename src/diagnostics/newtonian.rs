@@ -1,4 +1,4 @@
-//! How far a motion is from that of Newton's mechanics.
+//! The deviation of a motion from that of Newton's mechanics.
 //!
 //! With time as the parameter and v = dx/dt, the geodesic equations of the metric diag(g00, −1), g00 = c² + 2V/m, are
 //!
@@ -16,7 +16,7 @@ use crate::solve::Solution;
 /// The deviation for which [`Newtonian::c`] is chosen.
 pub const NEGLIGIBLE: f64 = 1e-6;
 
-/// How far a run is from Newton's mechanics.
+/// The deviation of a run from Newton's mechanics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Newtonian {
     /// The largest 2v²/g00 over the nodes where a force acts; 0 for free motion, infinite if t does not change.

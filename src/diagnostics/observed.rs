@@ -48,13 +48,13 @@ pub struct WorkBalance<S = f64> {
 }
 
 impl<S: Real> InvariantDeviation<S> {
-    /// That of a run, from those of its first part, `self`, and its second part, `next`, whose rows are kept.
+    /// Joins the measures of the first part of a run, `self`, and of its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
         let (max, max_ends) = (max_abs(&[self.max, next.max]), max_abs(&[self.max_ends, next.max_ends]));
         Self { max, max_ends, ..next }
     }
 
-    /// That of a formula with this name on a run with this tangent, which starts with the norm `k`.
+    /// Measures a formula with this name on a run with this tangent, which starts with the norm `k`.
     pub(super) fn new(
         line: &WorldLine<S>,
         tangent: &[Cow<'_, [S]>],
@@ -78,7 +78,7 @@ impl<S: Real> InvariantDeviation<S> {
 }
 
 impl<S: Real> EnergyDeviation<S> {
-    /// That of a run of Newton's law, and its row on the nodes.
+    /// Measures the energy of a run of Newton's law, and makes its row on the nodes.
     pub(super) fn new(line: &WorldLine<S>, norm: &NormDeviation<S>, t_dot: &[S]) -> (Self, Vec<S>) {
         let (geometry, start) = (line.geometry(), &line.place.start);
         let of = |end: Joint<'_, S>| {

@@ -15,7 +15,7 @@ pub struct OfX<S = f64> {
     pub bound: Bound<S>,
     /// Size, speed and frequency of the motion.
     pub scales: Scales,
-    /// How far the motion is from Newton's.
+    /// The deviation of the motion from Newton's.
     pub newtonian: Newtonian,
     /// The deviations of Q_x and Q_η, if the potential vanishes.
     pub free_particle: Option<FreeParticleCharges<S>>,

@@ -1,4 +1,4 @@
-//! How far the coordinates of a run go.
+//! The ranges of the coordinates of a run.
 
 use crate::number::Real;
 use crate::solve::WorldLine;
@@ -13,13 +13,13 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// How far coordinate `a` goes on the nodes of a world-line.
+    /// The range of coordinate `a` on the nodes of a world-line.
     pub fn new<S: Real>(line: &WorldLine<S>, a: usize) -> Self {
         let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
         Self::of(line.counted_from_origin(a, &line.q[a]).map(|q| (q - origin).to_f64()))
     }
 
-    /// That of these values.
+    /// The range of these values.
     pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
         for q in values {

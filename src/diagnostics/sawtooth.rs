@@ -35,7 +35,7 @@ pub struct Sawtooth<S = f64> {
 }
 
 impl<S: Real> Sawtooth<S> {
-    /// That of `row` in the windows that are equidistant; the last node of the strong form is left out.
+    /// The sawtooth of `row` in the windows that are equidistant; the last node of the strong form is left out.
     pub(super) fn new<'g>(row: &[S], grids: impl Iterator<Item = WindowGrid<'g, S>> + Clone) -> Self
     where
         S: 'g,
@@ -48,7 +48,7 @@ impl<S: Real> Sawtooth<S> {
         }
     }
 
-    /// That of a run, from those of its first part, `self`, and its second part, `next`.
+    /// Joins the measures of the first part of a run, `self`, and of its second part, `next`.
     pub(super) fn followed_by(self, next: Self) -> Self {
         let either = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
         Self {

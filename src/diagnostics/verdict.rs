@@ -33,7 +33,7 @@ const CONTRADICTED: f64 = 0.1;
 const FINER_GRID: &str = "raise n_gamma or windows, or ask for solver.accuracy";
 pub(super) const SMALLER_ACCURACY: &str = "ask for a smaller solver.accuracy";
 
-/// How far a run is to be believed.
+/// The verdict on a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Grade {
@@ -61,7 +61,7 @@ impl Grade {
 pub struct Reason {
     /// What was found, with its number and its threshold.
     pub reason: String,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
     /// What stands between both in a sentence.
     #[serde(skip)]
@@ -178,7 +178,7 @@ impl Facts {
 /// The verdict on a run. Its keys in `summary.json` are `verdict`, `verdict_error`, `good_digits`, `verdict_reasons`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
-    /// How far the run is to be believed.
+    /// The verdict on the run.
     #[serde(rename = "verdict")]
     pub grade: Grade,
     /// The largest estimated error of a coordinate over the nodes, relative to the size of the coordinate.

@@ -103,7 +103,7 @@ impl<S: Real> Diagnostics<S> {
     fn drift_of_motion(&self, line: &WorldLine<S>) -> Option<Reason> {
         let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
         let is_small = drift <= DOUBTFUL_DRIFT * self.motion;
-        // Of a motion that is no larger than the rounding of its place D makes noise.
+        // D makes noise of a motion that is no larger than the rounding of its place.
         let mut reaches = line.geometry().active().iter().map(|&a| self.reaches[a]);
         let is_noise = reaches.all(|reach| reach.range() <= ROUNDING * reach.size());
         // A force changes K.

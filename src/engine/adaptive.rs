@@ -31,7 +31,7 @@ pub(super) struct Adaptive<'g, const N: usize> {
     /// Looks between the nodes, where something can hide there.
     pub(super) between: Option<Between<'g>>,
     accuracy: f64,
-    /// What was asked for, which rounding may use up.
+    /// The accuracy that was asked for, which rounding may use up.
     asked: f64,
     /// True if windows may not add up to more than the accuracy.
     is_promised: bool,

@@ -149,7 +149,7 @@ impl<const N: usize> WithSimd for Look<'_, N> {
         for &(register, kind) in self.watched {
             let values = Lanes::new(s, &self.registers[register]);
             let (least, most) = (-values.neg().largest(), values.largest());
-            // Of three changes in turn one goes back at most.
+            // At most one of three changes in turn goes back.
             let margin = 2.0 * BENT * (most - least);
             all_gentle &= is_gentle(kind, least - margin, most + margin);
             if kind == Kind::Ratio && least * most > 0.0 {

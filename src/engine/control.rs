@@ -84,12 +84,12 @@ pub(super) struct Shares {
 }
 
 impl Shares {
-    /// That of a window with a kink in it.
+    /// The share of a window with a kink in it.
     pub(super) fn of_kink(self) -> f64 {
         (KINK * self.accuracy).max(LEAST_KINK)
     }
 
-    /// That of a window of this length.
+    /// The share of a window of this length.
     pub(super) fn of(self, length: f64) -> f64 {
         if self.length == f64::INFINITY {
             return ALONE * self.accuracy;

@@ -1,4 +1,4 @@
-//! What the errors of windows add up to.
+//! The error of a run, which the errors of its windows add up to.
 //!
 //! Each window makes a local error, which its highest modes tell; the linearised equations carry it on. The estimate is
 //! one solution δ of them, to which each window adds its local error such that δ grows most: in closed form for one

@@ -1,4 +1,4 @@
-//! What the end of a run hands on to one that continues it, so that the two have the digits of one.
+//! The values that the end of a run hands on, so that a run that continues it has the digits of one.
 
 use serde::{Deserialize, Serialize};
 

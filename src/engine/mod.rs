@@ -102,11 +102,11 @@ pub const MOST_STAGES: usize = 16;
 /// The accuracy of a run: the largest error of a coordinate at any node, relative to its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Accuracy {
-    /// That of the run. Windows may not add up to more.
+    /// The accuracy of the run. Windows may not add up to more.
     Promised(f64),
-    /// That of every window by itself. An estimate tells what they add up to.
+    /// The accuracy of every window by itself. An estimate tells what they add up to.
     Estimated(f64),
-    /// That of every window by itself. Nothing is known of what they add up to.
+    /// The accuracy of every window by itself. Nothing is known of what they add up to.
     Local(f64),
 }
 

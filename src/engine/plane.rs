@@ -56,9 +56,9 @@ struct Errors {
 /// The error of an ignorable coordinate, and that of rounding alone.
 #[derive(Debug, Clone, Copy, Default)]
 struct Ignorable {
-    /// What β and the shear make of it.
+    /// Applies β and the shear to it.
     of_change: [f64; 2],
-    /// What shifts make of it.
+    /// Applies shifts to it.
     of_shift: [f64; 2],
     /// The rate at the end of the last window.
     rate: f64,

@@ -7,7 +7,7 @@ use super::window::Solver;
 use crate::number::Compensated;
 
 impl<const N: usize> Solver<'_, N> {
-    /// What the finished window hands on.
+    /// The values that the finished window hands on.
     pub(super) fn handed(&self) -> Handed {
         let pair = |sum: Compensated<f64>| [sum.high, sum.low];
         let velocities = self.rows.iter().filter(|_| self.system.order == Order::Second);

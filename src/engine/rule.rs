@@ -69,7 +69,7 @@ impl<const N: usize> Rule<N> {
         self.operators.points()
     }
 
-    /// Whether the last node is the end of the window.
+    /// Returns true if the last node is the end of the window.
     pub(super) fn has_end(&self) -> bool {
         self.operators.has_end()
     }

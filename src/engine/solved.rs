@@ -87,7 +87,7 @@ pub(super) trait Solved {
     fn complete(&mut self);
     /// The motion between the nodes.
     fn dense(&self) -> Dense;
-    /// What its end hands on.
+    /// The values that its end hands on.
     fn handed(&self) -> Handed;
     /// The largest entry of the gradient of its action; `None` if it is no critical point of one.
     fn gradient_norm(&mut self) -> Option<f64>;
@@ -113,7 +113,7 @@ impl Window<'_> {
         self.solved.ends()[1]
     }
 
-    /// What its end hands on to a run that continues this one.
+    /// The values that its end hands on to a run that continues this one.
     pub fn handed(&self) -> Handed {
         self.solved.handed()
     }

@@ -1,4 +1,4 @@
-//! What is known of a finished window, by unknowns and by coordinates.
+//! A finished window as it is read: by unknowns and by coordinates.
 
 use super::dense::{Curve, Dense, integrated};
 use super::kernel::Row;

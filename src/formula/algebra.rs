@@ -1,4 +1,5 @@
-//! What a program is run in: numbers and blocks of them (here), vectors of nodes, intervals, series (elsewhere).
+//! The algebras that a program is run in: numbers and blocks of them here, vectors of nodes, intervals and series
+//! elsewhere.
 
 use std::marker::PhantomData;
 
@@ -9,7 +10,7 @@ use crate::number::Real;
 
 /// The operations on values, whatever a value is. What `to` held before is of no interest but to series, which grow.
 pub(crate) trait Algebra {
-    /// What a register holds.
+    /// The type of a register.
     type Value;
 
     /// `to` = a + b.

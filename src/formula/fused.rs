@@ -23,7 +23,7 @@ impl<S: Real> Program<S> {
             }
         }
         for [a, b] in operations.iter().filter_map(terms) {
-            // Of two products the first one stays, wherever it is needed.
+            // The first one of two products stays, wherever it is needed.
             if products[b].is_some() {
                 products[a] = None;
             }

@@ -135,7 +135,7 @@ fn sum<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fail
     result
 }
 
-/// Whether a row of signs negates. It is read at once, since every operator in front of an operand costs stack.
+/// Returns true if a row of signs negates. It is read at once, since every operator in front of an operand costs stack.
 fn signs<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<bool, Failure> {
     let signs = take_while(1.., |c: char| matches!(c, '+' | '-') || c.is_ascii_whitespace()).parse_next(input)?;
     Ok(signs.matches('-').count() % 2 == 1)

@@ -7,7 +7,7 @@ use crate::number::Real;
 /// Index of a node in its [`Graph`].
 pub(crate) type NodeId = usize;
 
-/// What is done with earlier values, which are given by an index: of a node of a graph, or of a register of a program.
+/// An operation on earlier values, each given by the index of a node of a graph or of a register of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Operation<I = NodeId> {
     Add(I, I),
@@ -116,7 +116,7 @@ impl<S: Real> Default for Graph<S> {
         Self {
             nodes: Vec::new(),
             variables: Vec::new(),
-            // What is looked for most often is found first.
+            // The constants that are looked for most often are found first.
             constants: vec![S::ZERO, S::ONE, -S::ONE],
             index: QuickMap::default(),
             derivatives: QuickMap::default(),
@@ -145,12 +145,12 @@ impl<S: Real> Graph<S> {
         })
     }
 
-    /// Whether the node may depend on the variable; it does not, if it may not.
+    /// Returns true if the node may depend on the variable; it does not, if it may not.
     pub(super) fn may_contain(&self, id: NodeId, variable: usize) -> bool {
         self.variables[id] & bit(variable) != 0
     }
 
-    /// Whether there is a node for this product.
+    /// Returns true if there is a node for this product.
     pub(super) fn has_product(&self, a: NodeId, b: NodeId) -> bool {
         self.index.contains_key(&Node::Apply(Operation::Multiply(a, b).sorted()))
     }
@@ -280,7 +280,7 @@ impl<S: Real> Graph<S> {
         self.uses(roots).into_iter().map(|uses| uses > 0).collect()
     }
 
-    /// How often every node is an operand of what `roots` need; the roots themselves are used by others too.
+    /// Counts how often every node is an operand of what `roots` need; the roots themselves are used by others too.
     pub(super) fn uses(&self, roots: &[NodeId]) -> Vec<usize> {
         let mut uses = vec![0; roots.iter().copied().max().map_or(0, |root| root + 1)];
         roots.iter().for_each(|&root| uses[root] += 2);
@@ -390,7 +390,7 @@ fn is_small_integer<S: Real>(value: S) -> bool {
     S::from(rounded) == value && rounded.fract() == 0.0 && rounded.abs() <= 1e6
 }
 
-/// Whether the value is ±2^k, with a reciprocal that is as exact.
+/// Returns true if the value is ±2^k, with a reciprocal that is as exact.
 fn is_power_of_two<S: Real>(value: S) -> bool {
     let rounded = value.to_f64();
     S::from(rounded) == value && rounded.to_bits() << 12 == 0 && rounded.is_normal() && (1.0 / rounded).is_normal()

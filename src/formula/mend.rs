@@ -14,14 +14,14 @@ use super::wide::{Wide, Wides};
 use crate::number::{Extended, Real};
 
 impl<S: Real> Program<S> {
-    /// Whether one of the first outputs is not finite, where `value` gives the number in a register.
+    /// Returns true if one of the first outputs is not finite, where `value` gives the number in a register.
     #[inline(always)]
     pub(super) fn is_broken(&self, outputs: usize, value: impl Fn(usize) -> S) -> bool {
         !(0..outputs).all(|output| value(self.output(output)).is_finite())
     }
 
     /// Replaces those of the first outputs that are not finite by what wide exponents make of them, if that is.
-    /// Whether there are any. Of what is in a register, `number` is the one to look at.
+    /// Returns true if there are any. Of what is in a register, `number` is the one to look at.
     #[cold]
     #[inline(never)]
     pub(crate) fn mend<T>(&self, outputs: usize, registers: &mut [T], number: impl Fn(&mut T) -> &mut S) -> bool {

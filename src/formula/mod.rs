@@ -47,13 +47,13 @@ pub(crate) use steep::{Kind, Steep, kind, watched_registers};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{message} at character {} of \"{expression}\"", self.character())]
 pub struct FormulaError {
-    /// What is wrong.
+    /// The mistake in words.
     pub message: String,
     /// Byte offset inside the expression.
     pub offset: usize,
     /// The expression.
     pub expression: String,
-    /// What was probably meant.
+    /// The word that was probably meant.
     pub hint: Option<String>,
 }
 
@@ -69,12 +69,13 @@ pub(crate) fn functions() -> impl Iterator<Item = &'static str> {
     Function::NAMED.iter().map(|(name, _)| *name).chain(Pair::NAMED.iter().map(|(name, _)| *name))
 }
 
-/// Whether the grammar already gives `name` a meaning in formulas of any variables.
+/// Returns true if the grammar already gives `name` a meaning in formulas of any variables.
 pub(crate) fn is_reserved(name: &str) -> bool {
     name == "pi" || functions().any(|function| function == name)
 }
 
-/// Whether `name` can be written in a formula: a letter or underscore, and then letters, digits and underscores.
+/// Returns true if `name` can be written in a formula: a letter or underscore, and then letters, digits and
+/// underscores.
 pub(crate) fn is_identifier(name: &str) -> bool {
     let mut characters = name.chars();
     characters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_')

@@ -25,7 +25,7 @@ impl Step {
         self.to as Register
     }
 
-    /// What it does with which registers.
+    /// Its operation, and the registers of its operands.
     pub(crate) fn operation(&self) -> Operation {
         self.operation.map(|operand| operand as Register)
     }

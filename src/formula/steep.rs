@@ -12,7 +12,7 @@ use super::graph::Fused;
 use super::program::{Operation, Program, Register, Step};
 use crate::number::spline::Table;
 
-/// What must not change much.
+/// The measure by which an argument must not change much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Kind {
     /// A divisor, or what a root or a logarithm is taken of: by its ratio, and it must not contain 0.
@@ -36,7 +36,7 @@ pub(crate) enum Kind {
 pub(crate) struct Steep {
     /// All that drives the motion, by simpler operations.
     pub(crate) program: Program<f64>,
-    /// What is looked at.
+    /// The registers that are looked at.
     pub(crate) watched: Vec<(Register, Kind)>,
 }
 
@@ -50,7 +50,7 @@ impl Steep {
     }
 }
 
-/// What these steps divide by and call functions of, if that depends on variables.
+/// Divisors and arguments of functions in these steps that depend on variables.
 fn watched<'s>(steps: impl IntoIterator<Item = &'s Step>, depends: &[bool]) -> Vec<(Register, Kind)> {
     let mut watched: Vec<(Register, Kind)> = Vec::new();
     let mut is_root = vec![false; depends.len()];
@@ -81,7 +81,7 @@ pub(crate) fn watched_registers<'s>(
     (watched(steps.clone(), depends), steps.clone().all(is_plain))
 }
 
-/// What must not change much of the argument of a function.
+/// The measure by which the argument of a function must not change much.
 pub(crate) fn kind(function: Function) -> Kind {
     match function {
         Function::Sqrt | Function::Ln | Function::Log10 => Kind::Ratio,

@@ -41,7 +41,7 @@ impl ConservedSum {
 const POINTS_PER_COORDINATE: usize = 4;
 /// A pivot below this share of the largest entry of its column is zero: in `f64`, and in extended precision.
 const ZERO: [f64; 2] = [1e-9, 1e-40];
-/// How far from the start the points lie, relative to the sizes of coordinates.
+/// The distance of the points from the start, relative to the sizes of coordinates.
 const SPREAD: f64 = 0.1;
 /// A size that the start does not tell is drawn as a power of two up to this one, or its inverse.
 const LARGEST_EXPONENT: f64 = 60.0;
@@ -64,7 +64,7 @@ impl Geometry<f64> {
         null_vectors(exact().rows(few), ZERO[1]).into_iter().map(|c| sum_of(active, &c)).collect()
     }
 
-    /// Whether a sum does not change at a place: its terms cancel there but for rounding.
+    /// Returns true if a sum does not change at a place: its terms cancel there but for rounding.
     pub fn conserves(&self, sum: &ConservedSum, q: &[f64], q_dot: &[f64]) -> bool {
         let forces = self.forces(q, q_dot);
         let terms = || sum.terms.iter().map(|&(a, c)| c * forces[a]);

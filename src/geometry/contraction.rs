@@ -9,7 +9,7 @@ use crate::number::Real;
 ///
 /// The outer loop is over terms and the inner one over nodes, which the compiler turns into vector instructions.
 pub struct Contraction<'c, S, V> {
-    /// What is not zero.
+    /// The entries that are not zero.
     pub structure: &'c Structure<S>,
     /// Its values.
     pub samples: &'c Samples<S>,
@@ -28,7 +28,7 @@ pub(super) fn at_point<'c, S: Real>(
     Contraction { structure, samples, nodes: 0..1, velocity: |b| q_dot.get(b).map(std::slice::from_ref) }
 }
 
-/// What `add` adds to 0 at a single node.
+/// Returns what `add` adds to 0 at a single node.
 pub(crate) fn single<S: Real>(add: impl FnOnce(&mut [S])) -> S {
     let mut sum = S::ZERO;
     add(std::slice::from_mut(&mut sum));

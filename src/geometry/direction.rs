@@ -22,7 +22,7 @@ impl Direction {
         }
     }
 
-    /// Whether a change to positive values counts, or one to negative values.
+    /// Returns true if a change to positive values counts, or one to negative values.
     pub fn counts(self, to_positive: bool) -> bool {
         match self {
             Self::Up => to_positive,

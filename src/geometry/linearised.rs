@@ -9,7 +9,7 @@ use super::structure::Source;
 use crate::formula::{Graph, NodeId, Program, Step};
 use crate::number::Real;
 
-/// What the equations are derived from, and the equations once they are.
+/// The expressions that the equations are derived from, and the equations once they are formed.
 #[derive(Debug)]
 pub(super) struct Linearised<S> {
     graph: Graph<S>,
@@ -30,7 +30,7 @@ pub(crate) struct Equations<S> {
     of_active: usize,
     /// Its outputs are the entries that vary, in the variables of [`Hamiltonian`](super::Hamiltonian).
     pub(crate) jacobian: Program<S>,
-    /// What of that depends on momenta of ignorable coordinates alone, and the rest.
+    /// The steps that depend on momenta of ignorable coordinates alone, and the rest.
     pub(crate) fixed: Box<[Step]>,
     pub(crate) varying: Box<[Step]>,
 }

@@ -203,8 +203,8 @@ impl<S: Real> Geometry<S> {
         (0..self.dimension()).filter(|a| !self.active().contains(a))
     }
 
-    /// Whether the equations of motion are q̈ = a(q): the active part of g^ab is constant and coupled to nothing else,
-    /// the one-form has no active part, and no force acts.
+    /// Returns true if the equations of motion are q̈ = a(q): the active part of g^ab is constant and coupled to
+    /// nothing else, the one-form has no active part, and no force acts.
     pub fn is_separable(&self) -> bool {
         self.separable().is_some()
     }
@@ -214,7 +214,7 @@ impl<S: Real> Geometry<S> {
         self.hamiltonian.inverse.as_deref()
     }
 
-    /// Whether a component, the one-form or the force depends on the position in this coordinate.
+    /// Returns true if a component, the one-form or the force depends on the position in this coordinate.
     pub fn depends_on(&self, a: usize) -> bool {
         let Structure { first, force_first, .. } = self.structure();
         first.iter().any(|term| term.by == [a]) || force_first.iter().any(|term| term.by == [a])
@@ -230,7 +230,7 @@ impl<S: Real> Geometry<S> {
         &self.signs
     }
 
-    /// Whether a force acts.
+    /// Returns true if a force acts.
     pub fn has_force(&self) -> bool {
         !self.structure().force.is_empty()
     }
@@ -310,7 +310,7 @@ impl<S: Real> Geometry<S> {
     }
 }
 
-/// Whether a determinant that should have the given sign (0: any) says that a point is outside.
+/// Returns true if a determinant that should have the given sign (0: any) says that a point is outside.
 fn is_outside<S: Real>(determinant: S, sign: S) -> bool {
     !determinant.is_finite() || determinant == S::ZERO || determinant * sign < S::ZERO
 }

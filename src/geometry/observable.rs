@@ -13,7 +13,7 @@ use crate::number::Real;
 pub struct Observable<S = f64> {
     program: Program<S>,
     registers: Vec<S>,
-    /// Whether velocities and momenta are those of the reversed motion.
+    /// True if velocities and momenta are those of the reversed motion.
     is_reversed: bool,
 }
 

@@ -25,7 +25,7 @@ pub(super) struct Parts<S> {
     pub(super) particles: Range<usize>,
 }
 
-/// What a formula may refer to.
+/// The names that a formula may refer to.
 pub(super) struct Scope<'s, S> {
     pub(super) graph: &'s mut Graph<S>,
     /// Names of the coordinates that formulas may use; they are the first variables of the graph.
@@ -146,7 +146,7 @@ fn append(
     Ok(())
 }
 
-/// Whether `name` occurs in the text as a word of its own.
+/// Returns true if `name` occurs in the text as a word of its own.
 fn mentions(text: &str, name: &str) -> bool {
     text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
 }

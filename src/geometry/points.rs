@@ -35,7 +35,7 @@ impl<S: Real> Geometry<S> {
         forces
     }
 
-    /// What motion contributes to K at a point: the sizes of its terms without the largest of them.
+    /// The contribution of motion to K at a point: the sizes of its terms without the largest of them.
     pub fn motion(&self, q: &[S], q_dot: &[S]) -> S {
         single(|motion| at_point(self.structure(), &self.at(q), q_dot).add_motion(motion))
     }

@@ -7,7 +7,7 @@ use super::text::MetricText;
 pub struct Preset {
     /// Its name in a case.
     pub name: &'static str,
-    /// What it is, in a line.
+    /// A description in a line.
     pub what: &'static str,
     /// Where it is from.
     pub source: &'static str,

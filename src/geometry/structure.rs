@@ -35,12 +35,12 @@ pub struct ForceTerm<S, const ORDER: usize> {
     pub value: Source<S>,
 }
 
-/// What is not zero in a Lagrangian L = ½ g_ab(q) q̇^a q̇^b + A_a(q) q̇^a and a force F_a(q, q̇).
+/// The entries that are not zero in a Lagrangian L = ½ g_ab(q) q̇^a q̇^b + A_a(q) q̇^a and a force F_a(q, q̇).
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Structure<S> {
     /// Number of coordinates n.
     pub dimension: usize,
-    /// Whether there is a one-form.
+    /// True if there is a one-form.
     pub has_one_form: bool,
     /// g_ab and A_a.
     pub values: Vec<Term<S, 0>>,

@@ -79,7 +79,7 @@ pub struct PotentialText {
     pub masses: Vec<String>,
     /// The speed of light; not used by [`Law::Newtonian`].
     pub c: String,
-    /// What the potential stands for.
+    /// The law that the potential stands for.
     pub law: Law,
     /// A_a of Newton's L = ½mv² − V + A·v in t and the coordinates, by the index of the coordinate.
     pub one_form: Vec<(usize, String)>,
@@ -191,7 +191,7 @@ pub enum Place {
     SpeedOfLight,
 }
 
-/// What is wrong with a scene.
+/// A mistake in a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GeometryError {
     /// A formula is not understood.
@@ -206,9 +206,9 @@ pub enum GeometryError {
     Degenerate(Vec<usize>),
     /// More coordinates are coupled by off-diagonal components than the inverse is made for.
     BlockTooLarge {
-        /// How many.
+        /// The number of coordinates.
         coordinates: usize,
-        /// How many may be.
+        /// The largest number of them.
         most: usize,
     },
 }

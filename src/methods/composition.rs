@@ -21,7 +21,7 @@ pub struct Composition {
     source: &'static str,
     /// The first half of the symmetric lengths of the kicks, with the middle one.
     half: &'static [f64],
-    /// Whether sums carry what their rounding drops.
+    /// True if sums carry what their rounding drops.
     compensated: bool,
 }
 

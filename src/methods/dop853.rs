@@ -76,7 +76,7 @@ const A: [&[(usize, f64)]; STAGES] = [
     ],
 ];
 
-/// What b lacks to the embedded method of order 5, and that of order 3.
+/// The difference of b from the embedded methods of order 5 and of order 3.
 const E5: [(usize, f64); 8] = [
     (0, 1.312_004_499_419_488e-2),
     (5, -1.225_156_446_376_204_4),

@@ -39,7 +39,7 @@ pub(super) trait BeginEqual {
     fn begin<E: Equations>(&self, equations: &E) -> Self::Walk<'_, E>;
 }
 
-/// How a tolerance chooses the steps of a method.
+/// The rule by which a tolerance chooses the steps of a method.
 pub(super) struct Control {
     /// The error is as the length of the step to the inverse of this.
     pub(super) exponent: f64,
@@ -47,7 +47,7 @@ pub(super) struct Control {
     pub(super) change: [f64; 2],
     /// By how much a step is shorter than one that failed.
     pub(super) after_failure: f64,
-    /// Whether steps end on the points of output.
+    /// True if steps end on the points of output.
     pub(super) ends_on_output: bool,
 }
 
@@ -65,7 +65,7 @@ pub(super) trait AdaptiveSteps<E: Equations>: Walker<E> {
 
 /// A method that estimates the error of its steps and has not begun.
 pub(super) trait BeginAdaptive {
-    /// How it chooses them.
+    /// The rule by which it chooses them.
     const CONTROL: Control;
 
     /// It on its way.

@@ -1,4 +1,4 @@
-//! What a method integrates.
+//! The problem that a method integrates.
 //!
 //! A state is a row of numbers: quadratures, positions, and a velocity or momentum for every position. The equations
 //! are of one of two kinds:
@@ -22,7 +22,7 @@ pub(super) struct Parts {
     pub(super) quadratures: usize,
     /// Positions, which come next. There are as many velocities or momenta behind them.
     pub(super) positions: usize,
-    /// Whether the equations are of the second order.
+    /// True if the equations are of the second order.
     pub(super) is_second_order: bool,
 }
 
@@ -33,7 +33,7 @@ impl Parts {
         self.quadratures..self.quadratures + 2 * self.positions
     }
 
-    /// What an implicit method solves for: positions, and momenta if the equations are of the first order.
+    /// The unknowns of an implicit method: positions, and momenta if the equations are of the first order.
     #[inline(always)]
     pub(super) fn unknowns(self) -> Range<usize> {
         let count = if self.is_second_order { self.positions } else { 2 * self.positions };
@@ -96,7 +96,7 @@ pub(super) trait Equations {
 
 /// Work that is compiled for every kind of equations.
 pub(super) trait Work {
-    /// What it returns.
+    /// Its result.
     type Output;
 
     /// Does it.

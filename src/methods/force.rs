@@ -1,4 +1,4 @@
-//! What drives the motion, u = Q_t/g00(x) and a = −½ g00′(x) u², at one point and as fast as possible.
+//! The rates that drive the motion, u = Q_t/g00(x) and a = −½ g00′(x) u², at one point and as fast as possible.
 
 use super::Problem;
 use super::equations::Work;

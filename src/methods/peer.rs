@@ -1,4 +1,4 @@
-//! What a method is to the studies, and the list of all of them.
+//! A method as the studies see it, and the list of all methods.
 
 use std::fmt;
 
@@ -23,7 +23,7 @@ pub static PEERS: [&dyn Peer; 13] = [
 
 /// A method to compare with.
 pub trait Peer: Sync {
-    /// What it is.
+    /// Its description.
     fn about(&self) -> About;
 
     /// A setting for display.
@@ -81,7 +81,7 @@ impl PartialEq for dyn Peer {
 
 impl Eq for dyn Peer {}
 
-/// What a method is.
+/// The description of a method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct About {
     /// The name in files, which no other method has.
@@ -90,11 +90,11 @@ pub struct About {
     pub curve: &'static str,
     /// Order at the ends of steps; `None` if the tolerance chooses it.
     pub order: Option<usize>,
-    /// How its steps are chosen.
+    /// The rule by which its steps are chosen.
     pub step: Step,
-    /// Whether points of output may lie anywhere between the ends of its steps.
+    /// True if points of output may lie anywhere between the ends of its steps.
     pub has_dense_output: bool,
-    /// Whether it is for equations of the second order only, q̈ = a(q).
+    /// True if it is for equations of the second order only, q̈ = a(q).
     pub needs_second_order: bool,
     /// With constant steps: how many for each Taylor step of the reference make its coarsest useful setting.
     pub coarsest: f64,
@@ -102,7 +102,7 @@ pub struct About {
     pub source: &'static str,
 }
 
-/// How the steps of a method are chosen.
+/// The rule by which the steps of a method are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// They have one length.
@@ -113,7 +113,7 @@ pub enum Step {
     Adaptive,
 }
 
-/// How fine a method works.
+/// The step or the tolerance of a method.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setting {
     /// Number of steps; for schemes of this program that of windows, or of nodes minus one. 0 for adaptive methods.

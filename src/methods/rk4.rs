@@ -28,7 +28,7 @@ impl Peer for Rk4 {
     }
 }
 
-/// That of a step.
+/// The increment of a step.
 struct Length(f64);
 
 impl BeginEqual for Length {

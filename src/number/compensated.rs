@@ -7,7 +7,7 @@ use super::Real;
 pub(crate) struct Compensated<S> {
     /// The sum, rounded.
     pub high: S,
-    /// What rounding took from it.
+    /// Its rounding error.
     pub(crate) low: S,
 }
 

@@ -191,7 +191,7 @@ mod tests {
         if value < BigRational::from_integer(0.into()) { -value } else { value }
     }
 
-    /// Whether neither neighbour of `number` is nearer to `value`.
+    /// Returns true if neither neighbour of `number` is nearer to `value`.
     fn is_nearest(number: Extended, value: &BigRational) -> bool {
         let error = |number: Extended| size(exact(number) - value);
         error(number) <= error(number.next_up()) && error(number) <= error(number.next_down())

@@ -68,7 +68,7 @@ pub trait Real:
     const MIN_POSITIVE: Self;
     /// Largest number of significant decimal digits that can be asked for in this type.
     const MOST_DIGITS: u32;
-    /// Whether this type has more digits than `f64`.
+    /// True if this type has more digits than `f64`.
     const IS_EXTENDED: bool;
 
     /// The `numbers` in this type.

@@ -7,7 +7,7 @@ use super::{Constants, Extended, Real};
 /// The most different tables of one process.
 const MOST_TABLES: usize = 256;
 
-/// How a spline ends at its outer knots.
+/// The condition at the outer knots of a spline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ends {
     /// The second derivative is zero at both outer knots.
@@ -16,7 +16,7 @@ pub enum Ends {
     Clamped,
 }
 
-/// What a spline is outside of its knots.
+/// The values of a spline outside of its knots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outside {
     /// It has no value there.
@@ -158,7 +158,7 @@ impl Table {
             factor *= half / (order - first) as f64;
             radius += (self.of_piece(piece, order, middle) * factor).abs();
         }
-        // What of_piece adds up may be larger than the sum.
+        // The terms that of_piece adds up may be larger than their sum.
         let knot = f64::constants(&self.spline().knots)[piece.max(1) - 1];
         let coefficients = &f64::constants(&self.spline().coefficients)[4 * piece..][..4];
         let reach = (from - knot).abs().max((to - knot).abs());

@@ -22,9 +22,9 @@ pub struct Target {
     pub folder: PathBuf,
     /// Command and case.
     pub origin: Origin,
-    /// Whether the program chose the folder, for this origin alone. Then files of another origin are not replaced.
+    /// True if the program chose the folder, for this origin alone. Then files of another origin are not replaced.
     pub own: bool,
-    /// Whether files that the program did not write may be replaced.
+    /// True if files that the program did not write may be replaced.
     pub force: bool,
 }
 

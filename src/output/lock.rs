@@ -10,7 +10,7 @@ use anyhow::Context;
 /// The file that is locked. It is removed afterwards. If a killed process leaves it behind, it is no longer locked.
 const NAME: &str = ".geodesic-ivp.lock";
 
-/// How long to wait for another process. Putting files in place takes milliseconds.
+/// The time to wait for another process. Putting files in place takes milliseconds.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// While this value exists, no other process puts files in place in the folder.
@@ -60,7 +60,7 @@ impl Drop for FolderLock {
     }
 }
 
-/// Whether `path` is still the path of `file`.
+/// Returns true if `path` is still the path of `file`.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;

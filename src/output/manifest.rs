@@ -20,7 +20,7 @@ pub struct Origin {
     pub case: String,
 }
 
-/// Whether all files of a set are there.
+/// True if all files of a set are there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum State {

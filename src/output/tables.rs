@@ -192,7 +192,7 @@ fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -
 #[derive(Debug, Clone, Copy)]
 struct Rows {
     has_header: bool,
-    /// Whether there is a column with the number of the window.
+    /// True if there is a column with the number of the window.
     has_windows: bool,
     /// Every so many nodes of a window are written, and its last one.
     every: usize,
@@ -240,11 +240,11 @@ fn write_table<S: Real>(
 pub struct StreamedTable {
     file: File,
     every: usize,
-    /// Whether there are several windows, if that is known before the run.
+    /// True if there are several windows, if that is known before the run.
     has_windows: Option<bool>,
     /// Otherwise the first window without and with their column.
     first: [Vec<u8>; 2],
-    /// What could not be written.
+    /// The file that could not be written.
     error: Option<csv::Error>,
 }
 

@@ -19,7 +19,7 @@ pub enum EndReason {
     },
 }
 
-/// What the words for a reason speak of.
+/// The quantities that the words for a reason speak of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Words {
     /// What may have no series.

@@ -60,7 +60,7 @@ impl<'g, S: Real> Equations<'g, S> {
         Some(q_dot.chain(p_dot).map(|rate| rate * self.unit).collect())
     }
 
-    /// What rounding may do to the derivatives.
+    /// A bound on the rounding error of the derivatives.
     fn rounding(&mut self, state: &[S], derivatives: &[S]) -> Vec<S> {
         let shifted = |(k, &value): (usize, &S)| value + value * (S::from(SHIFTS[k % SHIFTS.len()]) * S::EPSILON);
         let charges = self.p.clone();
@@ -138,12 +138,12 @@ impl<S: Real> Equations<'_, S> {
         largest(&gaps.iter().zip(&rounding).map(|(&gap, &rounding)| gap - rounding).collect::<Vec<S>>())
     }
 
-    /// Whether `state` lies inside the domain.
+    /// Returns true if `state` lies inside the domain.
     pub(super) fn is_inside(&mut self, state: &[S]) -> bool {
         self.derivatives(state).is_some()
     }
 
-    /// Whether the edge of the domain is near, compared with the start.
+    /// Returns true if the edge of the domain is near, compared with the start.
     pub(super) fn is_near_the_edge(&mut self, state: &[S]) -> bool {
         let determinants = self.geometry.determinants(&state[..self.geometry.dimension()]);
         let edge = S::from(EDGE);

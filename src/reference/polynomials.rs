@@ -6,7 +6,7 @@ use crate::number::{Compensated, Real};
 #[derive(Debug, Clone)]
 pub(super) struct Polynomial<S> {
     pub(super) coefficients: Vec<S>,
-    /// What the first coefficient lacks of the compensated sum.
+    /// The rounding error of the first coefficient of the compensated sum.
     pub(super) low: S,
 }
 
@@ -24,7 +24,7 @@ impl<S: Real> Polynomial<S> {
 #[derive(Debug, Clone)]
 pub(super) struct Step<S> {
     pub(super) start: Compensated<S>,
-    /// Of the components that are kept.
+    /// The coefficients of the components that are kept.
     pub(super) components: Vec<Polynomial<S>>,
 }
 

@@ -4,7 +4,7 @@ use super::equations::{Equations, Series};
 use super::polynomials::{increment, slope};
 use crate::number::Real;
 
-/// How often the scale of the first step is corrected at most.
+/// The most corrections of the scale of the first step.
 const FIRST_STEP_TRIES: usize = 8;
 /// Number of points at which the series of a step are compared with the equations, and how often a step is halved at
 /// most because of a difference.

@@ -134,7 +134,7 @@ impl<S: Real> Goal<S> {
         }
     }
 
-    /// Whether at the present rate the goal would be reached far too late.
+    /// Returns true if at the present rate the goal would be reached far too late.
     fn is_far_too_far(self, series: &Series<S>) -> bool {
         match self {
             Self::Gamma(_) => false,
@@ -201,7 +201,7 @@ impl<S: Real> Steps<S> {
         }
     }
 
-    /// Whether the series at the start, and their squares, do not overflow.
+    /// Returns true if the series at the start, and their squares, do not overflow.
     pub(super) fn can_begin(equations: &mut Equations<'_, S>, start: &[S], order: usize) -> bool {
         let largest = (S::ONE / S::MIN_POSITIVE).sqrt();
         // The comparison is false for a NaN.

@@ -17,7 +17,7 @@ fn check_accuracy(digits: u32) -> Accuracy {
     Accuracy { order: digits as usize * 5 / 4, share: 0.7, digits: digits + 1 }
 }
 
-/// How often a unit is made smaller at most, and by which power of two each time.
+/// The most times that a unit is made smaller, and the power of two of each time.
 const SMALLER_UNITS: usize = 20;
 const SMALLER_BY: i32 = 20;
 

@@ -15,7 +15,7 @@ enum Family {
 
 /// The matrix A of a collocation on n nodes of [0, 1], which integrates slopes, in double-double.
 ///
-/// Of Gauss' method it is the integration matrix S_ij = ∫_0^{c_i} ℓ_j.
+/// In Gauss' method it is the integration matrix S_ij = ∫_0^{c_i} ℓ_j.
 ///
 /// On Gauss–Lobatto–Legendre nodes A is the inverse of D̄ = D + H⁻¹E_0, the matrix of the Lobatto IIIC Runge–Kutta
 /// method (Chipman 1971; Hairer, Wanner, "Solving Ordinary Differential Equations II", IV.5). Nothing is inverted
@@ -106,7 +106,7 @@ impl Collocation {
         OPERATORS.get(s).filter(|_| s > 0).expect("a step has 1 to 64 stages").get_or_init(|| Self::gauss(s))
     }
 
-    /// Whether the last node is the end of the window.
+    /// Returns true if the last node is the end of the window.
     pub(crate) fn has_end(&self) -> bool {
         self.family == Family::Lobatto
     }

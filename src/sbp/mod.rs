@@ -142,7 +142,7 @@ impl<S: Real> SbpOperator<S> {
         self.spacing
     }
 
-    /// Whether all intervals between nodes are equal.
+    /// Returns true if all intervals between nodes are equal.
     pub fn is_equidistant(&self) -> bool {
         matches!(self.rows, Rows::Stencil { .. })
     }
@@ -186,7 +186,8 @@ impl<S: Real> SbpOperator<S> {
         }
     }
 
-    /// Whether every row reaches only the neighbouring nodes, so that Du = f is an explicit two-step recursion (SBP21).
+    /// Returns true if every row reaches only the neighbouring nodes, so that Du = f is an explicit two-step recursion
+    /// (SBP21).
     pub fn is_two_step(&self) -> bool {
         matches!(&self.rows, Rows::Stencil { closure_width: 2, .. })
     }

@@ -48,7 +48,7 @@ pub fn largest_symbol(coefficients: &Coefficients) -> f64 {
     symbol(coefficients, 0.5 * (low + high))
 }
 
-/// How the initial value enters a window.
+/// The way in which the initial value enters a window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     /// As the value of the first node. The last row of D is not used. This is the strong form.

@@ -45,7 +45,7 @@ fn sum<S: Real>(digits: &Digits) -> Option<Compensated<S>> {
 }
 
 impl Continuation {
-    /// That of a run.
+    /// The one of a run.
     pub fn new<S: Real>(line: &WorldLine<S>) -> Self {
         let (names, joint, end) = (line.geometry().names(), line.last_joint(), line.end());
         let low = |lows: &[f64], k: Option<usize>| S::from(k.and_then(|k| lows.get(k)).copied().unwrap_or(0.0));
@@ -66,7 +66,7 @@ impl Continuation {
         }
     }
 
-    /// Whether it has these coordinates.
+    /// Returns true if it has these coordinates.
     pub fn has(&self, name: &str) -> bool {
         [&self.q, &self.q_dot, &self.p].iter().all(|values| values.contains_key(name))
     }

@@ -112,7 +112,7 @@ struct Near<S> {
     index: usize,
     /// γ − γ_i.
     gamma: S,
-    /// Whether the formula is positive after it.
+    /// True if the formula is positive after it.
     to_positive: bool,
 }
 
@@ -139,7 +139,7 @@ struct Target<S> {
     value: S,
     /// Significant digits of the runs.
     digits_of_runs: u32,
-    /// Whether a share of the whole way counts as none, as of what counts from an origin, or else one of the length of
+    /// True if a share of the whole way counts as none, as of what counts from an origin, or else one of the length of
     /// γ.
     is_of_way: bool,
 }

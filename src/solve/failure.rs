@@ -28,7 +28,7 @@ pub struct NoSolution {
     pub needed: f64,
     /// The accuracy that was asked for and is not reached; 0 for every other status.
     pub asked: f64,
-    /// Whether an accuracy was asked for, so that windows and operator were not the user's to choose.
+    /// True if an accuracy was asked for, so that windows and operator were not the user's to choose.
     pub adaptive: bool,
     /// What a run to an accuracy may have failed for.
     pub reasons: Box<Reasons>,

@@ -34,7 +34,7 @@ pub(super) struct Guess {
     pub(super) q: Vec<Vec<f64>>,
     /// p_a, a row for each active coordinate.
     pub(super) p: Vec<Vec<f64>>,
-    /// How it was found.
+    /// The way in which it was found.
     pub(super) kind: InitialGuess,
 }
 

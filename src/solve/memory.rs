@@ -1,4 +1,4 @@
-//! How much memory a run takes, estimated before it starts.
+//! The memory that a run takes, estimated before it starts.
 
 use super::setup::{Setup, System};
 use crate::action::Form;

@@ -34,12 +34,12 @@ impl<S: Real> WindowOperator<S> {
         Self { points, length, is_element: true, made: OnceLock::new() }
     }
 
-    /// Whether it is that element.
+    /// Returns true if it is that element.
     fn is_element_of(&self, points: usize, length: S) -> bool {
         self.is_element && self.points == points && self.length == length
     }
 
-    /// Whether it is this one.
+    /// Returns true if it is this one.
     fn is(&self, sbp: &Arc<SbpOperator<S>>) -> bool {
         self.made.get().is_some_and(|made| Arc::ptr_eq(made, sbp))
     }
@@ -49,7 +49,7 @@ impl<S: Real> WindowOperator<S> {
         self.points
     }
 
-    /// Whether all intervals between nodes are equal.
+    /// Returns true if all intervals between nodes are equal.
     fn is_equidistant(&self) -> bool {
         !self.is_element
     }
@@ -95,12 +95,12 @@ impl<S: Real> Operators<S> {
         })
     }
 
-    /// That at a place.
+    /// The derivative at a place.
     pub(super) fn get(&self, place: usize) -> &SbpOperator<S> {
         self.0[place].get()
     }
 
-    /// That of the first window.
+    /// The operator of the first window.
     pub(super) fn first(&self) -> &SbpOperator<S> {
         self.get(0)
     }
@@ -132,7 +132,7 @@ impl<'a, S: Real> WindowGrid<'a, S> {
         self.operator.points()
     }
 
-    /// Whether all intervals between its nodes are equal.
+    /// Returns true if all intervals between its nodes are equal.
     pub(crate) fn is_equidistant(&self) -> bool {
         self.operator.is_equidistant()
     }

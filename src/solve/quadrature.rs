@@ -8,7 +8,7 @@ use crate::linalg::banded::solve_banded;
 use crate::number::Real;
 use crate::number::norm::max_abs;
 
-/// How to integrate on a window.
+/// The rule of integration on a window.
 #[derive(Clone, Copy)]
 pub(super) struct Integral<'a, S> {
     pub(super) derivative: FormDerivative<'a, S>,

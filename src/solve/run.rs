@@ -90,7 +90,7 @@ impl<'o, S: Real> Run<'o, S> {
         run
     }
 
-    /// Whether the windows are observed one by one, and no more than one is kept.
+    /// Returns true if the windows are observed one by one, and no more than one is kept.
     pub(super) fn is_observed(&self) -> bool {
         self.observer.is_some()
     }

@@ -24,7 +24,7 @@ pub(super) struct Search<S> {
     pub(super) scale: Option<S>,
 }
 
-/// How a run that was tried lies to the end that is looked for.
+/// The place of a run that was tried relative to the end that is looked for.
 pub(super) struct Excess<S> {
     /// Negative if the run is too short.
     pub(super) value: S,
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(found(|x| x - 3.0, false, 1.0, 9.0, 2.0), Err("a horizon"));
     }
 
-    /// How many runs are tried until the root is found.
+    /// The most runs that are tried until the root is found.
     fn tried(f: impl Fn(f64) -> f64, slope: Option<f64>, scale: Option<f64>, guess: f64) -> (f64, usize) {
         let mut runs = 0;
         let solve_to = |length| {

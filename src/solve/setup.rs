@@ -53,7 +53,7 @@ impl<S> Until<S> {
     }
 }
 
-/// How a world-line is computed, in one coordinate and in scenes.
+/// The settings by which a world-line is computed, in one coordinate and in scenes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// The operator.
@@ -76,7 +76,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Whether more digits are asked for than `f64` has.
+    /// Returns true if more digits are asked for than `f64` has.
     pub fn is_extended(&self) -> bool {
         self.digits > f64::MOST_DIGITS
     }
@@ -110,7 +110,7 @@ pub struct Setup<S: Real = f64> {
     pub until: Vec<Until<S>>,
     /// D̄ (true) or D (false) in the action.
     pub regularised: bool,
-    /// How it is computed.
+    /// The settings by which it is computed.
     pub settings: Settings,
 }
 
@@ -157,7 +157,7 @@ impl<S: Real> Setup<S> {
         }
     }
 
-    /// Whether a coordinate is the one that counts from an origin.
+    /// Returns true if a coordinate is the one that counts from an origin.
     pub(super) fn counts_from_origin(&self, a: usize) -> bool {
         self.origin.is_some_and(|(coordinate, _)| coordinate == a)
     }

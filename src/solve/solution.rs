@@ -11,7 +11,7 @@ pub type Solution<S = f64> = WorldLine<S>;
 
 /// The place of t among the coordinates.
 const T: usize = 0;
-/// That of x.
+/// The values of x.
 const X: usize = 1;
 
 /// The values from which to continue the trajectory. In the strong form these are not (Dt)_N and (Dx)_N: the last node

@@ -1,4 +1,4 @@
-//! How a solve can end. Termination is data: every way has its own variant, and no failure carries a trajectory.
+//! The ways in which a solve can end. Each has its own variant, and no failure carries a trajectory.
 
 use std::fmt;
 

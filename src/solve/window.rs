@@ -13,7 +13,7 @@ pub(super) struct Window<'w, S> {
     pub(super) sbp: &'w SbpOperator<S>,
     pub(super) geometry: &'w Geometry<S>,
     pub(super) start: &'w Start<S>,
-    /// Whether the strong action has D̄ in it, or for the ablation D.
+    /// True if the strong action has D̄ in it, or for the ablation D.
     pub(super) is_regularised: bool,
     /// Significant digits wanted.
     pub(super) digits: u32,
@@ -32,7 +32,7 @@ impl<'w, S: Real> Window<'w, S> {
         FormDerivative::new(self.sbp, self.form)
     }
 
-    /// Whether nothing moves but ignorable coordinates: the constants are the solution then, to the last bit.
+    /// Returns true if nothing moves but ignorable coordinates: the constants are the solution then, to the last bit.
     pub(super) fn is_at_rest(&self) -> bool {
         let mut point = self.geometry.point();
         let is_zero = |point: &Point<S>| {

@@ -222,7 +222,7 @@ impl<S: Real> WorldLine<S> {
         self.q[0].len()
     }
 
-    /// Whether both branches were solved for.
+    /// Returns true if both branches were solved for.
     pub fn is_doubled(&self) -> bool {
         !self.backward.is_empty()
     }

@@ -41,9 +41,9 @@ pub(super) struct Line {
     /// Without what belongs to one scheme only: in one window, without an accuracy, with D̄ and the default of most
     /// iterations. Its end is still that of the case.
     pub(super) plain: Setup,
-    /// Whether it is a world-line of Newton's law.
+    /// True if it is a world-line of Newton's law.
     pub(super) is_lifted: bool,
-    /// Whether it is that of a scene.
+    /// True if it is that of a scene.
     pub(super) is_scene: bool,
     /// See [`Problem::g00`].
     pub(super) g00: Option<Vec<f64>>,

@@ -25,9 +25,9 @@ pub type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>, &Diagnostics<S>);
 pub struct Wanted<'o, S: Real = f64> {
     /// Samples.
     pub samples: Option<SampleStream<S>>,
-    /// Whether nothing but the last window is to be kept.
+    /// True if nothing but the last window is to be kept.
     pub is_streamed: bool,
-    /// Whether conserved sums of momenta are looked for.
+    /// True if conserved sums of momenta are looked for.
     pub sums: bool,
     /// What sees the run.
     pub observer: Option<Observer<'o, S>>,
@@ -47,7 +47,7 @@ pub enum NoRun<S> {
 pub struct Run<S: Real = f64> {
     /// The world-line, or its last window if no more was to be kept.
     pub line: WorldLine<S>,
-    /// Whether it is the whole.
+    /// True if it is the whole.
     pub is_whole: bool,
     /// Conserved sums of momenta.
     pub sums: Vec<ConservedSum>,
@@ -61,12 +61,12 @@ pub struct Run<S: Real = f64> {
     pub seconds: f64,
 }
 
-/// How good a run is.
+/// The quality of a run.
 #[derive(Debug)]
 pub struct Judged {
-    /// How far it is from what it was compared with.
+    /// Its distance from what it was compared with.
     pub error: Option<RunError>,
-    /// What was found between the nodes, if that was looked at.
+    /// The findings between the nodes, if the run looked there.
     pub gaps: Option<Gaps>,
     /// The verdict.
     pub verdict: Verdict,
@@ -134,7 +134,7 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
     (Ok(Run { line, is_whole, sums, diagnostics, samples, events, seconds }), solve_seconds)
 }
 
-/// Whether a sum is conserved where the run has come to, too: a formula may be another one there.
+/// Returns true if a sum is conserved where the run has come to, too: a formula may be another one there.
 fn holds_along<S: Real>(line: &WorldLine<S>, geometry: &Geometry, sum: &ConservedSum) -> bool {
     let every = line.nodes().div_ceil(PLACES_ALONG);
     let q_dot: Vec<f64> = line.end().q_dot.iter().map(|u| u.to_f64()).collect();

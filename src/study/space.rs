@@ -35,7 +35,7 @@ pub struct Deviations {
 /// comes after that end need not exist.
 const STAGES: i32 = 6;
 
-/// How far a coordinate is from where its size is counted from: 0, or the start if it is ignorable.
+/// The distance of a coordinate from where its size is counted from: 0, or the start if it is ignorable.
 pub(super) fn distance<S: Real>(place: &Place<S>, a: usize, q: S) -> f64 {
     let is_active = place.geometry.active().contains(&a);
     (if is_active { q } else { q - place.start.q[a] }).to_f64().abs()

@@ -60,7 +60,7 @@ pub fn facts_of_run<S: Real>(
             range: reaches[a].range(),
             shared: shared[a],
         };
-        // Of Newton's law s is no result: it was added to have a geodesic, and comes last.
+        // The coordinate s of Newton's law is no result: it was added to have a geodesic, and comes last.
         let count = reaches.len() - usize::from(diagnostics.energy.is_some());
         geometry.names().iter().enumerate().take(count).map(of).collect()
     };

@@ -24,7 +24,7 @@ impl<'l, S: Real> Cursor<'l, S> {
         Self { line, current: None }
     }
 
-    /// What was made of a window, or what `make` makes of it.
+    /// The value that was made of a window, or the one that `make` makes of it.
     pub(super) fn of_window(&mut self, window: usize, make: impl FnOnce(&'l WorldLine<S>) -> Curve<S>) -> &Curve<S> {
         if self.current.as_ref().is_some_and(|(current, _)| *current != window) {
             self.current = None;

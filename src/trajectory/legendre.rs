@@ -19,7 +19,7 @@ pub(super) struct Expansion<S> {
 }
 
 impl<S: Real> Expansion<S> {
-    /// That of the Gauss–Lobatto rule with so many points.
+    /// Returns the one of the Gauss–Lobatto rule with so many points.
     pub(super) fn new(points: usize) -> Self {
         let rule: LobattoRule<S> = LobattoRule::new(points);
         let at_nodes: Vec<Vec<S>> = rule.nodes.iter().map(|&z| legendre(points + 1, z)).collect();

@@ -20,10 +20,10 @@ pub struct SampleStream<S = f64> {
     coordinate: Coordinate,
     /// The values in the order of the run.
     values: Vec<S>,
-    /// Whether that is the reverse of the requested order.
+    /// True if that is the reverse of the requested order.
     reversed: bool,
     samples: Vec<Sample<S>>,
-    /// Whether the coordinate turned round in what was seen.
+    /// True if the coordinate turned round in what was seen.
     has_turned: bool,
     tables: Tables<S>,
 }

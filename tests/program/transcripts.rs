@@ -15,7 +15,7 @@ use crate::common::{ROOT, tree};
 use crate::documentation::commands::folder;
 use crate::documentation::pages::Page;
 
-/// Whether a line is what a line with elisions stands for.
+/// Returns true if a line is what a line with elisions stands for.
 fn is_shown(line: &str, shown: &str) -> bool {
     let Some((begin, shown)) = shown.split_once("[..]") else { return line == shown };
     let Some(rest) = line.strip_prefix(begin) else { return false };

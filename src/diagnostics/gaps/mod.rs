@@ -1,4 +1,4 @@
-//! What hides between the nodes of a run on a given grid.
+//! The look between the nodes of a run on a given grid.
 //!
 //! A *gap* is a pair of neighbouring nodes. The formulas are enclosed on the way from one node to the other. Where a
 //! function or a quotient changes by more on it than nodes can follow, what hides there is bounded: a change of the
@@ -46,16 +46,16 @@ const ERRORS: [f64; 2] = [1e-12, 1e-3];
 /// What hides in gaps that do less than this share together is not looked at more closely.
 const SMALL: f64 = 0.01;
 
-/// What is taken for the error of a run where it is not known.
+/// The error that is assumed for a run where it is not known.
 const UNKNOWN: f64 = 1e-6;
 
 /// The gaps of a run. Its keys in `summary.json` are `gaps`, `gaps_unproved`, `gaps_accuracy`, `gap_unproved`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Gaps {
-    /// How many there are.
+    /// The number of gaps.
     #[serde(rename = "gaps")]
     pub count: usize,
-    /// How many are not explained.
+    /// The number of those that are not explained.
     #[serde(rename = "gaps_unproved")]
     pub unproved: usize,
     /// What hides in all the others moves no coordinate by more than a tenth of this, relative to max(1, size) of the
@@ -162,7 +162,7 @@ impl Gaps {
         Self::of(line, accuracy, hidden)
     }
 
-    /// Of the gaps of `line`, these may hide something.
+    /// Finds the gaps of `line` that may hide something.
     fn of<S: Real>(line: &WorldLine<S>, accuracy: f64, mut hidden: Vec<Hidden>) -> Self {
         hidden.sort_by(|one, other| one.share.total_cmp(&other.share));
         let mut sum = 0.0;

@@ -2,7 +2,7 @@
 
 use crate::number::vector::Nodes;
 
-/// How many boxes there are.
+/// The number of boxes.
 pub(super) const BOXES: usize = 8;
 
 /// An interval for each box: the lower bounds, then the upper ones.

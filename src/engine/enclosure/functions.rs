@@ -1,4 +1,4 @@
-//! What the elementary functions make of intervals, from their values at points.
+//! The elementary functions of intervals, from their values at points.
 
 use super::boxes::{BOXES, Lanes, TINY};
 use crate::formula::Function;

@@ -1,4 +1,4 @@
-//! What steep functions and quotients can do to the motion at most.
+//! Bounds on what steep functions and quotients do to the motion.
 //!
 //! For fixed places every value depends on what the steep operations give. Along with its interval every value gets a
 //! bound on how much it varies because of them: all of its width for what is steep itself, and from there on by the
@@ -62,7 +62,7 @@ impl Influence {
         }
     }
 
-    /// Whether the nodes of a pair, or of one beside it, whose bend the kink makes too, show both sides of it.
+    /// Returns true if the nodes of a pair, or of one beside it, whose bend the kink makes too, show both sides of it.
     fn is_seen(&self, register: Register, pair: usize) -> bool {
         let kink = self.kinks.iter().find(|kink| kink.0 == register);
         kink.is_some_and(|(_, seen)| {
@@ -98,7 +98,7 @@ impl Influence {
         let of = |register: Register, k: usize| self.bounds[register][k];
         std::array::from_fn(|k| {
             let width = hi[k] - lo[k];
-            // Of what is unbounded nothing is known.
+            // Nothing is known of values without bounds.
             let rounding = ROUNDING * size(to, k);
             let steep = if width.is_finite() { (width - rounding).max(0.0) } else { f64::INFINITY };
             let is_steep = |argument: Register, kind: Kind| {
@@ -146,7 +146,7 @@ fn slope(function: Function, [lo, hi]: [f64; 2], enclosed: &Enclosed, a: Registe
             let [least, most] = slope.bounds([a_lo[k], a_hi[k]]);
             most.max(-least)
         }),
-        // Of abs, sin, cos, tanh, atan, none is above 1; others are written by these.
+        // None of abs, sin, cos, tanh, atan has a slope above 1; others are written by these.
         _ => 1.0,
     }
 }

@@ -123,7 +123,7 @@ impl Enclosure {
             enclosed: Enclosed::new(program),
             steep: Vec::new(),
         };
-        // What is computed from constants alone.
+        // Registers that are computed from constants alone.
         enclosure.fix(&[]);
         Some(enclosure)
     }
@@ -164,7 +164,7 @@ impl Enclosure {
         if pairs.len() == groups {
             return;
         }
-        // Of several pairs in a box each is looked at by itself.
+        // Each of several pairs in a box is looked at by itself.
         let mut kept = first;
         for from in (first..steep.len()).step_by(BOXES) {
             let to = steep.len().min(from + BOXES);

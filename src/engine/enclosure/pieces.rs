@@ -1,4 +1,4 @@
-//! What pairs of nodes hide, where the nodes are given.
+//! The look between nodes that are given.
 //!
 //! An enclosure on the box between two nodes is wider than what formulas do on the way from one to the other: it does
 //! not know that variables change together. So the way is cut into pieces where its box is not enough. What formulas do

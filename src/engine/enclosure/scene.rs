@@ -1,4 +1,4 @@
-//! What drives the motion in a scene, and what of it does nothing.
+//! The parts of a scene that drive the motion, and those that do nothing.
 
 use super::Enclosure;
 use crate::geometry::Geometry;
@@ -22,7 +22,7 @@ impl Enclosure {
     }
 }
 
-/// How much a change of a rate counts.
+/// The weights of changes of rates.
 pub(crate) struct Weights<'w> {
     /// One over the size of every coordinate.
     pub q: &'w [f64],

@@ -56,8 +56,8 @@ fn call<S: Real>(function: Function) -> Program<S> {
     program(make, 1)
 }
 
-/// Whether the interval holds the value in `f64` and the exact one. What is not defined or overflows is not a value;
-/// where `f64` has none, functions of extended precision may return anything.
+/// Returns true if the interval holds the value in `f64` and the exact one. What is not defined or overflows is not a
+/// value; where `f64` has none, functions of extended precision may return anything.
 fn holds([lo, hi]: [f64; 2], value: f64, exact: Extended) -> bool {
     let inside = value.is_infinite() || lo <= value && value <= hi;
     value.is_nan() || inside && (!exact.is_finite() || Extended::from(lo) <= exact && exact <= Extended::from(hi))
@@ -156,7 +156,7 @@ fn edges() {
     assert!(lo.abs() < 1e-300 && hi < 1e-300);
 }
 
-/// What hides on a way of three nodes, where x and y move as given.
+/// The findings on a way of three nodes, where x and y move as given.
 fn hidden(text: &str, x: [f64; 3], y: [f64; 3]) -> Vec<usize> {
     let mut enclosure = Enclosure::new(&parsed(text), 1, |_| true).unwrap();
     enclosure.path.begin(3);

@@ -1,4 +1,4 @@
-//! What follows from the solution of a window: its end, and integrals on its nodes.
+//! The end of a solved window, and integrals on its nodes.
 
 use pulp::{Simd, WithSimd};
 
@@ -69,7 +69,7 @@ pub(in super::super) fn plus(sum: Compensated<f64>, term: Twofold) -> Compensate
     Compensated { high, low }
 }
 
-/// What stands in a register, integrated over the nodes from a start.
+/// The integral of a register over the nodes, from a start.
 #[inline(always)]
 pub(in super::super) fn integrated<S: Simd, const N: usize>(
     s: S,

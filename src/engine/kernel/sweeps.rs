@@ -92,7 +92,7 @@ pub(in super::super) struct Swept {
     pub(in super::super) sweeps: usize,
     /// True if they converged.
     pub(in super::super) is_solved: bool,
-    /// What they left undone, relative to sizes, by the slower one of the last two contractions.
+    /// The error that they left, relative to sizes, by the slower one of the last two contractions.
     pub(in super::super) left: f64,
     /// The errors of the solved window, where they are measured.
     pub(in super::super) local: LocalErrors,

@@ -46,7 +46,7 @@ impl<S: Real> Graph<S> {
     }
 }
 
-/// What is known of a node.
+/// The form of a node.
 enum Form<S> {
     Product(Product<S>),
     /// A sum that may become a part of a longer one.

@@ -46,7 +46,7 @@ fn expression() -> impl Strategy<Value = String> {
         prop_oneof![
             4 => binary.prop_map(|(one, operation, other)| format!("({one} {operation} {other})")),
             1 => power.prop_map(|(base, exponent)| format!("({base})^({exponent})")),
-            // Of a large number a sine has no digits.
+            // The sine of a large number has no digits.
             1 => inner.prop_map(|one| format!("sin({one}/(1 + ({one})^2))")),
         ]
     })
@@ -124,7 +124,7 @@ fn differences_of_nearly_equal_numbers_stay_exact() {
     assert_eq!(values(&program, [0.0, 1e15 + 0.125, 1e15, 1.0]), [0.0125]);
 }
 
-/// How many steps need a variable of at least this level.
+/// Counts the steps that need a variable of at least this level.
 fn steps_from(formula: &str, least: super::Level) -> usize {
     let mut graph = Graph::<f64>::default();
     let roots = nodes(&mut graph, &[formula]);

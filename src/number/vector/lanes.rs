@@ -182,7 +182,7 @@ pub(crate) struct Weights<const N: usize> {
 }
 
 impl<const N: usize> Weights<N> {
-    /// Of n ≤ N nodes.
+    /// Makes one of n ≤ N nodes.
     pub(crate) fn new(n: usize, weight: impl Fn(usize) -> Twofold) -> Self {
         let (mut high, mut low) = (Nodes::ZERO, Nodes::ZERO);
         for (j, (high, low)) in high.0.iter_mut().zip(&mut low.0).enumerate().take(n) {

@@ -84,7 +84,7 @@ pub(crate) fn count<S: Simd>(length: usize) -> usize {
     if S::IS_SCALAR { std::hint::black_box(length) } else { length }
 }
 
-/// Whether a multiply-add is one instruction; otherwise it is a slow library call.
+/// Returns true if a multiply-add is one instruction; otherwise it is a slow library call.
 #[inline(always)]
 pub(crate) fn is_fused<S: Simd>() -> bool {
     !S::IS_SCALAR && cfg!(any(target_arch = "x86_64", target_arch = "aarch64"))

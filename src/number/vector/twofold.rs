@@ -11,7 +11,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 pub struct Twofold {
     /// The number rounded to `f64`.
     pub hi: f64,
-    /// What the rounding left over.
+    /// The rounding error.
     pub lo: f64,
 }
 

@@ -6,7 +6,7 @@ use super::Scale;
 
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
-/// Whether a coordinate can be drawn. The difference of two such values is finite.
+/// Returns true if a coordinate can be drawn. The difference of two such values is finite.
 pub(super) fn is_drawable(value: f64) -> bool {
     value.abs() <= 1e300
 }
@@ -130,7 +130,7 @@ impl Axis {
         }
     }
 
-    /// Whether `value` is drawn at the floor.
+    /// Returns true if `value` is drawn at the floor.
     pub(super) fn is_at_floor(&self, value: f64) -> bool {
         self.scale == Scale::Log && value <= 0.0
     }

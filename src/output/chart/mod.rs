@@ -23,7 +23,7 @@ const RADIUS: f64 = 3.4;
 /// A chart has about so many symbols at most, shared by its series.
 const MOST_SYMBOLS: usize = 5000;
 
-/// How the values of an axis are laid out.
+/// The scale of an axis.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Scale {
     /// Evenly, with 4 % of room at either end.
@@ -55,7 +55,7 @@ pub struct Chart {
     pub x_scale: Scale,
     /// Scale of the ordinate.
     pub y_scale: Scale,
-    /// Whether a unit has the same length along both axes, which are linear.
+    /// True if a unit has the same length along both axes, which are linear.
     pub is_isometric: bool,
     /// The series that are drawn.
     pub series: Vec<Series>,

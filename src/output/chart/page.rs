@@ -1,4 +1,4 @@
-//! What all pictures have in common: a page with a heading, text with sub- and superscripts, symbols, and a legend.
+//! The parts that all pictures share: a page with a heading, text with sub- and superscripts, symbols, and a legend.
 
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;

@@ -1,4 +1,4 @@
-//! What is drawn in a chart: points that belong together, and what they look like.
+//! A series of a chart: points that belong together, and their look.
 
 /// The colours of Okabe and Ito, for series that are not methods; without yellow, which is too faint on white.
 const PALETTE: [[u8; 3]; 7] =
@@ -6,7 +6,7 @@ const PALETTE: [[u8; 3]; 7] =
 const NEUTRAL: Look = Look { colour: [128, 128, 128], shape: Shape::Circle };
 const BAND: Look = Look { colour: [222, 222, 222], shape: Shape::Circle };
 
-/// What a series looks like.
+/// The look of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
     /// A solid line.
@@ -97,7 +97,7 @@ impl Shape {
 pub struct Series {
     /// Entry in the legend, if not empty.
     pub label: String,
-    /// What it looks like.
+    /// Its look.
     pub mark: Mark,
     /// Its colour.
     pub ink: Ink,
@@ -151,7 +151,7 @@ impl Mark {
         }
     }
 
-    /// Whether its symbols are open, if it has some.
+    /// Returns true if its symbols are open, if it has some.
     pub(super) fn symbols(self) -> Option<bool> {
         match self {
             Self::Line | Self::Dashed | Self::Dotted | Self::Band => None,

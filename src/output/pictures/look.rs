@@ -38,7 +38,7 @@ fn darker(colour: [u8; 3], black: f64) -> [u8; 3] {
     colour.map(|part| (f64::from(part) * (1.0 - black)).round() as u8)
 }
 
-/// How much darker an operator is than the coarsest one of its kind, as a share of black.
+/// The share of black by which an operator is darker than the coarsest one of its kind.
 fn depth(sbp: SbpName) -> f64 {
     match sbp {
         SbpName::Sbp21 => 0.0,
@@ -141,7 +141,7 @@ pub(super) fn of_method(method: &Method) -> Look {
     }
 }
 
-/// How a curve of a method is drawn.
+/// The look of a curve of a method.
 pub(super) fn pen(look: Look, is_own: bool) -> (Mark, Ink) {
     (if is_own { Mark::LineAndPoints } else { Mark::DashedAndOpenPoints }, Ink::Fixed(look))
 }
@@ -150,7 +150,7 @@ pub(super) fn pen(look: Look, is_own: bool) -> (Mark, Ink) {
 pub(super) mod tests {
     use super::*;
 
-    /// How light a colour is in greyscale, from 0 to 255.
+    /// The lightness of a colour in greyscale, from 0 to 255.
     pub(in super::super) fn grey([red, green, blue]: [u8; 3]) -> f64 {
         0.299 * f64::from(red) + 0.587 * f64::from(green) + 0.114 * f64::from(blue)
     }

@@ -154,7 +154,7 @@ impl<S: Real> PlotAxes<S> {
         (x, y)
     }
 
-    /// Whether a length is the same along both axes, as far as one can tell: neither is a velocity.
+    /// Returns true if a length is the same along both axes, as far as one can tell: neither is a velocity.
     fn are_places(&self) -> bool {
         self.labels.iter().all(|label| !label.contains("_dot"))
     }

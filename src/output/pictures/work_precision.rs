@@ -39,7 +39,7 @@ impl WorkAxis {
     }
 }
 
-/// What is drawn of the errors.
+/// The errors that are drawn.
 fn error_label(coordinates: &[String]) -> String {
     match coordinates {
         [first @ .., last] if !first.is_empty() => format!("largest error of {} and {last}", first.join(", ")),

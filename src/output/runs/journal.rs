@@ -19,10 +19,10 @@ use serde::{Deserialize, Serialize};
 use super::rows::{self, RowFile, Rows};
 use super::{Columns, JOURNAL, JOURNAL_EVENTS, RunRow, RunsSummary};
 
-/// How long a row may be on its way to the disk.
+/// The longest time that a row may be on its way to the disk.
 const AT_RISK: Duration = Duration::from_secs(1);
 
-/// What the first line of a journal begins with.
+/// The beginning of the first line of a journal.
 const MARK: &[u8] = b"# ";
 
 /// What a table is of. Rows of the same table may stand in one file.
@@ -35,7 +35,7 @@ pub struct Identity {
     pub version: String,
     /// The text of the case with what `--set` changes.
     pub case: String,
-    /// What is varied, as it was asked for.
+    /// The varied keys, as they were asked for.
     pub vary: Vec<String>,
     /// The part, if the table is one.
     pub part: Option<String>,
@@ -54,7 +54,7 @@ impl Identity {
         [MARK, &json, b"\n"].concat()
     }
 
-    /// What is different in another table, in words.
+    /// The difference from another table, in words.
     fn difference(&self, other: &Self) -> Option<String> {
         let list = |vary: &[String]| vary.iter().map(|axis| format!("--vary {axis}")).collect::<Vec<_>>().join(" ");
         let part = |part: &Option<String>| part.as_ref().map_or("all rows".to_owned(), |part| format!("--part {part}"));
@@ -80,7 +80,7 @@ pub enum NotResumable {
     Other {
         /// The journal.
         path: PathBuf,
-        /// What is different.
+        /// The difference.
         difference: String,
     },
     /// It is no journal.
@@ -173,7 +173,7 @@ impl Journal {
         self.rows.runs.numbers().len()
     }
 
-    /// Whether it has that row.
+    /// Returns true if it has that row.
     pub fn has(&self, row: usize) -> bool {
         self.rows.runs.has(row)
     }

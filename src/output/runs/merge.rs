@@ -36,7 +36,7 @@ pub enum MergeError {
         one: PathBuf,
         /// The other folder.
         other: PathBuf,
-        /// What is different.
+        /// The difference.
         what: &'static str,
     },
     /// Two folders have the same row.
@@ -52,7 +52,7 @@ pub enum MergeError {
     /// Rows that no folder has.
     #[error("{missing} missing: {rows} of {runs} rows are there")]
     Missing {
-        /// What is missing.
+        /// The missing part.
         missing: String,
         /// The rows that are there.
         rows: usize,
@@ -70,14 +70,14 @@ pub struct Part {
     rows: Rows,
 }
 
-/// What the parts of a table are together.
+/// The table that the parts make together.
 #[derive(Debug, Clone)]
 pub struct Joined {
     /// The summary of the table.
     pub summary: RunsSummary,
     /// Its case.
     pub case: String,
-    /// Whether it has events.
+    /// True if it has events.
     pub has_events: bool,
 }
 
@@ -110,7 +110,7 @@ impl Part {
         &self.folder
     }
 
-    /// What is different from another part, if they are not parts of one table.
+    /// The difference from another part, if they are not parts of one table.
     fn difference(&self, other: &Self) -> Option<&'static str> {
         let [one, two] = [&self.summary, &other.summary];
         let headers =
@@ -130,7 +130,7 @@ impl Part {
 }
 
 impl Joined {
-    /// What the parts are together.
+    /// The table that the parts make together.
     ///
     /// # Errors
     /// [`MergeError::Different`].
@@ -205,7 +205,7 @@ impl Missing {
         self.first.extend(rows.take(room));
     }
 
-    /// What is missing, in words: the parts, if all tables are parts of one division, or else the rows.
+    /// The missing parts in words, if all tables are parts of one division, or else the missing rows.
     fn of(&self, parts: &[Option<String>]) -> String {
         let read = |part: &Option<String>| {
             let (k, n) = part.as_ref()?.split_once('/')?;

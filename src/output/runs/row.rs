@@ -17,7 +17,7 @@ pub struct RunRow {
     pub events: Vec<u8>,
 }
 
-/// How a run ended.
+/// The outcome of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Ended<'e> {
     /// The status in a word.
@@ -52,7 +52,7 @@ impl Columns {
         }
     }
 
-    /// Whether there is a table of events.
+    /// Returns true if there is a table of events.
     pub fn has_events(&self) -> bool {
         self.has_events
     }

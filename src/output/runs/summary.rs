@@ -19,7 +19,7 @@ pub struct RunsSummary {
     /// The case's title.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub title: Option<String>,
-    /// What was varied, as it was asked for.
+    /// The varied keys, as they were asked for.
     pub vary: Vec<String>,
     /// The number of runs that this makes.
     pub runs: usize,
@@ -30,7 +30,7 @@ pub struct RunsSummary {
     pub rows: usize,
     /// Rows with a solution.
     pub solved: usize,
-    /// Of these, rows whose verdict is doubtful.
+    /// The number of those whose verdict is doubtful.
     pub doubtful: usize,
     /// The number of rows with each status.
     pub statuses: BTreeMap<String, usize>,

@@ -20,9 +20,9 @@ use crate::study::run::{Judged, Run};
 /// The whole summary; keys that do not apply are absent.
 #[derive(Debug, Clone, Serialize)]
 pub struct Summary {
-    /// How the solve ended.
+    /// The status with which the solve ended.
     pub status: Status,
-    /// How far the result is to be believed.
+    /// The verdict on the result.
     #[serde(flatten)]
     pub verdict: Verdict,
     /// Version of this program.
@@ -39,7 +39,7 @@ pub struct Summary {
     pub form: Form,
     /// System solved.
     pub system: System,
-    /// Whether the action has D̄ or, without the regularisation, D.
+    /// True if the action has D̄ or, without the regularisation, D.
     pub regularised: bool,
     /// Significant digits of the arithmetic.
     pub digits: u32,
@@ -62,7 +62,7 @@ pub struct Summary {
     /// The numbers of the result, or of the failure.
     #[serde(flatten)]
     outcome: Value,
-    /// What came after the solve, if it has a result.
+    /// The measures after the solve, if it has a result.
     #[serde(flatten)]
     pub seconds: Option<Seconds>,
     /// The warnings that were printed.
@@ -158,7 +158,7 @@ impl Summary {
         Self { status: failure.status, solve_seconds, ..summary }
     }
 
-    /// What the case alone says, and what the iterations do.
+    /// The case, and the iterations.
     fn of<S: Real>(
         case: &Case,
         geometry: &Geometry<S>,
@@ -205,7 +205,7 @@ impl Summary {
     }
 }
 
-/// How far a solve without a result came, in words and numbers.
+/// The place to which a solve without a result came, in words and numbers.
 fn of_failure(failure: &NoSolution) -> Value {
     let mut found = json!({"message": failure.to_string(), "advice": failure.advice(), "gamma": failure.gamma});
     match failure.domain {

@@ -1,5 +1,5 @@
 //! The numbers of a run: in a potential of x alone by the paper's names, in any other space-time by the coordinates'.
-//! What each of them means is in `docs/results.md`.
+//! The page `docs/results.md` says what each of them means.
 
 use std::collections::BTreeMap;
 

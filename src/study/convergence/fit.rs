@@ -48,8 +48,8 @@ impl Fit {
         self.local_slopes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &s| (low.min(s), high.max(s)))
     }
 
-    /// Whether the local slopes agree well enough for the fit to describe an order, and not a transition between
-    /// orders.
+    /// Returns true if the local slopes agree well enough for the fit to describe an order, and not a transition
+    /// between orders.
     pub fn is_asymptotic(&self) -> bool {
         self.asymptotic_from() == Some(0)
     }
@@ -163,7 +163,7 @@ mod tests {
         assert!((fit.standard_error.unwrap() - c * 3.0_f64.sqrt()).abs() < 1e-12);
     }
 
-    /// How many of the errors that follow this law on twelve grids are above the plateau.
+    /// Counts the errors that follow this law on twelve grids and are above the plateau.
     fn kept(error: impl Fn(f64) -> f64) -> usize {
         let (h, n) = grids(12);
         let errors: Vec<f64> = h.iter().map(|&h| error(h)).collect();

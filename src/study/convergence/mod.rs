@@ -59,7 +59,7 @@ pub struct ConvergencePoint {
     pub iterations: usize,
     /// Seconds in the solver, while other grids are solved in parallel.
     pub seconds: f64,
-    /// How the solve ended.
+    /// The status with which the solve ended.
     pub status: Status,
 }
 
@@ -117,7 +117,7 @@ impl Quantity {
         format!("ε{of}({})", if self.at_end { "γ_f" } else { "L2" })
     }
 
-    /// Whether it is an error at γ_f.
+    /// Returns true if it is an error at γ_f.
     pub fn is_at_end(self) -> bool {
         self.at_end
     }
@@ -163,7 +163,7 @@ pub struct Convergence<S = f64> {
     pub charges: Vec<String>,
     /// Digits of the arithmetic, from which the level of rounding follows.
     pub digits: u32,
-    /// Whether the sweep was cancelled before all grids were done.
+    /// True if the sweep was cancelled before all grids were done.
     pub interrupted: bool,
 }
 

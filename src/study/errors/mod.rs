@@ -1,4 +1,4 @@
-//! How far a run is from the world-line of the continuum.
+//! The distance of a run from the world-line of the continuum.
 //!
 //! A run to an accuracy has an estimate of its own. Another is compared with a second solve by [`crate::engine`], which
 //! shares neither grid nor operator with it and costs little. A run in extended precision that agrees with it to its

@@ -1,6 +1,6 @@
 //! The error of a run, coordinate by coordinate, and what found it.
 
-/// How far a run is from the world-line of the continuum.
+/// The distance of a run from the world-line of the continuum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunError {
     /// By how much each coordinate is off at the last node. If the value of a coordinate ended the run, points with
@@ -49,7 +49,7 @@ impl Judge {
 }
 
 impl Judge {
-    /// That of a Taylor trajectory.
+    /// The judge that a Taylor trajectory is.
     pub fn reference_error(self) -> Option<f64> {
         if let Self::Taylor(error) = self { Some(error) } else { None }
     }

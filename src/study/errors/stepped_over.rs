@@ -14,7 +14,7 @@ use crate::solve::{Setup, WorldLine};
 
 /// So many points are looked at, spread evenly over the run.
 pub(super) const PROBES: usize = 8192;
-/// Of these so many in every window at least.
+/// The least number of these in every window.
 const IN_A_WINDOW: usize = 8;
 /// A deviation of K below this share of the largest term of K can be rounding.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
@@ -99,7 +99,7 @@ pub(super) struct Windows<'g> {
 }
 
 impl<'g> Windows<'g> {
-    /// Of a run of this length.
+    /// Makes one of a run of this length.
     pub(super) fn new(geometry: &'g Geometry, start: &Start, length: f64) -> Self {
         let (n, m) = (start.q.len(), geometry.active().len());
         Self {

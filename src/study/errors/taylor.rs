@@ -8,7 +8,7 @@ use crate::number::Real;
 use crate::reference::ReferenceTrajectory;
 use crate::solve::WorldLine;
 
-/// Of the probes so many are evaluated at a time.
+/// The number of probes that are evaluated at a time.
 const TOGETHER: usize = 256;
 
 /// Compares the points of a world-line with a Taylor reference of as many digits. `None` if that does not reach the

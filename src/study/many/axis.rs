@@ -60,7 +60,7 @@ impl FromStr for Axis {
     }
 }
 
-/// Whether a value is meant as a range: no value of a case but a quoted string or an array has a colon.
+/// Returns true if a value is meant as a range: no value of a case but a quoted string or an array has a colon.
 fn is_range(value: &str) -> bool {
     value.contains(':') && !value.starts_with(['"', '\'', '[', '{'])
 }

@@ -9,14 +9,14 @@ use crate::solve::{Arithmetic, Status, WorldLine};
 use crate::study::run::{NoRun, Wanted, run};
 use crate::trajectory::Crossing;
 
-/// How a run ended.
+/// The outcome of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// At a critical point.
     Solved(Box<End>),
     /// Without one.
     Failed {
-        /// How the solve ended.
+        /// The status with which the solve ended.
         status: Status,
         /// The message for people.
         message: String,
@@ -51,7 +51,7 @@ pub struct End {
     pub maxima: Vec<(String, String)>,
     /// The estimated error, if an accuracy was asked for.
     pub error_estimate: Option<f64>,
-    /// How far the result is to be believed.
+    /// The verdict on the result.
     pub verdict: Verdict,
     /// The events of the case, in the order of γ.
     pub events: Vec<Found>,

@@ -131,8 +131,8 @@ impl Arena {
         Some(self.reference.as_ref()?.at(gamma.min(self.reached)))
     }
 
-    /// Whether the reference is accurate enough over its whole length that a wrong trajectory cannot pass for an
-    /// accurate one. `points` are on it.
+    /// Returns true if the reference is accurate enough over its whole length that a wrong trajectory cannot pass for
+    /// an accurate one. `points` are on it.
     fn is_good(&self, points: &[Point]) -> bool {
         if points.len() < 2 {
             return false;
@@ -151,12 +151,12 @@ impl Arena {
         Some(self.chart.sizes(&self.sampled(length), length))
     }
 
-    /// Whether it is that of a scene.
+    /// Returns true if it is that of a scene.
     pub fn is_scene(&self) -> bool {
         self.chart.is_scene()
     }
 
-    /// Whether it is that of a scene that is the lift of Newton's law, which has an energy.
+    /// Returns true if it is that of a scene that is the lift of Newton's law, which has an energy.
     pub fn has_energy(&self) -> bool {
         self.chart.has_energy()
     }

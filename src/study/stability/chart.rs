@@ -106,12 +106,12 @@ impl Chart {
             }
         }
     }
-    /// Whether it is that of a scene.
+    /// Returns true if it is that of a scene.
     pub(super) fn is_scene(&self) -> bool {
         self.line.is_scene
     }
 
-    /// Whether it is the lift of Newton's law, which has an energy.
+    /// Returns true if it is the lift of Newton's law, which has an energy.
     pub(super) fn has_energy(&self) -> bool {
         self.line.is_lifted
     }

@@ -106,7 +106,7 @@ impl Method {
         }
     }
 
-    /// Whether it chooses its steps by a tolerance.
+    /// Returns true if it chooses its steps by a tolerance.
     pub fn is_adaptive(&self) -> bool {
         match self {
             Self::Peer(peer) => peer.about().step == Step::Adaptive,
@@ -114,7 +114,7 @@ impl Method {
         }
     }
 
-    /// Whether it belongs to this program.
+    /// Returns true if it belongs to this program.
     pub fn is_own(&self) -> bool {
         self.form().is_some()
     }

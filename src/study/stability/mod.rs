@@ -86,7 +86,7 @@ pub struct Cell {
     pub tangent: f64,
     /// The actual Δγ times the largest local frequency along the reference.
     pub delta_gamma_omega: Option<f64>,
-    /// How it ended.
+    /// Its outcome.
     pub status: CellStatus,
     /// What was measured, if there is a result.
     pub numbers: Option<Numbers>,
@@ -109,7 +109,7 @@ impl Cell {
 pub struct Atlas {
     /// Method by method, length by length, from fine to coarse.
     pub cells: Vec<Cell>,
-    /// Whether it was cancelled before it was complete.
+    /// True if it was cancelled before it was complete.
     pub interrupted: bool,
 }
 

@@ -43,7 +43,7 @@ pub const ROUGHER: f64 = 3.0;
 /// K = g00 ṫ² − ẋ² belongs to another orbit when it has changed by this share of ẋ².
 pub const DRIFTING: f64 = 1e-2;
 
-/// How a cell of the map ended.
+/// The outcome of a cell of the map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CellStatus {
     /// The trajectory agrees with the reference at every node.
@@ -63,7 +63,7 @@ pub enum CellStatus {
 }
 
 impl CellStatus {
-    /// That of a solve that ended without a solution.
+    /// The status of a solve that ended without a solution.
     pub(super) fn of(status: Status) -> Self {
         if status == Status::OutsideDomain { Self::OutsideDomain } else { Self::NoCriticalPoint }
     }

@@ -48,7 +48,7 @@ pub(super) enum Grid {
     Accuracy(f64),
 }
 
-/// How far a world-line goes, and how it starts.
+/// The length of a world-line, and its start.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Range {
     /// γ_f − γ_i.

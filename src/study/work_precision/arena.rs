@@ -99,7 +99,7 @@ impl Arena {
         &self.sizes
     }
 
-    /// Whether errors are small enough for a result: a tenth of the size of every coordinate, with a finite K.
+    /// Returns true if errors are small enough for a result: a tenth of the size of every coordinate, with a finite K.
     pub fn judge(&self, errors: &RowErrors) -> RowStatus {
         // Written so that a NaN is inaccurate.
         let is_good = errors.q.iter().zip(&self.sizes).all(|(&error, &size)| error <= INACCURATE * size);

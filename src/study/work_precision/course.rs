@@ -28,7 +28,7 @@ impl Course {
     /// [`ReferenceEnds`] if it does not go so far.
     pub(super) fn new(line: Line, length: Option<f64>) -> Result<Self, ReferenceEnds> {
         let mut exact = line.exact.clone();
-        // How long it takes to a time is not known, but about as long as the time.
+        // The length in γ to a time is not known, but it is about as long as the time.
         let extent = match (exact.limit, exact.origin) {
             (Limit::Value { value, .. }, Some((_, origin))) => (value - origin).to_f64(),
             _ => 1.0,

@@ -98,7 +98,7 @@ fn in_budget(
     }
     let steps = |cost: f64| intervals * (EVALUATIONS / cost).round().max(1.0) as usize;
     let (mut setting, mut outcome) = run(Setting::steps(steps(cost)))?;
-    // How often a method iterates depends on the motion, and on the length of its steps.
+    // The number of iterations of a method depends on the motion, and on the length of its steps.
     for _ in 0..MOST_CORRECTIONS {
         let counted = steps(outcome.evaluations as f64 / setting.count as f64);
         if counted == setting.count {

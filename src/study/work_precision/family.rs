@@ -55,7 +55,7 @@ impl Group {
         }
     }
 
-    /// Whether it belongs to this program.
+    /// Returns true if it belongs to this program.
     pub fn is_own(self) -> bool {
         self <= Self::Tolerance
     }
@@ -112,17 +112,17 @@ impl Family {
         }
     }
 
-    /// Whether it belongs to this program.
+    /// Returns true if it belongs to this program.
     pub fn is_own(&self) -> bool {
         self.group().is_own()
     }
 
-    /// Whether its results are certified: it calls [`crate::solve()`] and not the library below that.
+    /// Returns true if its results are certified: it calls [`crate::solve()`] and not the library below that.
     pub fn is_certified(&self) -> bool {
         matches!(self, Self::Block(..) | Self::Elements(_) | Self::Accuracy)
     }
 
-    /// How its steps, windows or nodes are chosen.
+    /// The rule by which its steps, windows or nodes are chosen.
     pub(super) fn step(&self) -> Step {
         match self {
             Self::Peer(peer) => peer.about().step,

@@ -56,7 +56,7 @@ use crate::number::norm::larger;
 /// Number of points at which every method reports its state.
 pub const OUTPUTS: usize = 10;
 
-/// How much is measured.
+/// The amount of what is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
     /// Seconds that a single run may take. After a longer one, no further setting of its family is tried.
@@ -74,7 +74,7 @@ impl Default for Budget {
     }
 }
 
-/// How a setting ended.
+/// The outcome of a setting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RowStatus {
     /// With a result.
@@ -133,7 +133,7 @@ pub struct Row {
     pub evaluations: usize,
     /// Number of nodes, or of steps.
     pub points: usize,
-    /// How it ended.
+    /// Its outcome.
     pub status: RowStatus,
 }
 
@@ -149,7 +149,7 @@ impl Row {
 pub struct WorkPrecision {
     /// All rows: families in order, settings from cheap to expensive.
     pub rows: Vec<Row>,
-    /// Whether it was cancelled before it was complete.
+    /// True if it was cancelled before it was complete.
     pub interrupted: bool,
 }
 

@@ -134,11 +134,11 @@ struct Cell<S> {
     ends: [S; 2],
     /// γ at its points, counted in the same way.
     places: Vec<S>,
-    /// Whether the run begins with it.
+    /// True if the run begins with it.
     is_first: bool,
 }
 
-/// What a search along a world-line remembers.
+/// The state of a search along a world-line.
 #[derive(Debug)]
 struct Walk<S> {
     is_begun: bool,
@@ -148,7 +148,7 @@ struct Walk<S> {
     starts: Vec<S>,
     /// A root that is closer than this to an end of the run is there.
     nowhere: S,
-    /// Whether each formula was positive where it was not zero last.
+    /// True if each formula was positive where it was not zero last.
     signs: Vec<Option<bool>>,
     /// The value and the slope of each formula at the end of the last cell, and half of that cell's length.
     ends: Vec<[S; 3]>,
@@ -156,7 +156,7 @@ struct Walk<S> {
 }
 
 impl<S: Real> Walk<S> {
-    /// What was found, in the order of the run.
+    /// The findings, in the order of the run.
     fn in_order(mut self) -> Vec<Crossing<S>> {
         self.found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
         if self.is_backward {
@@ -212,8 +212,8 @@ impl<S: Real> Walk<S> {
         self.found.extend(roots.into_iter().map(in_window));
     }
 
-    /// Whether a formula with this value and slope at an end of a cell of twice the length `half` is zero there but for
-    /// rounding.
+    /// Returns true if a formula with this value and slope at an end of a cell of twice the length `half` is zero there
+    /// but for rounding.
     fn is_at_zero(&self, half: S, value: S, slope: S) -> bool {
         value == S::ZERO || value.abs() * half <= slope.abs() * self.nowhere
     }

@@ -41,7 +41,7 @@ impl<S: Real> Shape<S> {
         series(&self.derivative, &legendre(self.derivative.len().max(2) - 1, z))
     }
 
-    /// Whether the polynomial is bounded away from zero.
+    /// Returns true if the polynomial is bounded away from zero.
     fn keeps_its_sign(&self) -> bool {
         self.coefficients[1..].iter().map(|c| c.abs()).sum::<f64>() < self.coefficients[0].abs()
     }

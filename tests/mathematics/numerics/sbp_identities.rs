@@ -76,7 +76,7 @@ fn the_misprint_of_the_paper_breaks_summation_by_parts() {
     assert_ne!(d[3].iter().sum::<Exact>(), integer(0), "the printed row does not even differentiate a constant");
 }
 
-/// Whether row k of D is exact on γ^degree (nodes at the integers).
+/// Returns true if row k of D is exact on γ^degree (nodes at the integers).
 fn exact_on(d: &[Vec<Exact>], k: usize, degree: u32) -> bool {
     let power = |j: usize, p: u32| integer((j as i128).pow(p));
     let applied: Exact = d[k].iter().enumerate().map(|(j, value)| *value * power(j, degree)).sum();

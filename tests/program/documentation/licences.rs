@@ -23,8 +23,8 @@ const PERMISSIVE: [&str; 10] = [
     "Zlib",
 ];
 
-/// Whether an SPDX expression leaves a choice of permissive licences: every part that is joined by AND has one. An old
-/// way to write OR is a slash.
+/// Returns true if an SPDX expression leaves a choice of permissive licences: every part that is joined by AND has one.
+/// An old way to write OR is a slash.
 fn is_permissive(expression: &str) -> bool {
     let expression = expression.replace(['(', ')'], "").replace('/', " OR ");
     expression.split(" AND ").all(|part| part.split(" OR ").any(|licence| PERMISSIVE.contains(&licence.trim())))

@@ -54,7 +54,7 @@ pub(crate) fn keys() -> BTreeSet<String> {
     keys
 }
 
-/// Whether a key is one that scenes have besides.
+/// Returns true if a key is one that scenes have besides.
 fn is_of_scenes(table: &str, key: &str) -> bool {
     let dotted = format!("{table}.{key}");
     let general = key.strip_prefix("p_").map_or(dotted.clone(), |_| format!("{table}.p_q"));

@@ -8,7 +8,7 @@ pub(super) const MOST: f64 = 708.0;
 /// From here on tanh is 1.
 const TANH_IS_ONE: f64 = 20.0;
 
-/// What the number ln 2 lacks.
+/// The rounding error of the number ln 2.
 const LN_2_LOW: f64 = 2.319_046_813_846_299_6e-17;
 
 /// (e^r − 1 − r − r²/2)/r³; error 2.1e-18 of e^r − 1.

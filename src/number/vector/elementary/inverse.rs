@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 /// Up to here what the reciprocal lacks is a normal number.
 pub(super) const MOST: f64 = 1e150;
 
-/// What the numbers π/2 and π lack.
+/// The rounding errors of the numbers π/2 and π.
 const FRAC_PI_2_LOW: f64 = 6.123_233_995_736_766e-17;
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
 

@@ -4,7 +4,7 @@ use super::exponential::exp_of_pair;
 use super::pair::{fma, polynomial, product, sum};
 use std::f64::consts::{LN_2, LOG10_E, SQRT_2};
 
-/// What the numbers ln 2, 1/3 and 1/ln 10 lack.
+/// The rounding errors of the numbers ln 2, 1/3 and 1/ln 10.
 const LN_2_LOW: f64 = 2.319_046_813_846_299_6e-17;
 const THIRD_LOW: f64 = 1.850_371_707_708_594e-17;
 const LOG10_E_LOW: f64 = 1.098_319_650_216_765e-17;
