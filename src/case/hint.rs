@@ -32,7 +32,7 @@ pub(super) fn for_key<'k>(key: &str, path: &str, own: impl Iterator<Item = &'k s
     meant.or_else(|| anywhere().map(str::to_owned))
 }
 
-/// What an unknown word was probably meant to be, judged by the deserialiser's message about it.
+/// Returns the word that an unknown one was probably meant to be, by the deserialiser's message about it.
 pub(super) fn for_word(message: &str) -> Option<String> {
     let mut quoted = message.strip_prefix("unknown variant ")?.split('`').skip(1).step_by(2);
     let word = quoted.next()?;

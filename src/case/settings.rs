@@ -63,7 +63,7 @@ impl Solver {
         self.chosen_by().is_some()
     }
 
-    /// What it chooses them for; `value` gives the value of a number.
+    /// The accuracy that it chooses them for; `value` gives the value of a number.
     pub(super) fn wanted(&self, value: impl Fn(&Quantity) -> f64) -> Option<Accuracy> {
         let promised = self.accuracy.as_ref().map(|number| Accuracy::Promised(value(number)));
         promised.or_else(|| self.tolerance.as_ref().map(|number| Accuracy::Estimated(value(number))))

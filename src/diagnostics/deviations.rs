@@ -1,4 +1,4 @@
-//! What the equations leave on the nodes of a run, row by row, for any number of coordinates.
+//! The residuals of the equations on the nodes of a run, row by row, for any number of coordinates.
 
 use std::borrow::Cow;
 

@@ -143,7 +143,7 @@ impl<S: Real> Diagnostics<S> {
         }
     }
 
-    /// What is measured on a run, from that on its first part, `self`, and on its second part, `next`.
+    /// Joins the measures of the first part of a run, `self`, and of its second part, `next`.
     pub fn followed_by(self, next: Self) -> Self {
         fn each<T>(one: Vec<T>, two: Vec<T>, join: fn(T, T) -> T) -> Vec<T> {
             one.into_iter().zip(two).map(|(one, two)| join(one, two)).collect()

@@ -1,4 +1,4 @@
-//! What a case watches beside charges and K: invariants of its own, the energy of Newton's law, the work of a force.
+//! The quantities that a case watches beside charges and K: its invariants, Newton's energy, the work of a force.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ use crate::number::norm::max_abs;
 use crate::number::{Real, sum};
 use crate::solve::{Joint, WorldLine};
 
-/// What a user wants to see conserved.
+/// An invariant, which a user wants to see conserved.
 #[derive(Debug, Clone)]
 pub struct InvariantDeviation<S = f64> {
     /// Its name.

@@ -1,4 +1,4 @@
-//! What is measured where the space-time is that of a potential of x alone.
+//! The measures of a run in a potential of x alone.
 
 use super::bound::Bound;
 use super::charges::FreeParticleCharges;

@@ -1,4 +1,4 @@
-//! What is done with a row of values on the nodes of a run, window by window, whatever the number of coordinates.
+//! Operations on a row of values on the nodes of a run, window by window, whatever the number of coordinates.
 
 use std::ops::Range;
 

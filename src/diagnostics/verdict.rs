@@ -24,7 +24,8 @@ use crate::engine::{Accuracy, GOOD_DIGITS};
 const LARGE_ERROR: f64 = 1e-2;
 /// An error below this share of the size of its coordinate is never large: what hardly moves has hardly a range.
 const NEGLIGIBLE_ERROR: f64 = 1e-9;
-/// What rounding may add to an estimate, relative to the size of a coordinate, before a reference contradicts it.
+/// The rounding error, relative to the size of a coordinate, that an estimate may lack before a reference contradicts
+/// it.
 const ROUNDING: f64 = 1e-12;
 /// A share of the way below which nothing was stepped over, and the share of an estimate that contradicts it.
 const SEEN: f64 = 1e-8;
@@ -59,11 +60,11 @@ impl Grade {
 /// A reason not to believe a result, and what to do about it. Displayed, it is one sentence.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Reason {
-    /// What was found, with its number and its threshold.
+    /// The finding, with its number and its threshold.
     pub reason: String,
     /// The remedy.
     pub remedy: String,
-    /// What stands between both in a sentence.
+    /// The words between both in a sentence.
     #[serde(skip)]
     link: &'static str,
 }
@@ -130,12 +131,12 @@ impl CoordinateError {
     }
 }
 
-/// What a verdict is made of.
+/// The facts that a verdict is made of.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Facts {
     /// The errors of all coordinates; `None` if there was nothing to compare with.
     pub errors: Option<Vec<CoordinateError>>,
-    /// What windows were chosen for, if they were.
+    /// The accuracy that windows were chosen for, if they were.
     pub accuracy: Option<Accuracy>,
     /// γ until which the estimate is below each of [`GOOD_DIGITS`], if they were.
     pub good_until: [f64; GOOD_DIGITS.len()],
@@ -145,7 +146,7 @@ pub struct Facts {
     pub stepped_over: f64,
     /// Significant digits of the arithmetic; 0 is 16.
     pub digits: u32,
-    /// What else was found suspicious, the most important first.
+    /// Other suspicions, the most important first.
     pub suspicions: Vec<Reason>,
 }
 

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What rounding took from the numbers at the end of a run, and what the march there knew besides.
+/// The rounding errors of the numbers at the end of a run, and the state of the march there.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Handed {
-    /// What rounding took from q^a of all coordinates and from p_a of active ones; nothing where it is not known.
+    /// The rounding errors of q^a of all coordinates and of p_a of active ones; nothing where they are not known.
     pub q_low: Vec<f64>,
     /// The same of p_a.
     pub p_low: Vec<f64>,

@@ -30,7 +30,7 @@ const OTHERS: [(&str, &str); 23] = [
     ("|", "an absolute value is written abs(x)"),
 ];
 
-/// What to write instead of the text at `offset`, which was not understood, where `names` exist besides functions.
+/// Returns the name to write instead of the text at `offset`, where `names` exist besides functions.
 pub(super) fn at<'n>(expression: &str, offset: usize, names: impl Iterator<Item = &'n str>) -> Option<String> {
     let (before, rest) = expression.split_at(offset);
     if rest.starts_with('*') && before.trim_end().ends_with('*') {

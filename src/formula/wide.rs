@@ -10,7 +10,7 @@ use crate::number::Real;
 /// An exponent counts powers of 2^256, and a significand that is neither 0 nor infinite lies between 2^−128 and 2^128.
 const BITS: i32 = 256;
 
-/// What the exponential of a larger argument is cannot be known: its argument is rounded too much.
+/// The exponential of a larger argument cannot be known: its argument is rounded too much.
 const MOST_ARGUMENT: f64 = 1e15;
 
 /// significand · 2^(256 exponent). Functions but exp, ln and roots are those of the type, as far as that reaches.

@@ -62,7 +62,7 @@ pub(super) trait Equations {
     /// `value` for each number of a state.
     fn rows<T: Copy>(&self, value: T) -> Self::Rows<T>;
 
-    /// What stays behind where rows are taken out, without room of their own.
+    /// The empty rows that stay behind where rows are taken out.
     fn vacant<T: Copy>(value: T) -> Self::Rows<T>;
 
     /// Which numbers a state has.

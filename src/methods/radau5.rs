@@ -130,7 +130,7 @@ struct Trial<E: Equations> {
 }
 
 impl<E: Equations> Trial<E> {
-    /// What the rates make of the unknown with index k at the nodes, less its value at the start.
+    /// The change of the unknown with index k from the start to the nodes, by the rates.
     #[inline(always)]
     fn image(&self, square: &[[f64; 3]; 3], parts: Parts, k: usize) -> [f64; 3] {
         let (h, rates) = (self.h, self.tried.as_ref()[k + parts.behind()]);

@@ -22,9 +22,9 @@ pub enum EndReason {
 /// The quantities that the words for a reason speak of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Words {
-    /// What may have no series.
+    /// The formula that may have no series.
     pub(super) formula: &'static str,
-    /// What may not be reached.
+    /// The value that may not be reached.
     pub(super) value: &'static str,
 }
 

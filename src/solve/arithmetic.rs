@@ -1,4 +1,4 @@
-//! What a run in `f64` and one in extended precision do differently, chosen by the type of the numbers.
+//! The differences of runs in `f64` and in extended precision, chosen by the type of the numbers.
 
 use std::sync::Arc;
 

@@ -19,7 +19,7 @@ pub struct Continuation {
     gamma: Digits,
     /// True if γ falls.
     is_backward: bool,
-    /// What t counts from in one coordinate.
+    /// The origin that t counts from in one coordinate.
     #[serde(skip_serializing_if = "Option::is_none")]
     t_counts_from: Option<Digits>,
     /// q^a by their names.
@@ -28,7 +28,7 @@ pub struct Continuation {
     q_dot: BTreeMap<String, Digits>,
     /// p_a.
     p: BTreeMap<String, Digits>,
-    /// What a march knows besides.
+    /// The state of a march.
     #[serde(skip_serializing_if = "Option::is_none")]
     march: Option<Marched>,
 }
@@ -83,7 +83,7 @@ impl Continuation {
         Some([self.q.get(name)?.join(" + ") + &origin, self.p.get(name)?.join(" + ")])
     }
 
-    /// What t counts from in one coordinate.
+    /// The origin that t counts from in one coordinate.
     pub fn origin<S: Real>(&self) -> Option<S> {
         Some(sum(self.t_counts_from.as_ref()?)?.high)
     }
@@ -111,12 +111,12 @@ impl Continuation {
     }
 }
 
-/// What a run takes over from the one that it continues, besides its start.
+/// The state that a run takes over from the one that it continues, besides its start.
 #[derive(Debug, Clone, Default)]
 pub struct Carried<S = f64> {
-    /// What rounding took from q^a.
+    /// The rounding errors of q^a.
     pub sums: Vec<S>,
-    /// What the engine takes over.
+    /// The state that the engine takes over.
     pub handed: Handed,
 }
 

@@ -1,4 +1,4 @@
-//! What the equations of a solved run are about: what each of its windows starts from and hands on.
+//! The equations of a solved run: the values that each of its windows starts from and hands on.
 
 use super::world_line::{Joint, WindowNodes, WorldLine};
 use crate::action::{Form, Layout};
@@ -10,7 +10,7 @@ impl<S: Real> WorldLine<S> {
         self.q.iter().map(Vec::as_slice).collect()
     }
 
-    /// What row `a` starts from in each window.
+    /// The values that row `a` starts from in each window.
     pub(crate) fn starts(&self, a: usize) -> impl Iterator<Item = S> {
         let is_active = self.geometry().active().contains(&a);
         self.views().map(move |view| if is_active { view.start.q[a] } else { S::ZERO })

@@ -30,13 +30,13 @@ pub struct NoSolution {
     pub asked: f64,
     /// True if an accuracy was asked for, so that windows and operator were not the user's to choose.
     pub adaptive: bool,
-    /// What a run to an accuracy may have failed for.
+    /// The reasons for which a run to an accuracy may have failed.
     pub reasons: Box<Reasons>,
     /// The iterations done.
     pub iterations: Box<Iterations>,
 }
 
-/// What says whether a point is inside the domain of a metric.
+/// The number that says whether a point is inside the domain of a metric.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Domain {
     /// In one coordinate g00, which must be positive.
@@ -213,12 +213,12 @@ impl NoSolution {
 
 impl std::error::Error for NoSolution {}
 
-/// What to do where g00 is NaN.
+/// The remedy where g00 is NaN.
 const V_IS_NO_NUMBER: &str = "V is not a number there, as a root, a logarithm or a fractional power of a negative \
                               number is none: write the formula so that V exists everywhere (abs(x)), or end the run \
                               before";
 
-/// What to do where a number is beyond the range of numbers.
+/// The remedy where a number is beyond the range of numbers.
 const OVERFLOW: &str =
     "end the run before this gamma, or choose units in which t, x, V and their rates are nearer to 1";
 
@@ -226,7 +226,7 @@ const OVERFLOW: &str =
 const AT_ROUNDING: f64 = 1e-13;
 
 impl NoSolution {
-    /// What to try next.
+    /// Returns the remedy to try next.
     pub fn advice(&self) -> &'static str {
         if self.adaptive {
             return self.advice_to_an_accuracy();
@@ -345,7 +345,7 @@ mod tests {
         }
     }
 
-    /// What overflows is no matter of the sign of g00.
+    /// An overflow is no matter of the sign of g00.
     #[test]
     fn an_overflow_is_said_to_be_one() {
         for at in [At::overflow(1.0, 2.0, 3.0), At::x(1.0, 2.0, f64::INFINITY)] {

@@ -60,7 +60,7 @@ mod tests {
             let middle = 0.5 * (from + to);
             assert_eq!(leap(from, to, [middle, 0.2]), Some(2), "{from} {to}");
             assert_eq!(leap(from, to, [from + 0.8 * (to - from), 0.15]), Some(2), "{from} {to}");
-            // What lies on no way is not leapt over, and steps that grow slowly are none.
+            // A hole that lies on no way is not leapt over, and steps that grow slowly are no leaps.
             assert_eq!(leap(from, to, [10.0, 0.2]), None, "{from} {to}");
             assert_eq!(leap(from, from + 0.15, [middle, 0.2]), None, "{from} {to}");
         }

@@ -16,7 +16,7 @@ const LIST: f64 = 24.0;
 /// The program itself.
 const PROGRAM: f64 = 6e6;
 
-/// What a run keeps.
+/// The numbers that a run keeps.
 struct Kept {
     /// Numbers for every node: the solution, its diagnostics, and what writing the tables needs.
     numbers_of_node: f64,

@@ -105,7 +105,7 @@ pub fn solve_window_by_window<S: Arithmetic>(
     solve_observed(&setup.into(), Some(observe))
 }
 
-/// What is behind both, window by window if there is an observer.
+/// The solve behind both, window by window if there is an observer.
 fn solve_observed<S: Arithmetic>(
     setup: &Setup<S>,
     observer: Option<Observer<'_, S>>,

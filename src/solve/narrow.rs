@@ -8,7 +8,7 @@ use super::point::Point;
 
 /// A place is narrow if windows there are shorter than this share of the longest one.
 const SHARE: f64 = 1e-3;
-/// What to do where there is such a place.
+/// The remedy where there is such a place.
 pub(super) const ADVICE: &str = concat!(
     "a close encounter or a collision: conformal = a formula that grows there as the force does, such as a sum of ",
     "1/distance, makes windows even and loses fewer digits; after a collision there is no motion; at a pole, choose ",
@@ -27,7 +27,7 @@ pub struct Narrow {
     pub point: Vec<(String, f64)>,
 }
 
-/// What a run to an accuracy may have failed for.
+/// The reasons for which a run to an accuracy may have failed.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Reasons {
     /// Where the accuracy is not reached, the narrowest place of the motion.
@@ -36,7 +36,7 @@ pub struct Reasons {
     pub towards_zero: Vec<String>,
 }
 
-/// What is known of the windows of a run so far.
+/// The narrowest windows of a run so far.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Lengths {
     longest: f64,

@@ -74,7 +74,7 @@ impl<S: Real> Pair<'_, S> {
         Ok(self.of_limit(limit))
     }
 
-    /// What is told of a solution of the collocation system.
+    /// Makes a piece of a solution of the collocation system.
     fn of_limit(&self, limit: Limit<S>) -> Piece<S> {
         let window = &self.window;
         let multipliers = limit.multipliers(window);
@@ -110,7 +110,7 @@ impl<S: Real> Pair<'_, S> {
         Ok(Piece { initial_guess: InitialGuess::PhysicalLimit, ..found })
     }
 
-    /// What Newton's method starts from.
+    /// Returns the first guess of Newton's method.
     fn guess(&self) -> Result<Guess, NoSolution> {
         guess::guess(&self.rough).map_err(|Edge { gamma, point }| {
             let at = places::place_outside(self.rough.geometry, &point, &|_| self.gamma + gamma);

@@ -1,4 +1,4 @@
-//! What a failure says about the places of a space-time.
+//! The words of a failure about the places of a space-time.
 
 use super::failure::{At, Domain};
 use crate::geometry::{Geometry, OutsideGeometry};

@@ -59,7 +59,7 @@ impl<S: Real> Integral<'_, S> {
 struct Rows<'a, S, R, O> {
     integral: Integral<'a, S>,
     h_rate: R,
-    // What was evaluated last.
+    // The values that were evaluated last.
     values: Vec<S>,
     slope: Vec<S>,
     /// A linear system is defined everywhere; the failure of a whole that contains it has points outside.

@@ -12,7 +12,7 @@ use crate::number::norm::max_abs;
 /// A round that leaves more than this share of the previous correction has nothing left to gain.
 const LEAST_GAIN: f64 = 0.5;
 
-/// What is refined.
+/// A system that is refined.
 pub(super) trait Refined<S> {
     /// A point where F is not defined.
     type Outside: Copy;

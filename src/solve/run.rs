@@ -24,12 +24,12 @@ pub(super) struct Run<'o, S> {
     pub(super) line: WorldLine<S>,
     /// γ − γ_i where the next window starts.
     gamma: S,
-    /// What is known of that place besides the last joint; nothing before the first window, nor in a fast march.
+    /// The state at that place besides the last joint; nothing before the first window, nor in a fast march.
     reached: Option<Reached<S>>,
     /// The nodes to make room for.
     capacity: usize,
     observer: Option<Observer<'o, S>>,
-    /// What rounding took from q^a at the start, if that is known.
+    /// The rounding errors of q^a at the start, if they are known.
     carried: Vec<S>,
 }
 

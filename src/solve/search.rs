@@ -10,7 +10,7 @@ const SPARE_DIGITS: u32 = 4;
 /// The first step of a secant, as a share of the length.
 const FIRST_STEP: f64 = 1e-6;
 
-/// What is looked for.
+/// The end that is looked for.
 pub(super) struct Search<S> {
     /// The length that is tried first.
     pub(super) guess: S,
@@ -20,7 +20,7 @@ pub(super) struct Search<S> {
     pub(super) digits: u32,
     /// Significant digits of the runs.
     pub(super) digits_of_runs: u32,
-    /// What an excess is a share of. Without it, the share is that of the correction in the length.
+    /// The number that an excess is a share of. Without it, the share is that of the correction in the length.
     pub(super) scale: Option<S>,
 }
 

@@ -1,4 +1,4 @@
-//! What is to be solved: a world-line in a space-time, and how.
+//! The problem to be solved: a world-line in a space-time, and the settings of the solve.
 
 use serde::{Deserialize, Serialize};
 
@@ -102,7 +102,7 @@ pub struct Setup<S: Real = f64> {
     /// True if γ falls from there. Lengths count from it in any case, and velocities and momenta of `place` are those
     /// of the reversed motion.
     pub is_backward: bool,
-    /// What the run takes over from the one that it continues, if it does.
+    /// The state that the run takes over from the one that it continues, if it does.
     pub carried: Option<Carried<S>>,
     /// Where the run ends at the latest.
     pub limit: Limit<S>,
@@ -162,13 +162,13 @@ impl<S: Real> Setup<S> {
         self.origin.is_some_and(|(coordinate, _)| coordinate == a)
     }
 
-    /// What a coordinate counts from.
+    /// The origin that a coordinate counts from.
     pub(crate) fn origin_of(&self, a: usize) -> S {
         origin_of(self.origin, a)
     }
 }
 
-/// What coordinate `a` counts from, which is 0 for most.
+/// The origin that coordinate `a` counts from, which is 0 for most.
 pub(super) fn origin_of<S: Real>(origin: Option<(usize, S)>, a: usize) -> S {
     origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
 }

@@ -49,7 +49,7 @@ impl<S: Real> Solution<S> {
         self.q(T)
     }
 
-    /// What to continue from.
+    /// Returns the state to continue from.
     pub fn end_state(&self) -> EndState<S> {
         let [t, x] = [T, X].map(|a| self.last_position(a));
         EndState { t, x, x_dot: self.signed(-self.last_joint().p[X]), q_t: self.signed(self.end_charge()) }

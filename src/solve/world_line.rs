@@ -1,4 +1,4 @@
-//! What a solve returns.
+//! The world-line that a solve returns.
 
 use std::sync::Arc;
 
@@ -97,7 +97,7 @@ pub struct WorldLine<S = f64> {
     pub sizes: Vec<f64>,
     /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
     pub windows_unproved: Option<usize>,
-    /// What the windows were chosen for, if they were.
+    /// The accuracy that the windows were chosen for, if they were.
     pub accuracy: Option<Accuracy>,
     /// γ − γ_i until which that estimate is below each of [`GOOD_DIGITS`].
     pub good_until: [f64; GOOD_DIGITS.len()],
@@ -111,7 +111,8 @@ pub struct WorldLine<S = f64> {
     pub form: Form,
     /// The name of the operator.
     pub sbp_name: SbpName,
-    /// What rounding took from q^a at the end of a run that Newton's method solved, and what the engine hands on.
+    /// The rounding errors of q^a at the end of a run that Newton's method solved, and the state that the engine hands
+    /// on.
     pub(crate) sums: Vec<S>,
     pub(crate) handed: Handed,
     /// The operators of the windows: one if all have the same length and as many nodes.
@@ -156,9 +157,9 @@ impl<S: Copy> Clone for WorldLine<S> {
 pub struct WindowNodes<'l, S> {
     /// The window.
     pub window: &'l Window<S>,
-    /// What it continues.
+    /// The joint that it continues.
     pub start: Joint<'l, S>,
-    /// What the next window continues from.
+    /// The joint that the next window continues from.
     pub end: Joint<'l, S>,
     /// Its nodes.
     pub(crate) grid: WindowGrid<'l, S>,
@@ -227,7 +228,7 @@ impl<S: Real> WorldLine<S> {
         !self.backward.is_empty()
     }
 
-    /// What to continue from.
+    /// Returns the state to continue from.
     pub fn end(&self) -> Start<S> {
         self.turned(self.end_inside())
     }
@@ -254,7 +255,7 @@ impl<S: Real> WorldLine<S> {
         self.gamma_i + self.signed(from_start)
     }
 
-    /// What a coordinate counts from, which is 0 for most.
+    /// The origin that a coordinate counts from, which is 0 for most.
     pub(crate) fn origin_of(&self, a: usize) -> S {
         origin_of(self.origin, a)
     }

@@ -32,7 +32,7 @@ pub(super) fn momenta_at(line: &WorldLine, node: usize) -> Vec<f64> {
     p
 }
 
-/// What a case sets up, for studies.
+/// The line that a case sets up, for studies.
 pub(super) struct Line {
     /// As the case has it, in extended precision.
     pub(super) exact: Setup<Extended>,
@@ -50,7 +50,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// What `case` sets up.
+    /// Makes the line that `case` sets up.
     pub(super) fn new(case: &Case) -> Self {
         let own: Setup = case.setup();
         let settings = Settings {

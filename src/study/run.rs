@@ -20,7 +20,7 @@ const PLACES_ALONG: usize = 64;
 /// the run again.
 pub type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>, &Diagnostics<S>);
 
-/// What is asked for besides the run.
+/// The wishes besides the run.
 #[derive(Default)]
 pub struct Wanted<'o, S: Real = f64> {
     /// Samples.
@@ -29,7 +29,7 @@ pub struct Wanted<'o, S: Real = f64> {
     pub is_streamed: bool,
     /// True if conserved sums of momenta are looked for.
     pub sums: bool,
-    /// What sees the run.
+    /// The observer of the run.
     pub observer: Option<Observer<'o, S>>,
 }
 
@@ -51,7 +51,7 @@ pub struct Run<S: Real = f64> {
     pub is_whole: bool,
     /// Conserved sums of momenta.
     pub sums: Vec<ConservedSum>,
-    /// What was measured. If only the last window is kept, rows are those of that window.
+    /// The measures. If only the last window is kept, rows are those of that window.
     pub diagnostics: Diagnostics<S>,
     /// The samples.
     pub samples: Vec<Sample<S>>,
@@ -70,7 +70,7 @@ pub struct Judged {
     pub gaps: Option<Gaps>,
     /// The verdict.
     pub verdict: Verdict,
-    /// What is to be warned of.
+    /// The warnings.
     pub suspicions: Vec<String>,
 }
 
@@ -143,7 +143,7 @@ fn holds_along<S: Real>(line: &WorldLine<S>, geometry: &Geometry, sum: &Conserve
 }
 
 impl<S: Real> Run<S> {
-    /// What is to be warned of without a look between the nodes.
+    /// The warnings without those of a look between the nodes.
     pub fn warnings(&self) -> Vec<String> {
         let newtonian = self.diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
         self.diagnostics.warnings(&self.line).into_iter().chain(newtonian).collect()

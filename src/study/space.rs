@@ -1,4 +1,4 @@
-//! What studies ask of a space-time.
+//! The space-time as studies see it.
 
 use std::cell::RefCell;
 
@@ -12,7 +12,7 @@ use crate::solve::{Limit, Place, Setup, WorldLine};
 /// A point of a world-line; in one coordinate t is counted from the start.
 pub type Point<S = f64> = Start<S>;
 
-/// What studies measure on a world-line.
+/// The deviations that studies measure on a world-line.
 pub struct Deviations {
     /// The largest deviation of every charge where it is exact.
     pub charges: Vec<f64>,
@@ -91,7 +91,7 @@ pub(super) fn length_of<S: Real>(setup: &Setup<S>) -> Result<S, ReferenceEnds> {
     Ok(whole)
 }
 
-/// What is measured on a run. `is_lifted` says whether it is one of Newton's law, which has an energy.
+/// Measures a run. `is_lifted` says whether it is one of Newton's law, which has an energy.
 pub(super) fn deviations<S: Real>(line: &WorldLine<S>, is_lifted: bool) -> Deviations {
     let found = Diagnostics::of(line, &[], &mut [], is_lifted);
     let Diagnostics { charges, norm, delta_energy, energy, .. } = found;

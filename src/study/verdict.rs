@@ -37,7 +37,7 @@ pub fn of_run<S: Real>(
     Verdict::new(&facts_of_run(line, diagnostics, error, reference))
 }
 
-/// What [`of_run`] judges.
+/// The facts that [`of_run`] judges.
 pub fn facts_of_run<S: Real>(
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S>,

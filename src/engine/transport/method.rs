@@ -14,7 +14,7 @@ pub(super) struct Method {
     pub(super) integral: [[f64; STAGES]; STAGES],
     /// A.
     pub(super) single: [[f64; STAGES]; STAGES],
-    /// What (x, h ẋ, h² ẍ) at the start and at the end add to x at a node.
+    /// The weights of (x, h ẋ, h² ẍ) at the start and at the end in x at a node.
     pub(super) hermite: [[[f64; 3]; 2]; STAGES],
 }
 

@@ -25,7 +25,7 @@ const AT_RISK: Duration = Duration::from_secs(1);
 /// The beginning of the first line of a journal.
 const MARK: &[u8] = b"# ";
 
-/// What a table is of. Rows of the same table may stand in one file.
+/// The identity of a table. Rows of the same table may stand in one file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Identity {
@@ -280,7 +280,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let paths = [JOURNAL_EVENTS, JOURNAL].map(|name| folder.path().join(name));
         let sizes = || paths.clone().map(|path| fs::read(path).map_or(0, |text| text.len()));
-        // What stands in both files after each write, in the order of the writes.
+        // The contents of both files after each write, in the order of the writes.
         let mut journal = open(folder.path(), &identity(), false).unwrap();
         let mut states = vec![([0, 0], 0), (sizes(), 0)];
         for (number, done) in [(3, 1), (1, 2), (2, 3)] {

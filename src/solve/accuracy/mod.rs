@@ -219,7 +219,7 @@ fn ended<S: Real>(setup: &Setup<S>, engine: &Engine<'_>, goal: Goal, mut line: W
     line
 }
 
-/// What a failure of the engine means for the setup.
+/// Expresses a failure of the engine in terms of the setup.
 fn failed<S: Real>(
     setup: &Setup<S>,
     (engine, wanted): (&Engine<'_>, Accuracy),

@@ -1,4 +1,4 @@
-//! What of a run is compared with another one.
+//! The points at which a run is compared with another one.
 
 use crate::diagnostics::Reach;
 use crate::geometry::largest_of_kind;
@@ -16,7 +16,7 @@ pub(super) struct Points<S> {
     q_dot: Vec<S>,
     /// The coordinate whose value ended the run, if one did. The last point is compared at that value.
     pub(super) clock: Option<usize>,
-    /// What sizes are measured from: 0 of active coordinates, and the start of ignorable ones.
+    /// The origins of sizes: 0 of active coordinates, and the start of ignorable ones.
     origins: Vec<S>,
     /// For each coordinate the first with the same metric coefficient.
     alike: Vec<usize>,

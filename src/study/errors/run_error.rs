@@ -10,14 +10,14 @@ pub struct RunError {
     pub largest: Vec<f64>,
     /// By how much the judge may be off itself, in the unit of each coordinate.
     pub own: Vec<f64>,
-    /// What the run was compared with.
+    /// The judge that the run was compared with.
     pub judge: Judge,
     /// The share of its way by which the motion may be off because the judge stepped over a feature. In scenes it is 0
     /// where a force acts, which changes K, and in extended precision.
     pub stepped_over: f64,
 }
 
-/// What a run is compared with.
+/// The judge that a run is compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Judge {
     /// A second solve with this estimated relative error.

@@ -19,12 +19,12 @@ const IN_A_WINDOW: usize = 8;
 /// A deviation of K below this share of the largest term of K can be rounding.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
 
-/// What K is off by at points between nodes.
+/// The deviations of K at points between nodes.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Between {
     /// The integral of |ΔK| over γ.
     drift: f64,
-    /// What motion contributes to K, at most.
+    /// The largest contribution of motion to K.
     motion: f64,
     /// The length of γ that was looked at.
     length: f64,
@@ -50,7 +50,7 @@ impl Between {
     }
 }
 
-/// What K is off by along a motion without a force, which would change K.
+/// The deviation of K along a motion without a force, which would change K.
 pub(super) struct Gaps<'g, S: Real> {
     geometry: &'g Geometry<S>,
     k: S,

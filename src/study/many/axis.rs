@@ -33,7 +33,7 @@ impl Axis {
         &self.values
     }
 
-    /// What it was read from.
+    /// The text that it was read from.
     pub fn text(&self) -> &str {
         &self.text
     }

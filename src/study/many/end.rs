@@ -1,4 +1,4 @@
-//! What a run of many leaves: where it ended, and the largest deviations on the way.
+//! The row of a run of many: its end, and the largest deviations on the way.
 
 use crate::case::Case;
 use crate::diagnostics::Diagnostics;
@@ -134,7 +134,7 @@ fn maxima<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Vec<(St
     names.zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
 }
 
-/// What ended a run, from the place of the formula that did.
+/// The reason that ended a run, from the place of the formula that did.
 fn ending(case: &Case, ended_by: Option<usize>) -> Ending {
     let own = usize::from(case.until().is_some());
     let mut events = case.events().iter().filter(|event| event.until);

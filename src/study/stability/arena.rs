@@ -24,7 +24,7 @@ pub(super) const DIGITS: u32 = 40;
 /// If the world-line leaves the domain, the reference ends at this share of its length.
 const SHORT_OF_THE_END: f64 = 0.9;
 
-/// What the steps of a chart are compared with.
+/// The scale of the steps of a chart.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pace {
     /// The largest local frequency along the world-line.

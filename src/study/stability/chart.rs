@@ -84,7 +84,7 @@ impl Chart {
         Place { geometry: Arc::clone(geometry), start: Arc::new(Start { q: start.q.clone(), q_dot, p }) }
     }
 
-    /// What a solver is told for a grid; `None` if there is no such grid.
+    /// The settings of a solver for a grid; `None` if there is no such grid.
     fn on(&self, grid: &Grid, Range { length, tangent }: Range) -> Option<Setup> {
         let place = self.stretched(tangent);
         let mut setup = Setup { place: place.clone(), rough: place, ..self.line.plain.clone() };
@@ -126,7 +126,7 @@ impl Chart {
         self.place().geometry.active()
     }
 
-    /// What the coordinates of a [`Point`] are counted from when the reference estimates its error.
+    /// The origin of the coordinates of a [`Point`] when the reference estimates its error.
     pub(super) fn origin(&self) -> Vec<f64> {
         let mut origin = self.place().start.q.clone();
         self.active().iter().for_each(|&a| origin[a] = 0.0);

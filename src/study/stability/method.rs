@@ -39,7 +39,7 @@ pub enum Method {
     Tolerance,
 }
 
-/// What linear theory says about a method that computes an oscillation of frequency ω with the step h.
+/// The limit of a method in linear theory, for an oscillation of frequency ω with the step h.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
     /// Stable for hω up to this.

@@ -35,7 +35,7 @@ use self::run::Job;
 /// Tolerances of adaptive methods.
 pub const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
 
-/// What to chart.
+/// The plan of a chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// The methods, in the order of the files.
@@ -88,7 +88,7 @@ pub struct Cell {
     pub delta_gamma_omega: Option<f64>,
     /// Its outcome.
     pub status: CellStatus,
-    /// What was measured, if there is a result.
+    /// The measures, if there is a result.
     pub numbers: Option<Numbers>,
     /// Number of iterations; `None` for methods that do not iterate.
     pub iterations: Option<usize>,

@@ -102,7 +102,7 @@ impl Job {
         (status, numbers)
     }
 
-    /// What is to be run; `None` if there is no such grid.
+    /// The task to be run; `None` if there is no such grid.
     fn task<'a>(&self, arena: &'a Arena) -> Option<Task<'a>> {
         let range = Range { length: self.length, tangent: self.tangent };
         let wanted = (self.length / self.setting).round().max(1.0) as usize;

@@ -82,7 +82,7 @@ impl From<Failure> for Failed {
     }
 }
 
-/// What is measured on a result when the clock has stopped.
+/// The measurement of a result when the clock has stopped.
 pub(super) type Measured<'w> = Box<dyn FnOnce() -> Track + 'w>;
 
 /// A run to be timed.

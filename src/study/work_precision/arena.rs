@@ -1,4 +1,4 @@
-//! What methods are compared on: the world-line over one length, and its reference.
+//! The arena of methods: the world-line over one length, and its reference.
 
 use super::course::Course;
 use super::family::Family;

@@ -10,7 +10,7 @@ use crate::study::space::{self, Point};
 /// A world-line of one length, with its reference.
 pub(super) struct Course {
     pub(super) problem: Problem,
-    /// What a solver is told, without what belongs to one scheme only.
+    /// The settings of a solver, without those of one scheme only.
     pub(super) setup: Setup,
     pub(super) reference: ReferenceTrajectory<Extended>,
 }

@@ -77,7 +77,7 @@ fn small_angle(t: f64) -> (bool, f64, f64) {
     let z = if is_large { fma(-0.5, t, 0.5) } else { t * t };
     let root = z.sqrt();
     let s = if is_large { root } else { t };
-    // What the root lacks; 0 for 0.
+    // The rounding error of the root; 0 for 0.
     let lack = fma(-root, root, z) / (root + (root + f64::MIN_POSITIVE));
     let lack = if is_large { lack } else { 0.0 };
     (is_large, s, fma(z * s, polynomial(&ASIN, z), lack))

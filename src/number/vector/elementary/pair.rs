@@ -1,4 +1,4 @@
-//! What the kernels share. Everything here takes one number and has no branches: loops over nodes become vectors. Pairs
+//! The parts that kernels share. Each takes one number and has no branches: loops over nodes become vectors. Pairs
 //! are unevaluated sums (larger, smaller).
 
 /// 1.5·2⁵²: added to a number below 2⁵¹ it leaves the nearest integer, whose low bits are those of the sum.
