@@ -107,7 +107,7 @@ impl Table {
     pub(crate) fn expansion<S: Real>(self, u: S) -> [S; 4] {
         let (first, mut factorial) = (usize::from(self.derivative), S::ONE);
         std::array::from_fn(|k| {
-            factorial = factorial * S::from(k.max(1) as f64);
+            factorial *= S::from(k.max(1) as f64);
             let value = |piece: usize| if first + k < 4 { self.of_piece(piece, first + k, u) } else { S::ZERO };
             self.piece(u).map_or_else(|| S::from(f64::NAN), value) / factorial
         })
