@@ -254,7 +254,8 @@ mod tests {
         fn schedules_are_the_program(formulas in prop::collection::vec(expression(), 4), is_fused in any::<bool>()) {
             let mut graph = Graph::default();
             let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
-            let names = Names { variables: &["a", "q", "p"], parameters: &parameters, definitions: &definitions, tables: &[] };
+            let (variables, tables) = (&["a", "q", "p"], &[]);
+            let names = Names { variables, parameters: &parameters, definitions: &definitions, tables };
             let nodes: Vec<_> = formulas.iter().map(|formula| parse(formula, names, &mut graph).unwrap()).collect();
             let program: Program<f64> = Program::new(&mut graph, 3, &nodes);
             let program = if is_fused { program.fused() } else { program };
