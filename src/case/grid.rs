@@ -6,7 +6,7 @@ use crate::number::Real;
 use crate::sbp::SbpName;
 use crate::solve::{Limit, Settings, Setup};
 
-/// What the solver is told on another grid: with that operator and form and so many nodes in each window, on
+/// The settings of the solver on another grid: with that operator and form and so many nodes in each window, on
 /// γ ∈ [0, `length`], and without an accuracy. A spectral element gets as many windows as make about that number of
 /// nodes in all.
 ///

@@ -22,8 +22,8 @@ fn last(key: &str) -> &str {
     key.rsplit_once('.').map_or(key, |(_, last)| last)
 }
 
-/// What an unknown key of the table `path` was probably meant to be: a key of this name in another table, a similar one
-/// of `own`, those of this table, or a similar one of any table.
+/// Returns the key that an unknown one of the table `path` was probably meant to be: one of this name in another table,
+/// a similar one of `own`, those of this table, or a similar one of any table.
 pub(super) fn for_key<'k>(key: &str, path: &str, own: impl Iterator<Item = &'k str>) -> Option<String> {
     let table = |name: &'static str| name.rsplit_once('.').map_or("", |(table, _)| table);
     let elsewhere = known().find(|name| last(name) == key && table(name) != path);

@@ -13,8 +13,8 @@ pub struct Handed {
     pub march: Option<Marched>,
 }
 
-/// Of a march the unknowns that are not among q and p, the sizes that changes are compared with, and the slopes that
-/// its next first guess continues.
+/// The state of a march: the unknowns that are not among q and p, the sizes that changes are compared with, and the
+/// slopes that its next first guess continues.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Marched {
     /// The length of its last window.

@@ -41,8 +41,8 @@ pub(crate) struct Steep {
 }
 
 impl Steep {
-    /// Of what the first `outputs` outputs of `program` need, where some of its variables vary; `None` if there is
-    /// nothing to look at.
+    /// Looks at what the first `outputs` outputs of `program` need, where some of its variables vary; `None` if there
+    /// is nothing to look at.
     pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
         let program = plain(program, outputs);
         let watched = watched(&program.steps, &program.depends_on(varies));
@@ -71,8 +71,8 @@ fn watched<'s>(steps: impl IntoIterator<Item = &'s Step>, depends: &[bool]) -> V
     watched
 }
 
-/// What is to be looked at where these steps of a program were carried out, and whether that is all: the divisor of a
-/// tangent and the exponent of a power have no registers.
+/// Returns what is to be looked at where these steps of a program were carried out, and whether that is all: the
+/// divisor of a tangent and the exponent of a power have no registers.
 pub(crate) fn watched_registers<'s>(
     steps: impl Iterator<Item = &'s Step> + Clone,
     depends: &[bool],

@@ -17,8 +17,8 @@ pub struct Observable<S = f64> {
     is_reversed: bool,
 }
 
-/// What an observable may use of a scene with these coordinates: all positions, all velocities, all momenta and the
-/// norm.
+/// The names that an observable may use of a scene with these coordinates: all positions, all velocities, all momenta
+/// and the norm.
 pub fn observed(coordinates: &[String]) -> Vec<String> {
     let velocities = coordinates.iter().map(|name| format!("{name}_dot"));
     let momenta = coordinates.iter().map(|name| format!("p_{name}"));

@@ -131,12 +131,14 @@ impl Table {
 
     /// The number of knots between two arguments, the second of which is larger; `None` where there is no value.
     pub(crate) fn passed(self, [low, high]: [f64; 2]) -> Option<usize> {
-        Some(self.piece(high)? - self.piece(low)?)
+        self.piece(high)?.checked_sub(self.piece(low)?)
     }
 
     /// Bounds of the values between two arguments.
     pub(crate) fn bounds(self, [low, high]: [f64; 2]) -> [f64; 2] {
-        let (Some(first), Some(last)) = (self.piece(low), self.piece(high)) else {
+        // Nothing is known of arguments without bounds, nor where there is no value.
+        let is_bounded = low.is_finite() && high.is_finite() && low <= high;
+        let (Some(first), Some(last), true) = (self.piece(low), self.piece(high), is_bounded) else {
             return [-f64::INFINITY, f64::INFINITY];
         };
         let knots = f64::constants(&self.spline().knots);
@@ -190,8 +192,9 @@ impl Spline {
     }
 
     fn is_same(&self, other: &Self) -> bool {
-        let numbers = |spline: &Self| [&spline.knots, &spline.coefficients].map(|of| Extended::constants(of).to_vec());
-        self.outside == other.outside && numbers(self) == numbers(other)
+        let same = |one: &Constants, other: &Constants| Extended::constants(one) == Extended::constants(other);
+        let are_same = same(&self.knots, &other.knots) && same(&self.coefficients, &other.coefficients);
+        self.outside == other.outside && are_same
     }
 }
 
@@ -342,6 +345,17 @@ mod tests {
             }
             table = of.derivative();
         }
+    }
+
+    #[test]
+    fn nothing_is_known_of_arguments_without_bounds() {
+        let [refused, linear] = [Outside::Refused, Outside::Linear].map(|outside| table(Ends::Natural, outside));
+        let nothing = [f64::NEG_INFINITY, f64::INFINITY];
+        for ends in [nothing, [f64::NEG_INFINITY, 0.0], [0.0, f64::INFINITY], [f64::NAN, 0.0], [1.0, 0.0]] {
+            assert_eq!([refused.bounds(ends), linear.bounds(ends)], [nothing; 2], "{ends:?}");
+        }
+        assert_eq!(refused.bounds([2.0, 3.5]), nothing);
+        assert_eq!([linear.passed([1.0, -1.0]), linear.passed([-3.0, 4.0])], [None, Some(7)]);
     }
 
     #[test]

@@ -66,7 +66,7 @@ struct System<'w, S> {
     window: Window<'w, S>,
     /// Set at the first residual if they are not given.
     scales: Vec<f64>,
-    // What was evaluated last: the fields on all N nodes, their rates and their slopes. Kept, because at a million
+    // The fields on all N nodes, their rates and their slopes as evaluated last. They are kept, because at a million
     // nodes fresh memory costs more than the arithmetic.
     q: Vec<Vec<S>>,
     p: Vec<Vec<S>>,

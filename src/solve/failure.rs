@@ -23,7 +23,7 @@ pub struct NoSolution {
     /// Largest residual entry at the last accepted iterate (infinite if none was accepted); the estimated error where
     /// an accuracy is not reached.
     pub residual: f64,
-    /// What a run beyond a limit would need: nodes, or evaluations of the force. Where an accuracy is not reached, the
+    /// The need of a run beyond a limit: nodes, or evaluations of the force. Where an accuracy is not reached, the
     /// one for which rounding leaves room. It is 0 for every other status.
     pub needed: f64,
     /// The accuracy that was asked for and is not reached; 0 for every other status.

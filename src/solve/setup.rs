@@ -70,8 +70,8 @@ pub struct Settings {
     pub digits: u32,
     /// Most Newton iterations of a window.
     pub max_iterations: usize,
-    /// What operator and windows are chosen for, if they are to be: the operator, the form, the number of nodes and of
-    /// windows say nothing then. Such a solve is one of the physical limit in `f64`.
+    /// The accuracy that operator and windows are chosen for, if they are to be: the operator, the form, the number of
+    /// nodes and of windows say nothing then. Such a solve is one of the physical limit in `f64`.
     pub accuracy: Option<Accuracy>,
 }
 

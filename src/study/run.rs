@@ -16,8 +16,8 @@ use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
 /// Conserved sums are looked at on so many nodes of a run.
 const PLACES_ALONG: usize = 64;
 
-/// What sees a run part by part, with what is measured on each part alone. A part that contains the first window begins
-/// the run again.
+/// An observer, which sees a run part by part, with what is measured on each part alone. A part that contains the first
+/// window begins the run again.
 pub type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>, &Diagnostics<S>);
 
 /// The wishes besides the run.

@@ -107,15 +107,15 @@ impl Serialize for Gap {
     }
 }
 
-/// What may hide in a gap: the window and its first node there, and by how much it moves the end, as a share of what
-/// all gaps may do together.
+/// A gap in which something may hide: the window and its first node there, and by how much it moves the end, as a share
+/// of what all gaps may do together.
 struct Hidden {
     window: usize,
     node: usize,
     share: f64,
 }
 
-/// Of a run with this error relative to max(1, size) of its coordinates: the accuracy with which gaps are explained.
+/// The accuracy with which gaps of a run are explained, from its error relative to max(1, size) of its coordinates.
 fn accuracy(error: Option<f64>) -> f64 {
     let [least, most] = ERRORS;
     // NaN is no error that is known.

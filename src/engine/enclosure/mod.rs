@@ -1,4 +1,4 @@
-//! Whether something steep may hide between nodes.
+//! The look for something steep that may hide between nodes.
 //!
 //! The nodes know the force where they are. Its formulas say more: interval arithmetic bounds what they do on the boxes
 //! that neighbouring nodes span. This is done in two stages.

@@ -49,7 +49,7 @@ impl Enclosed {
 }
 
 impl Enclosure {
-    /// What may hide between neighbouring nodes of [`Self::path`]: pairs, each named by its first node, with the
+    /// Finds what may hide between neighbouring nodes of [`Self::path`]: pairs, each named by its first node, with the
     /// largest change of what drives the motion, in units of `tolerances`. Pairs that hide nothing are left out, and
     /// what is below `least` is not looked at more closely.
     pub(crate) fn hidden(&mut self, tolerances: impl FnOnce() -> Vec<f64>, least: f64) -> Vec<(usize, f64)> {

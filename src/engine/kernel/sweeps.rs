@@ -235,7 +235,7 @@ impl<const N: usize> Sweeps<'_, N> {
     }
 }
 
-/// What is missing after three changes, the last one last: a geometric series with the slower one of their two
+/// The error that is left after three changes, the last one last: a geometric series with the slower one of their two
 /// contractions, as the first change belongs to the guess. Nothing is missing if two changes in turn are rounding
 /// errors. Before there are three of them it is the last change.
 #[inline(always)]

@@ -75,8 +75,8 @@ impl<S: Real> Points<S> {
         (self.q_dot[a] / self.q_dot[clock]).to_f64()
     }
 
-    /// What a judge may be off by that is off by so much in every coordinate: of a run that ends at a value of one all
-    /// in the others.
+    /// The errors of a judge that is off by so much in every coordinate. In a run that ends at a value of one, all of
+    /// the error is in the others.
     pub(super) fn own(&self, mut errors: Vec<f64>) -> Vec<f64> {
         if let Some(clock) = self.clock {
             let late = std::mem::take(&mut errors[clock]);

@@ -1,4 +1,4 @@
-//! Whether a solve that serves to judge another one has itself stepped over a feature: a hump of V, say, that is
+//! The look whether a solve that judges another one has itself stepped over a feature: a hump of V, say, that is
 //! narrower than its windows and lies between their nodes.
 //!
 //! Such a solve is smooth where the motion is not, and nothing on its nodes tells. But K at a point between them is

@@ -28,7 +28,7 @@ pub(super) struct Track {
 }
 
 impl Track {
-    /// That of a run in windows with these grids, where ΔK is `ends` for what the windows are continued with, and
+    /// The track of a run in windows with these grids, where ΔK is `ends` for what the windows are continued with, and
     /// `delta_k_max` at most on the way.
     pub(super) fn of_windows<'g>(
         grids: impl Iterator<Item = WindowGrid<'g, f64>>,
@@ -60,8 +60,8 @@ impl Track {
         }
     }
 
-    /// That of a method which took so many steps, and whose states are known at equal distances. Between the ends of
-    /// its steps, which have equal lengths only if `is_equidistant` says so, there is nothing of a sawtooth.
+    /// The track of a method which took so many steps, and whose states are known at equal distances. Between the ends
+    /// of its steps, which have equal lengths only if `is_equidistant` says so, there is nothing of a sawtooth.
     pub(super) fn of_steps(
         length: f64,
         (q, delta_k): (Vec<Vec<f64>>, Vec<f64>),

@@ -182,7 +182,7 @@ impl<S: Real> Motion<'_, S> {
         own
     }
 
-    /// What a change of every row is small or large against: the values at the start, and those that the other rows
+    /// The sizes that changes of the rows are compared with: the values at the start, and those that the other rows
     /// have in the units of this one. The radial momentum of a circular orbit is zero but for rounding of the others.
     fn sizes(&self, length: S) -> Vec<S> {
         let Start { q, q_dot, p } = self.start;

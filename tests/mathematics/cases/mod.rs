@@ -3,6 +3,7 @@
 mod conformal;
 mod fuzz;
 mod malformed;
+mod mistakes;
 mod overrides;
 mod starts;
 mod written;

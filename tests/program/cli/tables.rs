@@ -84,7 +84,7 @@ fn mistakes_in_tables_say_where_and_what_to_do() {
         let message = failed(&run_in(folder.path(), "check case.toml"), 2);
         messages.iter().for_each(|part| assert!(message.contains(part), "{part} is not in\n{message}"));
     }
-    // What a user would try first.
+    // A user would try this first.
     write(folder.path(), "case.toml", &REST.replace("{ formula = \"v(x)\" }", "{ table = { x = [0.0], V = [0.0] } }"));
     let message = failed(&run_in(folder.path(), "check case.toml"), 2);
     assert!(message.contains("unknown field `table`") && message.contains("write [tables] v = "), "{message}");

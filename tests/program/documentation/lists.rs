@@ -136,8 +136,8 @@ pub(crate) fn results() -> TempDir {
     folder
 }
 
-/// What a row of the page's table of columns says of a case: a column with … is there once for each of the names that
-/// its place in angle brackets stands for, and two columns with "and" between them alternate.
+/// Returns the columns that a row of the page's table stands for in a case: one with … is there once for each of the
+/// names that its place in angle brackets stands for, and two columns with "and" between them alternate.
 fn expanded(columns: &str, names: &[(&str, &[&str])]) -> Vec<String> {
     let mut all = Vec::new();
     for column in columns.split(", ") {

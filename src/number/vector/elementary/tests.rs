@@ -85,7 +85,7 @@ impl Random {
     }
 }
 
-/// That `count` thousand values between the ends are within `most` ulp, and that all levels with vectors agree.
+/// Asserts that `count` thousand values between the ends are within `most` ulp, and that all levels with vectors agree.
 fn check(function: Option<Function>, thousands: usize, ends: [f64; 2], exponents: [f64; 2], most: f64) {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     let x = random.between(1000 * thousands, ends);
