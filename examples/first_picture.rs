@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let nodes: Vec<(f64, f64)> = short.t().zip(short.x().iter().copied()).collect();
     let axis = nodes.iter().map(|&(t, _)| (t, -1.3)).collect();
     let mesh = Chart {
-        title: "Even steps in γ, uneven steps in t: short where the force is strong".to_owned(),
+        title: "Even steps in γ, uneven steps in t: short where the potential is high".to_owned(),
         x_label: "t".to_owned(),
         y_label: "x".to_owned(),
         series: vec![

@@ -85,6 +85,8 @@ DEFAULTS |= dict.fromkeys(["kerr", "kerr-equatorial"], {"m": 1, "a": 0})
 def read(case):
     """The formulas of a case as texts: all components, the potential under Newton's law, what else there is,
     and the initial data."""
+    if "body" in case:
+        case = of_bodies(case)
     particle, initial, metric = case.get("particle", {}), dict(case["initial"]), case.get("metric")
     table = SimpleNamespace(initial=initial, grid=case["grid"], definitions={}, masses={}, potential=None)
     table.law = "metric" if metric else particle.get("law", "relativistic")
@@ -117,6 +119,26 @@ def read(case):
     table.one_form, table.force = spec.get("one_form", {}), spec.get("force", {})
     table.conformal = spec.get("conformal")
     return table
+
+
+def of_bodies(case):
+    """The same case with a potential in the coordinates of all bodies. One without mass moves no other."""
+    bodies, axes = case["body"], "xyz"[: len(case["body"][0]["position"])]
+    mass = {body["name"]: "1e-60" if body["mass"] in (0, "0.0") else f"({body['mass']})" for body in bodies}
+    terms, word = [], lambda text, names: re.sub(r"\b(r|m_1|m_2)\b", lambda found: names[found[0]], text)
+    for j, one in enumerate(body["name"] for body in bodies):
+        for two in (body["name"] for body in bodies[:j]):
+            distance = "sqrt(" + " + ".join(f"({axis}_{one} - {axis}_{two})^2" for axis in axes) + ")"
+            terms.append(word(case["pair"]["formula"], {"r": distance, "m_1": mass[one], "m_2": mass[two]}))
+    initial = {"t": case.get("initial", {}).get("t", 0)}
+    for body in bodies:
+        for axis, place, speed in zip(axes, body["position"], body["velocity"]):
+            initial |= {f"{axis}_{body['name']}": place, f"{axis}_{body['name']}_dot": speed}
+    names = [f"{axis}_{body['name']}" for body in bodies for axis in axes]
+    parameters = case["pair"].get("parameters", {})
+    potential = {"coordinates": names, "formula": " + ".join(f"({term})" for term in terms), "parameters": parameters}
+    particle = {"law": "newtonian", "masses": {name: mass[name[2:]] for name in names}}
+    return case | {"potential": potential, "particle": particle, "initial": initial}
 
 
 KINDS = ("free", "linear", "quartic", "polynomial")
@@ -520,7 +542,7 @@ def critical_point(scene, sbp, form, grid, length, t_f):
 
 def solve(case):
     """The coordinates at the end, and gamma there."""
-    is_newtonian = case.get("particle", {}).get("law") == "newtonian"
+    is_newtonian = "body" in case or case.get("particle", {}).get("law") == "newtonian"
     grid, scheme, solver = case["grid"], case.get("scheme", {}), case.get("solver", {})
     is_spectral = "accuracy" in solver or scheme["sbp"].startswith("GLL")
     mp.dps = DIGITS if is_spectral else COLLOCATION_DIGITS

@@ -9,7 +9,7 @@ use super::several::several;
 
 /// A case, drawn.
 pub(crate) struct Drawn {
-    /// Of what kind the scene is, and the scheme.
+    /// The kind of the scene, and the scheme.
     pub(crate) kind: &'static str,
     pub(crate) scheme: String,
     text: String,

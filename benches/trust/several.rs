@@ -42,7 +42,7 @@ fn potential(random: &mut Random, law: &str) -> String {
     text + &format!("[grid]\n{} = {:?}\n", end(random), random.scale(1.0, 60.0))
 }
 
-/// What a run goes to: a γ or a time.
+/// A run goes to a γ or a time.
 fn end(random: &mut Random) -> &'static str {
     if random.next().is_multiple_of(2) { "gamma_f" } else { "t_f" }
 }

@@ -12,7 +12,7 @@ use geodesic_ivp::reference::ReferenceTrajectory;
 const PIECES: usize = 96;
 /// The exact world-line is computed a little beyond the end.
 const BEYOND: f64 = 1.001;
-/// What rounding may do in any case, relative to the size of a coordinate.
+/// Rounding may do this in any case, relative to the size of a coordinate.
 const ROUNDING: f64 = 2e-13;
 
 /// The exact world-line.
@@ -20,7 +20,7 @@ pub(crate) struct Truth {
     pieces: Vec<ReferenceTrajectory>,
     /// The length of each in γ.
     piece: f64,
-    /// What every coordinate may be off by.
+    /// Every coordinate may be off by this.
     pub(crate) uncertain: Vec<f64>,
 }
 

@@ -1,16 +1,17 @@
 # /// script
 # requires-python = ">=3.11"
-# dependencies = ["matplotlib", "numpy"]
+# dependencies = ["matplotlib", "numpy", "pandas"]
 # ///
 # %% [markdown]
 # # A first look from Python
 #
 # This notebook runs `geodesic-ivp`, reads its tables and its summary, and draws them. It needs the program on the PATH,
-# numpy and matplotlib. Run it as a script (`uv run examples/python/first_look.py`), or open it in an editor that knows
-# cells. Files and pictures go into `results/python`. Words and symbols are explained in `docs/guide.md`.
+# pandas and matplotlib; `polars.read_csv` reads the tables just as well. Run it as a script (`uv run
+# examples/python/first_look.py`), or open it in an editor that knows cells. Files and pictures go into
+# `results/python`. Words and symbols are explained in `docs/guide.md`.
+
 
 # %%
-import csv
 import io
 import json
 import subprocess
@@ -18,6 +19,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 
 PROGRAM = "geodesic-ivp"
 FOLDER = Path("results/python")
@@ -27,31 +29,18 @@ FOLDER.mkdir(parents=True, exist_ok=True)
 # %% [markdown]
 # ## Running the program
 #
-# A table becomes a dictionary of arrays, a column each. A mistake in a case ends the program with a message on standard
-# error, and `check=True` turns that into an exception.
+# A table is read in one line. A mistake in a case ends the program with a message on standard error, and `check=True`
+# turns that into an exception.
 
 
 # %%
-def columns(text):
-    """The columns of a CSV table as arrays: of numbers where they are numbers, empty fields as NaN."""
-    header, *rows = csv.reader(io.StringIO(text))
-
-    def array(values):
-        try:
-            return np.array([float(value) if value else np.nan for value in values])
-        except ValueError:
-            return np.array(values)
-
-    return {name: array(values) for name, values in zip(header, zip(*rows, strict=True), strict=True)}
-
-
 def run(case, **changes):
     """One table with all columns of a run, straight from the pipe. Write `grid__n_gamma=64` for grid.n_gamma."""
     settings = [part for key, value in changes.items() for part in ("--set", f"{key.replace('__', '.')}={value}")]
     done = subprocess.run(
         [PROGRAM, "run", case, "--stdout", "--quiet", *settings], check=True, stdout=subprocess.PIPE, text=True
     )
-    return columns(done.stdout)
+    return pd.read_csv(io.StringIO(done.stdout))
 
 
 # %% [markdown]
@@ -124,7 +113,7 @@ done = subprocess.run(
     [PROGRAM, "run", "-", "--stdout", "--quiet", "--sample-t", "0:20:0.1", "--samples-only"],
     input=PENDULUM, check=True, stdout=subprocess.PIPE, text=True,
 )  # fmt: skip
-pendulum = columns(done.stdout)
+pendulum = pd.read_csv(io.StringIO(done.stdout))
 figure, axes = plt.subplots()
 axes.plot(pendulum["t"], pendulum["x"])
 axes.set(xlabel="t", ylabel="angle", title="A pendulum, released at 2.5 rad")

@@ -55,32 +55,6 @@ def digits():
     return what + "\n" + table(["", "16 digits", "40 digits", "60 digits"], rows)
 
 
-@section("Strong form and weak form, quartic case")
-def forms():
-    names = [(sbp, form) for sbp in ("SBP21", "SBP42") for form in ("strong", "weak")]
-    columns = []
-    for sbp, form in names:
-        base = f"scheme.sbp={sbp} scheme.form={form}"
-        with run("quartic", base) as one, run("quartic", f"{base} solver.digits=40 solver.system=doubled") as exact:
-            column = [
-                short(abs(one.number("delta_q_t_last"))),
-                short(max(float(exact.number("max_abs_delta_q_t_interior")), abs(exact.number("delta_q_t_last")))),
-            ]
-        with Results("converge", "quartic", "--n-gamma", "65,129,257", "--sbp", sbp, "--form", form) as swept:
-            finest = swept.rows("convergence.csv")[-1]
-            slopes = {row["quantity"]: f"{float(row['slope']):.2f}" for row in swept.rows("slopes.csv")}
-            column += [f"{short(finest['eps_x_final'])}, {short(finest['eps_t_final'])}"]
-            column += [f"{slopes['eps_x_final']}, {slopes['eps_t_final']}"]
-        with run("quartic", f"{base} grid.gamma_f=100.0 grid.n_gamma=2001", ends=(0, 3)) as long:
-            column.append(short(long.number("max_abs_delta_k")) if long.code == 0 else "no critical point")
-        columns.append(column)
-    labels = ["ΔQ_t at the last node, N = 32", "largest ΔQ_t of all nodes, N = 32, 40 digits, doubled"]
-    labels += ["ε_x(γ_f), ε_t(γ_f), N = 257", "their slopes from N = 65", "largest ΔK, γ_f = 100, N = 2001"]
-    text = "`geodesic-ivp run quartic --set scheme.form=weak` and the like.\n\n"
-    head = ["", *(f"{sbp} {form}" for sbp, form in names)]
-    return text + table(head, [[label, *cells] for label, cells in zip(labels, zip(*columns))])
-
-
 @section("Operators: orders and errors at γ_f, quartic case in 60 digits")
 def operators():
     names = "SBP21,SBP42,SBP63,SBP84,GLL8,GLL16"
@@ -97,18 +71,6 @@ def operators():
                 rows[-1] += [slopes["eps_x_final"], slopes["eps_t_final"], short(nearest["eps_x_final"])]
     head = [f"{what}, {form}" for form in ("strong", "weak") for what in ("slope of ε_x", "of ε_t", "ε_x at N = 1024")]
     return f"`{swept.line}`\n\n" + table(["", *head], rows)
-
-
-@section("Down to rounding: ε_x(γ_f) of the quartic case in f64")
-def rounding():
-    grids, rows = "1024,16384,65536,262144,1000000,4000000", []
-    for form in ("strong", "weak"):
-        sweep = ["--sbp", "SBP21,SBP42" if form == "strong" else "SBP42", "--form", form, "--n-gamma", grids]
-        with Results("converge", "quartic", *sweep) as swept:
-            points = swept.rows("convergence.csv")
-            for sbp in dict.fromkeys(row["sbp"] for row in points):
-                rows.append([f"{sbp} {form}", *(short(row["eps_x_final"]) for row in points if row["sbp"] == sbp)])
-    return f"`{swept.line}`\n\n" + table(["N =", *grids.split(",")], rows)
 
 
 @section("An accuracy in place of a grid: true errors")
@@ -130,15 +92,6 @@ def accuracy():
     what = "`geodesic-ivp run CASE --set solver.accuracy=1e-10`: the error of t and x at the end, against 200 windows\n"
     what += "of 24 nodes in 32 digits. In parentheses stands what the run estimates for all its nodes.\n\n"
     return what + table(["asked for", "1e-4", "1e-7", "1e-10", "1e-13"], rows)
-
-
-@section("Without the regularisation")
-def unregularised():
-    rows = []
-    for sbp in ("SBP21", "SBP42"):
-        with run("linear", f"scheme.sbp={sbp}") as right, run("linear-unregularised", f"scheme.sbp={sbp}") as wrong:
-            rows.append([sbp, f"{right.number('t_final'):.4f}", f"{wrong.number('t_final'):.4f}"])
-    return f"`{wrong.line}`\n\n" + table(["linear case", "t_N", "t_N without the regularisation"], rows)
 
 
 @section("Costs of a solve with its certificate, quartic case")

@@ -9,8 +9,6 @@ import subprocess
 from .page import DOCS, ROOT, Results, chosen, duration, quoted, section, short, table
 
 ERRORS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-# Methods that choose their steps by a tolerance; all others have steps that are picked by hand.
-ADAPTIVE = ("DOP853", "Radau5", "Taylor", "heyoka", "SciPy")
 FLAT = 'potential={coordinates=["x","y"],formula="-1/sqrt(x^2 + y^2)"}'
 # Scenes with what is told of them: their names, cases, lengths, changes, and pictures in docs/.
 RACES = [
@@ -60,38 +58,7 @@ def speed():
     text += "is below the bound, over that of this program's library and over that of its certified `solve`: above 1 "
     text += "this program is faster. The last column names the fastest others, and links lead to charts.\n\n"
     text += table(["error below", *(short(error, 0) for error in ERRORS), "fastest other"], rows)
-    charts = ("quartic", "The quartic over 1000 units"), ("kerr", "An orbit around a rotating black hole")
-    text += "".join(f"\n![{title}: error against time](work-precision-{name}.svg)\n" for name, title in charts)
     return text + "\n![K along a thousand units of the quartic](drift-quartic.svg)\n"
-
-
-def fastest(rows, error):
-    """Times of the fastest methods whose errors are below the bound, over that of `accuracy`."""
-    best = {}
-    for row in rows:
-        errors = [float(value) for key, value in row.items() if key.startswith("error_") and value]
-        if row["status"] != "converged" or max(errors) > error:
-            continue
-        method = row["method"]
-        kind = "adaptive" if method.startswith(ADAPTIVE) else "other"
-        kind = method if method == "accuracy" else "own" if method.startswith(("SBP", "GLL")) else kind
-        best[kind] = min(float(row["seconds_min"]), best.get(kind, math.inf))
-    own = best.get("accuracy")
-    return " / ".join(f"{best[kind] / own:.2f}" if own and kind in best else "–" for kind in ("adaptive", "other"))
-
-
-@section("Runs to an accuracy beside other methods")
-def accuracies():
-    rows = []
-    for length in ("1", "1000"):
-        for case in ("quartic", "double-well", "morse", "pendulum-separatrix", "tanh-wall"):
-            # Steps picked by hand may take long on long runs, and are not the fastest then.
-            with raced(case, "--gamma-f", length, "--longest", "0.03") as race:
-                found = race.rows("work_precision.csv")
-            rows.append([f"{case}, {length}", *(fastest(found, error) for error in ERRORS)])
-    text = "Times over that of `solver.accuracy`: of the fastest adaptive method, heyoka among them / of the fastest\n"
-    text += "with steps that are picked by hand. Lengths are in γ.\n\n"
-    return text + table(["error below", *(short(error, 0) for error in ERRORS)], rows)
 
 
 @section("What a promise costs")
@@ -114,8 +81,7 @@ def promise():
     return text + table(["", *accuracies], rows)
 
 
-HELD = "SBP21 strong,SBP42 strong,SBP42 weak,SBP84 weak,GLL8 weak,GLL16 weak,accuracy,tolerance,RK4,Verlet"
-HELD += ",Kahan-Li 8,Gauss 4,Gauss 8,DOP853,Radau5,Taylor"
+HELD = "SBP21 strong,SBP42 strong,SBP42 weak,SBP84 weak,GLL8 weak,GLL16 weak,accuracy,tolerance"
 STATUSES = "accurate inaccurate sawtooth drifting diverged".split()
 
 

@@ -5,10 +5,20 @@ use crate::geometry::Geometry;
 use crate::number::Real;
 
 impl Case {
+    /// The axes of the pictures of the orbit, with what is drawn in them: every body in x and y, unless `[plot]` is
+    /// given, or the one orbit, which has no name.
+    pub fn orbits<S: Real>(&self, geometry: &Geometry<S>) -> Vec<(String, Axes)> {
+        if self.bodies.is_empty() || self.axes.is_some() {
+            return vec![(String::new(), self.axes_or_default(geometry))];
+        }
+        let axes = |name: &String| Axes { x: format!("x_{name}"), y: format!("y_{name}") };
+        self.bodies.iter().map(|name| (name.clone(), axes(name))).collect()
+    }
+
     /// The axes of `[plot]` or, without it, those that suit the coordinates: the Cartesian ones of coordinates that are
     /// called r, phi and perhaps theta; otherwise the first two coordinates besides t and a last one that the scene
-    /// adds itself, active ones before others. A single one is drawn against its velocity.
-    pub fn axes_or_default<S: Real>(&self, geometry: &Geometry<S>) -> Axes {
+    /// adds itself, active ones before others. A single one is drawn over t or, without that, against its velocity.
+    fn axes_or_default<S: Real>(&self, geometry: &Geometry<S>) -> Axes {
         if let Some(axes) = self.axes() {
             return axes.clone();
         }
@@ -26,6 +36,7 @@ impl Case {
         let places: Vec<usize> = active.chain(geometry.ignorable().filter(is_place)).collect();
         match places.as_slice() {
             [] => axes(&names[0], &format!("{}_dot", names[0])),
+            [one] if has("t") => axes("t", &names[*one]),
             [one] => axes(&names[*one], &format!("{}_dot", names[*one])),
             [x, y, ..] => axes(&names[*x], &names[*y]),
         }

@@ -5,16 +5,32 @@ use super::initial::Initial;
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use super::start::{self, NoStart, Solved};
-use super::{conformal, metric, potential};
+use super::{bodies, conformal, metric, potential};
 use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText, Start, Tau};
 use crate::number::Real;
 
 /// Reads the one of `[metric]` and `[potential]` that is given.
 pub(super) fn geometry<'t>(
     root: &mut Section<'t>,
-    [metric, potential, force]: [Option<Field<'t>>; 3],
-    particle: Section<'t>,
+    [metric, potential, force, body]: [Option<Field<'t>>; 4],
+    [particle, pair]: [Section<'t>; 2],
 ) -> Result<Scenery<'t>, CaseError> {
+    if let Some(body) = body {
+        let other = [&metric, &potential, &force].into_iter().flatten().next();
+        if let Some(error) = other.map(|field| field.key_error(format!("both [[body]] and [{}] are given", field.key)))
+        {
+            let help = "bodies move by Newton's law in the energy of their pairs, [pair] formula";
+            return Err(error.with_help(help.to_owned()));
+        }
+        if particle.is_given() {
+            let message = "[particle] belongs to a potential, and the case has bodies";
+            return Err(particle.error(message).with_help("every body has a mass of its own".to_owned()));
+        }
+        return bodies::read(&body, pair);
+    }
+    if pair.is_given() {
+        return Err(pair.error("[pair] needs bodies").with_help("give [[body]], one table for each".to_owned()));
+    }
     if let (Some(_), Some(force)) = (&metric, &force) {
         let help = "a force in a metric is metric.force".to_owned();
         return Err(force.key_error("[force] belongs to a potential, and the case has a metric").with_help(help));

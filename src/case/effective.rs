@@ -19,6 +19,7 @@ impl Case {
                 fill_formulas(table, "parameters", &metric.parameters);
             }
             GeometryText::Metric(_) => {}
+            GeometryText::Potential(_) if !self.bodies.is_empty() => {}
             GeometryText::Potential(potential) => {
                 let is_relativistic = potential.law == Law::Relativistic;
                 let particle = table(root, "particle");
@@ -70,11 +71,15 @@ impl Case {
 
     fn fill_initial(&self, root: &mut Item) {
         let initial = table(root, "initial");
-        let names = self.coordinates();
+        let mut names = self.coordinates();
+        if !self.bodies.is_empty() {
+            // All but the time stands in the tables of the bodies.
+            names.truncate(1);
+        }
         for (name, q) in names.iter().zip(&self.initial.q) {
             fill(initial, name, formula(q.text()));
         }
-        for (name, rate) in names.iter().zip(&self.initial.rates) {
+        for (name, rate) in names.iter().zip(&self.initial.rates).filter(|_| self.bodies.is_empty()) {
             let is_velocity = name == "x" && has(initial, "velocity");
             match rate {
                 Rate::Velocity(value) if !is_velocity => fill(initial, &format!("{name}_dot"), formula(value.text())),

@@ -124,7 +124,9 @@ impl<'a> Missing<'a> {
             ),
             (
                 is_missing(&[("initial", "t_dot")]),
-                "initial.t_dot is dt/dgamma at the start; with 1, gamma runs like time does there".to_owned(),
+                "initial.t_dot is dt/dgamma at the start; with 1, gamma runs like time does there. Newton's law needs \
+                 none: particle.law = \"newtonian\""
+                    .to_owned(),
             ),
             (
                 is_missing(&[("initial", "x_dot")]),

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::CaseError;
+use super::bodies;
 use super::quantity::Quantity;
 use super::reader::{Field, Section};
 use super::scenery::{Scenery, known};
@@ -80,6 +81,9 @@ pub(super) fn read<'t>(
     let names = geometry.names();
     if let Some(field) = section.take("from") {
         return continued(&field, section, names);
+    }
+    if !scenery.start.is_empty() {
+        return bodies::start(section, &scenery.start);
     }
     let q: Vec<Option<Field<'t>>> = names.iter().map(|name| section.take(name)).collect();
     let velocities: Vec<_> = names.iter().map(|name| section.take(&format!("{name}_dot"))).collect();
@@ -277,7 +281,7 @@ pub(super) fn norm_value(field: &Field<'_>) -> Result<Quantity, CaseError> {
 }
 
 /// Sets the rates that follow from Newton's law: that of t is 1, and that of s makes K zero.
-fn add_lift(
+pub(super) fn add_lift(
     rates: &mut [Option<Rate>],
     norm: &mut Option<Quantity>,
     field: Option<&Field<'_>>,

@@ -107,6 +107,12 @@ pub const KEYS: &[Key] = &[
          positions are good. For chaotic motion.",
     ),
     key(
+        "solver.floor",
+        "table of numbers",
+        "none",
+        "sizes of coordinates below which accuracy and tolerance are absolute: { phi = 1e-6 }",
+    ),
+    key(
         "expect.status",
         "string",
         "\"converged\"",
@@ -141,6 +147,13 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
     ("potential.conformal", "a factor Ω of the metric of Newton's law"),
     ("particle.law", "\"relativistic\", the metric of the paper, diag(c² + 2V/m, −m_a/m, …), or \"newtonian\""),
     ("particle.masses", "a mass for each coordinate, which may be a formula in t: { x = \"m0 - k*t\" }"),
+    ("body.name, body.mass", "bodies that move by Newton's law, one table [[body]] for each; the mass may be 0"),
+    (
+        "body.position, body.velocity",
+        "two or three numbers or formulas each: the coordinates are x_NAME, y_NAME, z_NAME",
+    ),
+    ("pair.formula", "the energy of each pair in their distance r and masses m_1 and m_2: \"-G*m_1*m_2/r\""),
+    ("pair.parameters", "named numbers or formulas in each other"),
     ("initial.q", "the place, for each coordinate q; an ignorable one may be left out and is 0"),
     ("initial.q_dot, initial.p_q", "for each coordinate either dq/dγ or its momentum"),
     ("initial.norm", "a number for K, \"timelike\" (1) or \"null\" (0), in place of the rate of one coordinate"),
@@ -163,7 +176,11 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
         "a function of one argument, NAME(r) in formulas: a cubic spline through { x = [numbers], y = [numbers] }, or \
          through the columns { file = \"points.csv\", x = \"r\", y = \"v\" }",
     ),
-    ("tables.NAME.spline", "\"cubic\", whose second derivative is 0 at both ends, or \"clamped\", whose first one is"),
+    (
+        "tables.NAME.spline",
+        "\"cubic\", whose second derivative is 0 at both ends, \"clamped\", whose first one is, or \"quintic\", of \
+         degree 5, whose third and fourth ones are",
+    ),
     ("tables.NAME.outside", "\"refused\", or \"linear\": beyond its points the function goes on as its tangent"),
     (
         "plot.x, plot.y",

@@ -59,7 +59,8 @@ pub(super) fn read(mut section: Section<'_>) -> Result<Scenery<'_>, CaseError> {
     }
     let whole = fields.components.or(fields.preset).or(fields.coordinates);
     let text = GeometryText::Metric(text);
-    Ok(Scenery { text, preset, fields: places, section, whole, coefficients: None, is_of_x: false })
+    let (bodies, start) = (Vec::new(), Vec::new());
+    Ok(Scenery { text, preset, fields: places, section, whole, coefficients: None, is_of_x: false, bodies, start })
 }
 
 /// The formulas below the names of coordinates.

@@ -7,7 +7,7 @@ use super::observables::direction;
 use super::potential::{KINDS as KINDS_OF_POTENTIAL, law};
 use super::reader::{Field, Section};
 use super::settings::{at_least_one, chosen, digits};
-use super::tables::{ends, explain_table, outside};
+use super::tables::{explain_table, kind, outside};
 use super::{CaseError, Form, SbpName, System, names};
 use crate::geometry::{Preset, Tau};
 use crate::solve::Status;
@@ -49,6 +49,9 @@ const KINDS: &[(&str, Check)] = &[
     ("potential.conformal", FORMULA),
     ("potential.parameters.*", FORMULA),
     ("force.*", FORMULA),
+    ("body", ANY),
+    ("pair.formula", TEXT),
+    ("pair.parameters.*", FORMULA),
     ("particle.mass", FORMULA),
     ("particle.masses.*", FORMULA),
     ("particle.c", FORMULA),
@@ -71,6 +74,7 @@ const KINDS: &[(&str, Check)] = &[
     ("solver.max_iterations", |field| at_least_one(field).map(drop)),
     ("solver.accuracy", |field| chosen("accuracy", field).map(drop)),
     ("solver.tolerance", |field| chosen("tolerance", field).map(drop)),
+    ("solver.floor.*", FORMULA),
     ("expect.status", |field| field.word::<Status>().map(drop)),
     ("expect.gamma_final", FORMULA),
     ("expect.tolerance", FORMULA),
@@ -84,7 +88,7 @@ const KINDS: &[(&str, Check)] = &[
     ("tables.*.file", TEXT),
     ("tables.*.x", ANY),
     ("tables.*.y", ANY),
-    ("tables.*.spline", |field| ends(field).map(drop)),
+    ("tables.*.spline", |field| kind(field).map(drop)),
     ("tables.*.outside", |field| outside(field).map(drop)),
 ];
 

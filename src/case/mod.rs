@@ -21,6 +21,7 @@
 //! ```
 
 mod axes;
+mod bodies;
 pub mod builtin;
 mod check;
 mod conformal;
@@ -86,6 +87,8 @@ pub struct Case {
     is_of_x: bool,
     /// The coefficients of V, lowest power first, if it is given by them.
     coefficients: Option<Vec<String>>,
+    /// The names of the bodies, if it is made of these.
+    bodies: Vec<String>,
     initial: StartData,
     /// The end of the run that it continues, if it continues one.
     from: Option<Continuation>,
@@ -102,9 +105,9 @@ pub struct Case {
     invariants: Vec<(String, String)>,
     events: Vec<Event>,
     axes: Option<Axes>,
-    /// As it was read, with its overrides.
     /// The files of tables, by the names of the functions.
     tables: Vec<(String, PathBuf)>,
+    /// The text as it was read, with its overrides.
     text: String,
 }
 

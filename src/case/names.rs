@@ -69,7 +69,12 @@ pub(super) fn keys(field: &Field<'_>, others: &[&str]) -> Result<Vec<String>, Ca
     checked(field, keys.collect(), others)
 }
 
-fn checked(field: &Field<'_>, given: Vec<(String, Range<usize>)>, others: &[&str]) -> Result<Vec<String>, CaseError> {
+/// The names, if all of them may be those of coordinates.
+pub(super) fn checked(
+    field: &Field<'_>,
+    given: Vec<(String, Range<usize>)>,
+    others: &[&str],
+) -> Result<Vec<String>, CaseError> {
     let mut names: Vec<String> = Vec::new();
     for (name, span) in given {
         let meaning = |what: &str| format!("a coordinate cannot have the name '{name}': {what}");

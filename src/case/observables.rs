@@ -8,7 +8,7 @@ use super::reader::{Field, Section};
 use super::scenery::known;
 use crate::formula::similar::nearest;
 use crate::formula::{Graph, Names, parse};
-use crate::geometry::{Direction, observed};
+use crate::geometry::{Direction, GeometryText, observed};
 use crate::number::spline::Table;
 
 /// An entry of `[events]`.
@@ -41,7 +41,13 @@ pub(super) struct Formulas<'s> {
     pub(super) tables: &'s [(String, Table)],
 }
 
-impl Formulas<'_> {
+impl<'s> Formulas<'s> {
+    /// The names of a scene with these coordinates.
+    pub(super) fn of(scene: &'s GeometryText, coordinates: &'s [String]) -> Self {
+        let (parameters, definitions) = (scene.parameters(), scene.definitions());
+        Self { coordinates, parameters, definitions, tables: scene.tables() }
+    }
+
     /// A formula of positions and velocities.
     pub(super) fn of_velocities(&self, field: &Field<'_>) -> Result<String, CaseError> {
         let mut variables = observed(self.coordinates);

@@ -40,14 +40,15 @@ impl Case {
 
     fn read<'t>(source: &'t Source, mut root: Section<'t>) -> Result<Self, CaseError> {
         let [title, metric, potential, force] = ["title", "metric", "potential", "force"].map(|key| root.take(key));
+        let (body, pair) = (root.take("body"), root.section("pair")?);
         let [particle, initial, grid, scheme] = ["particle", "initial", "grid", "scheme"].map(|key| root.section(key));
         let [solver, expect, invariants] = ["solver", "expect", "invariants"].map(|key| root.section(key));
         let [events, plot, tables] = ["events", "plot", "tables"].map(|key| root.section(key));
-        let mut scenery = check::geometry(&mut root, [metric, potential, force], particle?)?;
+        let mut scenery = check::geometry(&mut root, [metric, potential, force, body], [particle?, pair])?;
         let tables = tables::read(&tables?, &scenery.text)?;
         scenery.text.set_tables(tables.functions);
         // First, because an accuracy in an override takes the scheme away.
-        let solver = settings::solver(solver?)?;
+        let (mut solver, floor) = settings::solver(solver?)?;
         let scheme = scheme?;
         let ignores_scheme = solver.chooses_windows() && scheme.is_given();
         let scheme = settings::scheme(scheme, &solver)?;
@@ -65,10 +66,10 @@ impl Case {
         let is_double = found.is_double;
         let (start, compiled) = found.place(&mut scenery, &initial)?;
         let (names, parameters) = (scenery.text.coordinates(), scenery.text.parameters());
-        let definitions = scenery.text.definitions();
-        let formulas = Formulas { coordinates: &names, parameters, definitions, tables: scenery.text.tables() };
+        let formulas = Formulas::of(&scenery.text, &names);
         let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
         let context = Context { gamma_i, source, names: &names, parameters, formulas: &formulas, start: &start };
+        solver.floor = settings::floor(&floor, &solver, &context)?;
         let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,
             grid: settings::grid(grid?, operator, &context)?,
@@ -79,6 +80,7 @@ impl Case {
             preset: scenery.preset.map(|preset| preset.name),
             is_of_x: source.is_of_x,
             coefficients: scenery.coefficients.clone(),
+            bodies: scenery.bodies.clone(),
             initial: initial.data,
             from: initial.from,
             geometry: scenery.text.clone(),

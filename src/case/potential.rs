@@ -76,11 +76,12 @@ pub(super) fn read<'t>(
     }
     add_particle(&mut text, particle, &mut places)?;
     let (is_of_x, text, whole) = (section.is_of_x(), GeometryText::Potential(text), kind);
-    Ok(Scenery { text, preset: None, fields: places, section, whole, coefficients, is_of_x })
+    let (bodies, start) = (Vec::new(), Vec::new());
+    Ok(Scenery { text, preset: None, fields: places, section, whole, coefficients, is_of_x, bodies, start })
 }
 
 /// The formulas of some tables below names of their own.
-fn named<'t>(
+pub(super) fn named<'t>(
     sections: &[Section<'t>],
     (kind, place): (&'static str, fn(String) -> Place),
     taken: &mut Taken,

@@ -215,6 +215,46 @@ impl<'t> Field<'t> {
         array.iter().map(read).collect()
     }
 
+    /// The numbers and formulas of an array.
+    pub(super) fn quantities(&self) -> Result<Vec<Quantity>, CaseError> {
+        let array = self.item.as_array().ok_or_else(|| self.expected("an array of numbers"))?;
+        let read = |value: &Value| {
+            let span = value.span().unwrap_or_else(|| self.span.clone());
+            let wrong = || format!("'{}' must have finite numbers or formulas, found {value}", self.path);
+            let decimal = || number(value, &self.source.text[span.clone()]).and_then(Result::ok);
+            let text = value.as_str().map(str::to_owned).or_else(decimal);
+            text.map(Quantity::new).ok_or_else(|| self.error_at(span.clone(), wrong()))
+        };
+        array.iter().map(read).collect()
+    }
+
+    /// The number of elements of an array.
+    pub(super) fn length(&self) -> Option<usize> {
+        self.item.as_array().map(toml_edit::Array::len)
+    }
+
+    /// The place of the value.
+    pub(super) fn span(&self) -> Range<usize> {
+        self.span.clone()
+    }
+
+    /// The tables of an array.
+    pub(super) fn tables(&self) -> Result<Vec<Section<'t>>, CaseError> {
+        let section = |(k, (table, span)): (usize, (&'t dyn TableLike, Option<Range<usize>>))| {
+            let (path, span) = (format!("{}.{}", self.path, k + 1), span.unwrap_or_else(|| self.span.clone()));
+            Section { source: self.source, path, table: Some(table), span, known: Vec::new() }
+        };
+        if let Some(tables) = self.item.as_array_of_tables() {
+            let each = tables.iter().map(|table| (table as &'t dyn TableLike, table.span()));
+            return Ok(each.enumerate().map(section).collect());
+        }
+        let array = self.item.as_array().ok_or_else(|| self.expected("an array of tables"))?;
+        let each =
+            array.iter().map(|value| value.as_inline_table().map(|table| (table as &'t dyn TableLike, value.span())));
+        let each = each.collect::<Option<Vec<_>>>().ok_or_else(|| self.expected("an array of tables"))?;
+        Ok(each.into_iter().enumerate().map(section).collect())
+    }
+
     /// The strings of an array with their places.
     pub(super) fn strings(&self) -> Result<Vec<(String, Range<usize>)>, CaseError> {
         let array = self.item.as_array().ok_or_else(|| self.expected("an array of strings"))?;

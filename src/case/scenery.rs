@@ -1,6 +1,7 @@
 //! The geometry of a case, with the place of every formula.
 
 use super::CaseError;
+use super::bodies::Component;
 use super::conformal;
 use super::reader::{Field, Section};
 use crate::formula::functions;
@@ -24,6 +25,9 @@ pub(super) struct Scenery<'t> {
     pub(super) coefficients: Option<Vec<String>>,
     /// True if it is a potential of x alone, as the paper has it.
     pub(super) is_of_x: bool,
+    /// The names of bodies, and where they start, if it is made of these.
+    pub(super) bodies: Vec<String>,
+    pub(super) start: Vec<Component<'t>>,
 }
 
 /// The compiled geometry of a case.

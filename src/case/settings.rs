@@ -2,6 +2,7 @@
 
 use super::initial::check_number;
 use super::limits::{ACCURACY_AND_TOLERANCE, CHOSEN_WINDOWS, IN_F64, ONE_OF_THEM, check_nodes, check_spacing};
+use super::names;
 use super::observables::Formulas;
 use super::quantity::Quantity;
 use super::reader::{Field, Section};
@@ -55,6 +56,8 @@ pub struct Solver {
     pub accuracy: Option<Quantity>,
     /// The tolerance of each window for which they are chosen. At most one of the two is given.
     pub tolerance: Option<Quantity>,
+    /// Sizes of coordinates, by their index, below which either of them is absolute.
+    pub floor: Vec<(usize, Quantity)>,
 }
 
 impl Solver {
@@ -140,8 +143,9 @@ pub(super) fn scheme(mut section: Section<'_>, solver: &Solver) -> Result<Scheme
     Ok(Scheme { sbp, form, regularised: is_regularised })
 }
 
-/// Reads `[solver]`.
-pub(super) fn solver(mut section: Section<'_>) -> Result<Solver, CaseError> {
+/// Reads `[solver]`, but for `solver.floor`, which needs the coordinates.
+pub(super) fn solver(mut section: Section<'_>) -> Result<(Solver, Section<'_>), CaseError> {
+    let floor = section.section("floor")?;
     let (system, digits) = (section.take("system"), section.take("digits"));
     let [max_iterations, accuracy, tolerance] =
         ["max_iterations", "accuracy", "tolerance"].map(|key| section.take(key));
@@ -168,7 +172,28 @@ pub(super) fn solver(mut section: Section<'_>) -> Result<Solver, CaseError> {
         return needs(&digits_field, &format!("solver.{name} and solver.digits exclude each other"), IN_F64);
     }
     let max_iterations = max_iterations.as_ref().map_or(Ok(MAX_ITERATIONS), at_least_one)?;
-    Ok(Solver { system, digits, max_iterations, accuracy, tolerance })
+    Ok((Solver { system, digits, max_iterations, accuracy, tolerance, floor: Vec::new() }, floor))
+}
+
+/// Reads `solver.floor`.
+pub(super) fn floor(
+    section: &Section<'_>,
+    solver: &Solver,
+    context: &Context<'_>,
+) -> Result<Vec<(usize, Quantity)>, CaseError> {
+    if section.is_given() && !solver.chooses_windows() {
+        let help = "give solver.accuracy or solver.tolerance, which are relative to the sizes of coordinates";
+        return Err(section.error("a floor needs an accuracy").with_help(help.to_owned()));
+    }
+    let read = |field: Field<'_>| {
+        let a = names::index(&field, context.names)?;
+        let (quantity, value) = context.number(Some(&field), "0")?;
+        if value <= 0.0 {
+            return Err(field.error(format!("a size must be positive, got {value}")));
+        }
+        Ok((a, quantity))
+    };
+    section.fields().into_iter().map(read).collect()
 }
 
 /// A number of digits that an arithmetic has.

@@ -3,7 +3,7 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::{Axes, Case, Event};
+use super::{Case, Event};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::number::Real;
 use crate::solve::{Continuation, Place, Setup, Until};
@@ -71,10 +71,9 @@ impl Case {
         if self.is_backward() { observable.of_reversed() } else { observable }
     }
 
-    /// The formulas of the axes of the picture of the orbit, compiled, and as text.
-    pub fn plot_axes<S: Real>(&self, geometry: &Geometry<S>) -> ([Observable<S>; 2], [String; 2]) {
-        let Axes { x, y } = self.axes_or_default(geometry);
-        ([&x, &y].map(|formula| observable(self.geometry_text(), formula)), [x, y])
+    /// A formula of an axis of a picture, compiled.
+    pub fn axis<S: Real>(&self, formula: &str) -> Observable<S> {
+        observable(self.geometry_text(), formula)
     }
 
     /// The settings of a solver.
@@ -105,6 +104,7 @@ impl Case {
             limit: self.limit(),
             until,
             regularised: self.scheme.regularised,
+            floors: self.solver.floor.iter().map(|(a, size)| (*a, self.value(size))).collect(),
             settings: self.settings().within::<S>(),
         }
     }

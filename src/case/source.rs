@@ -88,7 +88,7 @@ fn is_of_x(root: &Table) -> bool {
     let table = |name: &str| root.get(name).and_then(Item::as_table_like);
     let has =
         |name: &str, keys: &[&str]| table(name).is_some_and(|table| keys.iter().any(|key| table.contains_key(key)));
-    !(["metric", "force", "events", "invariants", "plot"].iter().any(|key| root.contains_key(key))
+    !(["metric", "body", "force", "events", "invariants", "plot"].iter().any(|key| root.contains_key(key))
         || has("potential", &["coordinates", "one_form", "force", "definitions", "conformal"])
         || has("particle", &["masses", "law"])
         || has("grid", &["until"])

@@ -7,7 +7,7 @@ use super::names::Taken;
 use super::reader::{Field, Section};
 use crate::formula::similar::nearest;
 use crate::geometry::GeometryText;
-use crate::number::spline::{Ends, Outside, Table, TableError};
+use crate::number::spline::{Kind, Outside, Table, TableError};
 use crate::number::{Extended, Real};
 
 /// The functions of a case that are tables.
@@ -42,7 +42,7 @@ fn table(field: &Field<'_>) -> Result<(Table, Option<PathBuf>), CaseError> {
         let help = "give x = [numbers] and y = [numbers], or file = \"points.csv\" and the names of its columns";
         return Err(field.key_error("a table needs x and y").with_help(help.to_owned()));
     };
-    let ends = spline.as_ref().map_or(Ok(Ends::Natural), ends)?;
+    let kind = spline.as_ref().map_or(Ok(Kind::Natural), kind)?;
     let outside = outside.as_ref().map_or(Ok(Outside::Refused), self::outside)?;
     let (points, path) = match &file {
         Some(file) => {
@@ -51,7 +51,7 @@ fn table(field: &Field<'_>) -> Result<(Table, Option<PathBuf>), CaseError> {
         }
         None => (from_arrays(&x, &y)?, None),
     };
-    let table = Table::new(&points, ends, outside).map_err(|error| {
+    let table = Table::new(&points, kind, outside).map_err(|error| {
         let help = (error == TableError::TooMany).then(|| "use fewer tables in one process".to_owned());
         file.as_ref().unwrap_or(&x).error(error.to_string()).with_help(help)
     })?;
@@ -59,22 +59,23 @@ fn table(field: &Field<'_>) -> Result<(Table, Option<PathBuf>), CaseError> {
 }
 
 /// The value of `spline`.
-pub(super) fn ends(field: &Field<'_>) -> Result<Ends, CaseError> {
-    word(field, [("cubic", Ends::Natural), ("clamped", Ends::Clamped)])
+pub(super) fn kind(field: &Field<'_>) -> Result<Kind, CaseError> {
+    word(field, &[("cubic", Kind::Natural), ("clamped", Kind::Clamped), ("quintic", Kind::Quintic)])
 }
 
 /// The value of `outside`.
 pub(super) fn outside(field: &Field<'_>) -> Result<Outside, CaseError> {
-    word(field, [("refused", Outside::Refused), ("linear", Outside::Linear)])
+    word(field, &[("refused", Outside::Refused), ("linear", Outside::Linear)])
 }
 
-/// One of two words.
-fn word<T: Copy>(field: &Field<'_>, known: [(&str, T); 2]) -> Result<T, CaseError> {
+/// One of some words.
+fn word<T: Copy>(field: &Field<'_>, known: &[(&str, T)]) -> Result<T, CaseError> {
     let given = field.string()?;
     known.iter().find(|(name, _)| *name == given).map(|&(_, value)| value).ok_or_else(|| {
-        let [first, second] = known.map(|(name, _)| name);
-        let meant = nearest(given, [first, second]).map(|meant| format!("did you mean \"{meant}\"?"));
-        field.error(format!("unknown word \"{given}\", expected \"{first}\" or \"{second}\"")).with_help(meant)
+        let names: Vec<&str> = known.iter().map(|&(name, _)| name).collect();
+        let meant = nearest(given, names.iter().copied()).map(|meant| format!("did you mean \"{meant}\"?"));
+        let list = names.join("\" or \"");
+        field.error(format!("unknown word \"{given}\", expected \"{list}\"")).with_help(meant)
     })
 }
 

@@ -95,7 +95,8 @@ impl Case {
             finals.chain(&expect.gamma_final).chain(&expect.tolerance)
         });
         let quantities = self.initial.q.iter().chain(rates).chain(&self.initial.norm);
-        let quantities = quantities.chain(ends.into_iter().flatten()).chain(expected);
+        let floors = self.solver.floor.iter().map(|(_, quantity)| quantity);
+        let quantities = quantities.chain(ends.into_iter().flatten()).chain(expected).chain(floors);
         formulas.extend(quantities.map(|quantity| quantity.text()));
         formulas.extend(self.grid.until.as_deref());
         formulas.extend(self.invariants.iter().map(|(_, text)| text.as_str()));

@@ -1,6 +1,7 @@
 //! The pictures of `run --plot`.
 
 use geodesic_ivp::Case;
+use geodesic_ivp::case::Axes;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::pictures::PlotAxes;
 use geodesic_ivp::output::{Chart, OutputSet, Summary, pictures};
@@ -20,48 +21,54 @@ pub(super) fn draw<S: Real>(
 ) -> anyhow::Result<()> {
     let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
     let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
-    let names = picture_names(case).iter();
+    let names = picture_names(case).into_iter();
     names.zip(pictures(&title, case, run)).try_for_each(|(name, chart)| files.write_text(name, &chart.to_svg()))
 }
 
-/// The names of a run's pictures.
-pub(super) fn picture_names(case: &Case) -> &'static [&'static str] {
-    const OF_X: [&str; 5] = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
-    const OF_SCENE: [&str; 4] = ["orbit.svg", "charges.svg", "mesh.svg", "section.svg"];
-    match case.is_of_x() {
-        true => &OF_X,
-        false if case.events().is_empty() => &OF_SCENE[..3],
-        false => &OF_SCENE,
-    }
+/// The names of a run's pictures: those of every run, then those of the paper, which has t and x.
+pub(super) fn picture_names(case: &Case) -> Vec<&'static str> {
+    let section = (!case.events().is_empty()).then_some("section.svg");
+    let of_x = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
+    let of_x = of_x.into_iter().filter(|_| case.is_of_x());
+    ["orbit.svg", "charges.svg", "mesh.svg"].into_iter().chain(section).chain(of_x).collect()
 }
 
 /// The pictures, in the order of their names.
 fn pictures<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
     let Run { line, diagnostics, sums, events, .. } = run;
-    if case.is_of_x() {
-        let runs = [pictures::Run { label: "", solution: line, diagnostics }];
-        // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
-        let Place { geometry, start } = case.setup::<f64>().place;
-        let reference = ReferenceTrajectory::new(&geometry, &start, line.length.to_f64(), f64::MOST_DIGITS).ok();
-        let duration = (line.end_state().t - line.t_i()).to_f64();
-        let in_time = time_parametrised(&geometry, &start, duration, 400);
-        return vec![
-            pictures::world_line(title, line),
-            pictures::time_mesh(title, &runs),
-            pictures::trajectory(title, &runs, reference.as_ref(), &in_time),
-            pictures::noether_charge(title, &runs),
-            pictures::geodesic_residuals(title, &runs),
-        ];
-    }
-    let (formulas, labels) = case.plot_axes(line.geometry());
-    let axes = PlotAxes { formulas, labels };
+    let axes = |(name, Axes { x, y }): (String, Axes)| {
+        let (formulas, is_lone) = ([&x, &y].map(|formula| case.axis(formula)), name.is_empty());
+        let labels = if is_lone { [x, y] } else { ["x", "y"].map(str::to_owned) };
+        // The parameter of Newton's law is t, but for a factor.
+        (name, PlotAxes { formulas, labels, parameter: if case.is_lifted() { "t" } else { "γ" } })
+    };
+    let orbits: Vec<(String, PlotAxes<S>)> = case.orbits(line.geometry()).into_iter().map(axes).collect();
     let mut drawn = vec![
-        pictures::orbit(title, line, &axes),
+        pictures::orbit(title, line, &orbits),
         pictures::charges(title, line, diagnostics, sums),
         pictures::mesh(title, line),
     ];
     if !case.events().is_empty() {
-        drawn.push(pictures::section(title, line, &axes, &event_names(case), events));
+        drawn.push(pictures::section(title, line, &orbits[0].1, &event_names(case), events));
+    }
+    if case.is_of_x() {
+        drawn.extend(pictures_of_x(title, case, run));
     }
     drawn
+}
+
+/// The pictures of the paper.
+fn pictures_of_x<S: Real>(title: &str, case: &Case, Run { line, diagnostics, .. }: &Run<S>) -> [Chart; 5] {
+    // If the reference does not reach the end, the picture is drawn without it. For a line f64 is precise enough.
+    let Place { geometry, start } = case.setup::<f64>().place;
+    let reference = ReferenceTrajectory::new(&geometry, &start, line.length.to_f64(), f64::MOST_DIGITS).ok();
+    let duration = (line.end_state().t - line.t_i()).to_f64();
+    let in_time = time_parametrised(&geometry, &start, duration, 400);
+    [
+        pictures::world_line(title, line),
+        pictures::time_mesh(title, line, diagnostics),
+        pictures::trajectory(title, line, reference.as_ref(), &in_time),
+        pictures::noether_charge(title, line, diagnostics),
+        pictures::geodesic_residuals(title, line, diagnostics),
+    ]
 }

@@ -96,7 +96,7 @@ pub(super) struct RunArgs {
 
     /// Also draw pictures
     #[arg(long, conflicts_with = "stdout", help_heading = RESULTS)]
-    plot: bool,
+    pub(super) plot: bool,
 
     /// Also print every charge, the critical point and the paper's bounds
     #[arg(long, short, conflicts_with = "vary", help_heading = RESULTS)]

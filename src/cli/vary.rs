@@ -17,7 +17,7 @@ use geodesic_ivp::number::Extended;
 use geodesic_ivp::output::runs::{
     Columns, Ended, Identity, Journal, NotResumable, RUNS, RUNS_EVENTS, RunRow, RunsSummary,
 };
-use geodesic_ivp::output::{CASE, OutputSet, SUMMARY};
+use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, pictures};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Settings, Status};
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
@@ -28,6 +28,9 @@ use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, Refusal};
 use super::run::RunArgs;
 use super::study::{self, Finished};
 use super::{memory, out};
+
+/// The picture of `--plot`.
+const MAP: &str = "map.svg";
 
 /// The statuses of runs that are not begun.
 const INVALID: &str = "invalid-case";
@@ -46,15 +49,22 @@ pub(super) struct VaryArgs {
     #[arg(
         long,
         value_name = "KEY=VALUES",
-        conflicts_with_all = ["more", "stdout", "plot", "sample_t", "sample_gamma", "samples_only"]
+        conflicts_with_all = ["more", "stdout", "sample_t", "sample_gamma", "samples_only"]
     )]
     vary: Vec<Axis>,
 
     /// Compute only the K-th of N shares of the rows, for `merge`
     ///
-    /// These are the rows K, K + N, K + 2N and so on.
+    /// These are the rows K, K + N, K + 2N and so on. In a job array of SLURM, PBS or SGE `auto` is the share of the
+    /// job.
     #[arg(long, value_name = "K/N", requires_all = ["vary", "out"])]
     part: Option<Share>,
+
+    /// The column that the map of --plot shows
+    ///
+    /// The map is one over two keys that vary. Without this option it shows the end of the first coordinate but t.
+    #[arg(long, value_name = "COLUMN", requires_all = ["vary", "plot"])]
+    column: Option<String>,
 }
 
 impl VaryArgs {
@@ -71,10 +81,37 @@ struct Share {
     n: usize,
 }
 
+impl Share {
+    /// The share of a job in an array, by the variables that its scheduler sets: the index, and the first, the last
+    /// and the distance of the indices, or their number.
+    fn of_job(variable: impl Fn(&str) -> Option<usize>) -> Option<Self> {
+        let counted = |index: &str, first: &str, count: &str| {
+            let k = variable(index)?.checked_sub(variable(first).unwrap_or(1))? + 1;
+            Some(Self { k, n: variable(count)? })
+        };
+        let stepped = || {
+            let (index, first) = (variable("SGE_TASK_ID")?, variable("SGE_TASK_FIRST")?);
+            let (last, step) = (variable("SGE_TASK_LAST")?, variable("SGE_TASK_STEPSIZE").unwrap_or(1).max(1));
+            Some(Self { k: index.checked_sub(first)? / step + 1, n: last.checked_sub(first)? / step + 1 })
+        };
+        let found = counted("SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_MIN", "SLURM_ARRAY_TASK_COUNT")
+            .or_else(|| counted("PBS_ARRAY_INDEX", "PBS_ARRAY_FIRST", "PBS_ARRAY_COUNT"))
+            .or_else(stepped);
+        found.filter(|share| (1..=share.n).contains(&share.k))
+    }
+}
+
 impl FromStr for Share {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
+        if text.trim() == "auto" {
+            let variable = |name: &str| std::env::var(name).ok()?.trim().parse().ok();
+            return Self::of_job(variable).ok_or_else(|| {
+                "no variables of a job array are set, SLURM_ARRAY_TASK_ID and _COUNT or those of PBS or SGE: give K/N"
+                    .to_owned()
+            });
+        }
         let parsed = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
         parsed
             .filter(|(k, n)| (1..=*n).contains(k))
@@ -84,7 +121,7 @@ impl FromStr for Share {
 }
 
 pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let VaryArgs { vary: axes, part } = &args.vary;
+    let VaryArgs { vary: axes, part, .. } = &args.vary;
     check_keys(axes, &args.case.set)?;
     interrupt::start_threads();
     let (name, text, set) = (args.case.name(), args.case.read_text()?, &args.case.set);
@@ -96,10 +133,15 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     runs.first().warnings().iter().for_each(|warning| report::warn(warning));
 
     let columns = Columns::new(&runs);
+    let column = if args.plot { Some(column(&args.vary, &runs, &columns)?) } else { None };
     let target = args.output.target(&args.case, out::VARY)?;
     let force = target.force;
-    let mut names = vec![RUNS, RUNS_EVENTS, SUMMARY, CASE];
-    names.retain(|name| *name != RUNS_EVENTS || columns.has_events());
+    let mut names = vec![RUNS, RUNS_EVENTS, SUMMARY, CASE, MAP];
+    names.retain(|name| match *name {
+        RUNS_EVENTS => columns.has_events(),
+        MAP => args.plot,
+        _ => true,
+    });
     let files = OutputSet::open(target, &names)?;
     let mut journal = Journal::open(files.folder(), &identity, &columns, force).map_err(explained)?;
 
@@ -121,7 +163,12 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
 
     let mut summary = RunsSummary::new(runs.first().title(), &identity, runs.len());
     let events = columns.has_events().then(|| files.writer(RUNS_EVENTS));
-    journal.write((files.writer(RUNS), events), &mut summary)?;
+    let cells = journal.write((files.writer(RUNS), events), &mut summary, column.as_deref())?;
+    if let (Some(column), [x, y]) = (&column, runs.axes()) {
+        let of = runs.first().title().unwrap_or(&name);
+        let varied = [x, y].map(|axis| (axis.key(), axis.values()));
+        files.write_text(MAP, &pictures::scan(of, column, varied, &cells).to_svg())?;
+    }
     files.write_text(CASE, &identity.case)?;
     let text = readable(&args.case.headed(runs.first().title()), &summary, &varied(&runs));
     let done = Finished { summary: summary.to_json(), text, interrupted: None, files }.commit()?;
@@ -140,6 +187,22 @@ pub(super) fn ending(summary: &RunsSummary) -> u8 {
         return NO_CRITICAL_POINT;
     }
     0
+}
+
+/// The column that a map shows.
+fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result<String> {
+    if args.vary.len() != 2 || args.part.is_some() {
+        let message = "--plot draws a map of a whole table over two keys that vary";
+        return Err(Refusal::usage(message).help("give --vary twice, without --part, or leave out --plot").into());
+    }
+    let header = columns.header();
+    let default = || runs.first().coordinates().into_iter().find(|name| name != "t");
+    let column = args.column.clone().or_else(default).unwrap_or_else(|| "status".to_owned());
+    if header.contains(&column) {
+        return Ok(column);
+    }
+    let known = header.join(", ");
+    Err(Refusal::usage(format!("the table has no column '{column}'")).help(format!("its columns are {known}")).into())
 }
 
 /// Refuses keys that are given twice.
@@ -265,4 +328,24 @@ pub(super) fn readable(title: &str, summary: &RunsSummary, varied: &str) -> Stri
     wrapped(&format!("{title}: {trusted} trusted, {doubtful} doubtful, {refused} refused"), 2)
         + varied
         + &row("rows", &format!("{rows}{part}: {}", counts.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Share;
+
+    #[test]
+    fn a_job_of_an_array_knows_its_share() {
+        let share = |set: &[(&str, usize)]| {
+            let variable = |name: &str| set.iter().find(|(other, _)| *other == name).map(|(_, value)| *value);
+            Share::of_job(variable).map(|Share { k, n }| (k, n))
+        };
+        let slurm = [("SLURM_ARRAY_TASK_ID", 3), ("SLURM_ARRAY_TASK_MIN", 0), ("SLURM_ARRAY_TASK_COUNT", 8)];
+        assert_eq!([share(&slurm), share(&slurm[..2])], [Some((4, 8)), None]);
+        assert_eq!(share(&[("PBS_ARRAY_INDEX", 2), ("PBS_ARRAY_COUNT", 5)]), Some((2, 5)));
+        let sge = [("SGE_TASK_ID", 21), ("SGE_TASK_FIRST", 1), ("SGE_TASK_LAST", 91), ("SGE_TASK_STEPSIZE", 10)];
+        assert_eq!(share(&sge), Some((3, 10)));
+        assert_eq!(share(&[]), None);
+        assert_eq!(share(&[("PBS_ARRAY_INDEX", 6), ("PBS_ARRAY_COUNT", 5)]), None);
+    }
 }

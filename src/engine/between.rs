@@ -9,7 +9,9 @@ mod tests;
 use pulp::{Simd, WithSimd};
 
 use super::enclosure::{Enclosure, Found, UNSEEN, Weights, is_gentle, negligible_rates};
+use super::knots::first_knot;
 use super::rule::Order;
+use super::solved::Solved;
 use super::window::Solver;
 use crate::formula::{Kind, Register, watched_registers};
 use crate::geometry::{Geometry, Start};
@@ -30,6 +32,17 @@ pub(super) struct Between<'g> {
     /// True if none of that changes much on all of the window that was looked at.
     is_gentle: bool,
     momenta: Vec<f64>,
+}
+
+/// The smoothness of a window.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    /// By how much each Legendre mode is smaller than the one before, where divisors and the like have zeros beside the
+    /// window, and 1 where there is a kink in it. The highest modes that the nodes see need not show it: what is smooth
+    /// may be larger in those before.
+    pub(super) decay: f64,
+    /// The part of the window before the first knot of a table, if it passes one.
+    pub(super) knot: Option<f64>,
 }
 
 impl<'g> Between<'g> {
@@ -54,13 +67,23 @@ impl<'g> Between<'g> {
         })
     }
 
-    /// Looks at the solved window. Returns by how much each Legendre mode is smaller than the one before, where
-    /// divisors and the like have zeros beside it, and 1 where there is a kink in it. The highest modes that the nodes
-    /// see need not show it: what is smooth may be larger in those before.
-    pub(super) fn look<const N: usize>(&mut self, solver: &Solver<'_, N>) -> f64 {
-        let seen = Level::Best.dispatch(Look { registers: &solver.system.registers, watched: &self.watched });
-        self.is_gentle = seen.is_gentle;
-        seen.decay
+    /// Looks at the solved window.
+    pub(super) fn look<const N: usize>(&mut self, solver: &Solver<'_, N>) -> Seen {
+        let registers = &solver.system.registers;
+        let look = Level::Best.dispatch(Look { registers, watched: &self.watched });
+        self.is_gentle = look.is_gentle;
+        let knot = if look.passes_knot { self.first_knot(solver) } else { None };
+        Seen { decay: if look.has_kink || knot.is_some() { 1.0 } else { look.decay }, knot }
+    }
+
+    #[cold]
+    fn first_knot<const N: usize>(&self, solver: &Solver<'_, N>) -> Option<f64> {
+        let (nodes, points) = (solver.fractions(), solver.rule.points());
+        let knots = self.watched.iter().filter_map(|&(register, kind)| match kind {
+            Kind::Table(table) => first_knot(table, nodes, &solver.system.registers[register].0[..points]),
+            _ => None,
+        });
+        knots.min_by(f64::total_cmp)
     }
 
     /// True if something may hide in the window that was looked at, of length `h`, in a run of this length to an
@@ -133,19 +156,21 @@ struct Look<'a, const N: usize> {
     watched: &'a [(Register, Kind)],
 }
 
-struct Seen {
+struct Looked {
     /// True if nothing changes much on all of the window.
     is_gentle: bool,
-    /// The slowest decay of modes.
+    has_kink: bool,
+    passes_knot: bool,
+    /// The slowest decay of modes, where there is no kink.
     decay: f64,
 }
 
 impl<const N: usize> WithSimd for Look<'_, N> {
-    type Output = Seen;
+    type Output = Looked;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) -> Seen {
-        let (mut all_gentle, mut has_kink, mut ratio) = (true, false, 1.0_f64);
+    fn with_simd<S: Simd>(self, s: S) -> Looked {
+        let (mut all_gentle, mut has_kink, mut passes_knot, mut ratio) = (true, false, false, 1.0_f64);
         for &(register, kind) in self.watched {
             let values = Lanes::new(s, &self.registers[register]);
             let (least, most) = (-values.neg().largest(), values.largest());
@@ -155,19 +180,16 @@ impl<const N: usize> WithSimd for Look<'_, N> {
             if kind == Kind::Ratio && least * most > 0.0 {
                 ratio = ratio.max(most / least).max(least / most);
             }
-            has_kink |= match kind {
-                Kind::Sign => least < 0.0 && most > 0.0,
-                Kind::Table(table) => table.passed([least, most]) != Some(0),
-                _ => false,
-            };
-        }
-        if has_kink {
-            return Seen { is_gentle: all_gentle, decay: 1.0 };
+            match kind {
+                Kind::Sign => has_kink |= least < 0.0 && most > 0.0,
+                Kind::Table(table) => passes_knot |= table.passed([least, most]) != Some(0),
+                _ => {}
+            }
         }
         // What is linear and changes by this ratio has a zero so far away that Bernstein's ellipse through it has the
         // parameter (√ratio + 1)/(√ratio − 1).
         let root = ratio.sqrt();
-        Seen { is_gentle: all_gentle, decay: (root - 1.0) / (root + 1.0) }
+        Looked { is_gentle: all_gentle, has_kink, passes_knot, decay: (root - 1.0) / (root + 1.0) }
     }
 }
 

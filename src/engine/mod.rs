@@ -29,6 +29,7 @@
 //! certificate  the gradient of the action at a window
 //! march        windows of one length
 //! control      from the errors of a window to the length of the next one
+//! accuracy     what is asked of a run
 //! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
 //! adaptive     windows as long as an accuracy needs
 //! tuning       the numbers that it was calibrated with
@@ -38,10 +39,12 @@
 //! reason       where the motion leaves the domain, if that is why
 //! between      a look for what may hide between the nodes of a window
 //! enclosure    what formulas do between nodes
+//! knots        where a window passes a knot of a table
 //! ```
 //!
 //! Windows are pulled one by one, without a case and a file: [`Window`] has an example.
 
+mod accuracy;
 mod adaptive;
 mod between;
 mod certificate;
@@ -52,6 +55,7 @@ mod estimate;
 mod failure;
 mod handed;
 mod kernel;
+mod knots;
 mod ladder;
 mod linear;
 mod march;
@@ -72,6 +76,7 @@ mod tuning;
 mod view;
 mod window;
 
+pub use self::accuracy::Accuracy;
 pub use self::dense::Dense;
 pub use self::failure::Failure;
 pub use self::handed::{Handed, Marched};
@@ -99,30 +104,6 @@ pub const GOOD_DIGITS: [i32; 3] = [3, 6, 9];
 /// The most stages of a step of Gauss' method.
 pub const MOST_STAGES: usize = 16;
 
-/// The accuracy of a run: the largest error of a coordinate at any node, relative to its size.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Accuracy {
-    /// The accuracy of the run. Windows may not add up to more.
-    Promised(f64),
-    /// The accuracy of every window by itself. An estimate tells what they add up to.
-    Estimated(f64),
-    /// The accuracy of every window by itself. Nothing is known of what they add up to.
-    Local(f64),
-}
-
-impl Accuracy {
-    /// The number itself.
-    pub fn value(self) -> f64 {
-        let (Self::Promised(value) | Self::Estimated(value) | Self::Local(value)) = self;
-        value
-    }
-
-    /// True if windows may not add up to more.
-    pub fn is_promised(self) -> bool {
-        matches!(self, Self::Promised(_))
-    }
-}
-
 /// Windows from a start, pulled one by one.
 pub struct Engine<'g>(Box<dyn Windows + 'g>);
 
@@ -140,6 +121,9 @@ trait Windows {
     ) -> Result<bool, Failure> {
         Ok(false)
     }
+
+    /// As [`Engine::set_floors`].
+    fn set_floors(&mut self, _floors: &[(usize, f64)]) {}
 
     /// As [`Engine::window`].
     fn window(&mut self) -> Window<'_>;
@@ -355,6 +339,12 @@ impl<'g> Engine<'g> {
     /// Goes back to the start, as if nothing was known, with the tables that were made.
     pub fn rewind(&mut self) {
         self.0.rewind();
+    }
+
+    /// Takes coordinates of a run to an accuracy, by their index, to be at least so large. This comes before the first
+    /// window, and before [`Self::resume`].
+    pub fn set_floors(&mut self, floors: &[(usize, f64)]) {
+        self.0.set_floors(floors);
     }
 
     /// Continues another run from its end, which is the start of this one. This comes before the first window.

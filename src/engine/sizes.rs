@@ -93,6 +93,23 @@ impl Sizes {
         let ignorable = ways.iter().zip(&changes).map(own).collect();
         Ok(Self { time, momenta, velocities, ignorable, positions })
     }
+
+    /// Raises the sizes of coordinates to these at least, by their index, and those of their momenta as much.
+    pub(super) fn raise(&mut self, geometry: &Geometry, floors: &[(usize, f64)]) {
+        for &(a, least) in floors {
+            match geometry.active().binary_search(&a) {
+                Ok(place) => {
+                    let factor = least / self.positions[place];
+                    self.positions[place] = self.positions[place].max(least);
+                    if factor > 1.0 && factor.is_finite() {
+                        self.momenta[place] *= factor;
+                        self.velocities[place] *= factor;
+                    }
+                }
+                Err(before) => self.ignorable[a - before] = self.ignorable[a - before].max(least),
+            }
+        }
+    }
 }
 
 /// Calls `see(row, column, value, order)` for the derivatives of the rates of ignorable coordinates at the start.

@@ -27,6 +27,9 @@ pub(super) const LEAST_KINK: f64 = 1e-14;
 pub(super) const LEFT: f64 = 0.01;
 /// The highest modes of slopes that resolve the motion are less than this, relative to the largest slope.
 pub(super) const RESOLVED: f64 = 0.03;
+/// A window is solved again at most so often to end at a knot of a table. The first place is found from nodes on both
+/// sides, the second one is good to six digits.
+pub(super) const MOST_LANDINGS: usize = 5;
 /// A run is begun again at most so often.
 pub(super) const MOST_RESTARTS: usize = 6;
 /// Errors are foreseen once this part of a run is behind.

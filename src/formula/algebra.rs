@@ -165,6 +165,12 @@ pub(crate) const BLOCK: usize = 16;
 /// After so many points that cannot be mended no others are tried: the first of them is outside the domain already.
 const MOST_LOST: usize = 16;
 
+/// Carries out steps at one point.
+#[inline]
+pub(crate) fn run_at_point<S: Real>(steps: &[Step], registers: &mut [S]) {
+    run(&Plain::<S, 1>(PhantomData), steps, registers.as_chunks_mut().0);
+}
+
 impl<S: Real> Program<S> {
     /// All outputs at one point, given by its variables.
     #[cfg(test)]
@@ -187,7 +193,7 @@ impl<S: Real> Program<S> {
     /// The same for callers that look at the outputs themselves, and call [`Self::mend`] where one is not finite.
     #[inline]
     pub(crate) fn run_once(&self, outputs: usize, registers: &mut [S]) {
-        run(&Plain::<S, 1>(PhantomData), self.steps_to(outputs), registers.as_chunks_mut().0);
+        run_at_point(self.steps_to(outputs), registers);
     }
 
     /// Carries out the steps to the first outputs on a block, of which so many points count. No more than [`MOST_LOST`]

@@ -33,7 +33,7 @@ mod steep;
 mod wide;
 
 pub use crate::number::Function;
-pub(crate) use algebra::{Algebra, BLOCK, run};
+pub(crate) use algebra::{Algebra, BLOCK, run, run_at_point};
 pub(crate) use grammar::{Names, parse};
 pub(crate) use graph::{Fused, Graph, NodeId};
 pub(crate) use pairs::Pair;

@@ -41,6 +41,7 @@ mod outside;
 mod parts;
 mod points;
 mod presets;
+mod rates;
 mod structure;
 mod text;
 mod value;
@@ -57,6 +58,7 @@ pub use motion::{Motion, OnNodes};
 pub use observable::{Observable, observed};
 pub use outside::OutsideGeometry;
 pub use presets::{PRESETS, Preset};
+pub use rates::Rates;
 pub(crate) use structure::other;
 pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
@@ -176,6 +178,11 @@ impl<S: Real> Geometry<S> {
             second.iter().find_map(|term| of_t(term.ab, term.value)),
         ]
         .map(|source| source.unwrap_or(Source::Constant(S::ZERO)))
+    }
+
+    /// Hamilton's equations of the active coordinates, with the momenta of ignorable ones at a start.
+    pub fn rates(&self, start: &Start<S>) -> Rates<S> {
+        Rates::new(self, &start.q, &start.p)
     }
 
     /// Hamilton's equations on the nodes of a window.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::hamiltonian::{Hamiltonian, Point};
 use super::{Geometry, OutsideGeometry};
-use crate::formula::BLOCK;
+use crate::formula::{BLOCK, Register};
 use crate::number::Real;
 
 /// The rates of positions and momenta, q̇^a = g^ab (p_b − A_b), ṗ_a = f_a + F_a, where only active coordinates and
@@ -74,26 +74,42 @@ impl<S: Real> Motion<S> {
     /// # Errors
     /// The first node that is outside the domain.
     pub fn rates(&mut self, on: OnNodes<'_, S>, out: &mut [Vec<S>]) -> Result<(), OutsideGeometry> {
+        let hamiltonian = Arc::clone(&self.hamiltonian);
+        let own = hamiltonian.active_velocities().into_iter().chain(hamiltonian.forces.iter().copied());
         let points = on.q.first().map_or(0, Vec::len);
+        self.sweep(on, points, out.iter_mut().zip(own).collect())
+    }
+
+    /// Computes the rates of ignorable coordinates on the first nodes, a row for each.
+    ///
+    /// # Errors
+    /// The first node that is outside the domain.
+    pub fn ignorable_rates(&mut self, on: OnNodes<'_, S>, points: usize) -> Result<&[Vec<S>], OutsideGeometry> {
+        self.sweep(on, points, Vec::new())?;
+        Ok(&self.ignorable)
+    }
+
+    /// Computes all rates on the first nodes, and copies registers into rows.
+    fn sweep(
+        &mut self,
+        on: OnNodes<'_, S>,
+        points: usize,
+        mut wanted: Vec<(&mut Vec<S>, Register)>,
+    ) -> Result<(), OutsideGeometry> {
         let (hamiltonian, mut lost) = (Arc::clone(&self.hamiltonian), 0);
-        let Hamiltonian { program, active, velocities, forces, .. } = &*hamiltonian;
+        let others = hamiltonian.ignorable_velocities();
         self.nodes = 0..0;
         self.ignorable.iter_mut().for_each(|row| row.resize(points, S::ZERO));
-        let (q_dot, p_dot) = out.split_at_mut(active.len());
         for first in (0..points).step_by(BLOCK) {
             let nodes = first..points.min(first + BLOCK);
-            on.put(active, nodes.clone(), &mut self.rates);
-            program.run_block(hamiltonian.point, nodes.len(), &mut self.rates, &mut lost);
+            on.put(&hamiltonian.active, nodes.clone(), &mut self.rates);
+            hamiltonian.program.run_block(hamiltonian.point, nodes.len(), &mut self.rates, &mut lost);
             self.check(on, nodes.clone())?;
-            let take = |row: &mut Vec<S>, register: usize| {
+            let take = |row: &mut Vec<S>, register: Register| {
                 row[nodes.clone()].copy_from_slice(&self.rates[register][..nodes.len()]);
             };
-            for (place, &a) in active.iter().enumerate() {
-                take(&mut q_dot[place], velocities[a]);
-                take(&mut p_dot[place], forces[place]);
-            }
-            let ignorable = (0..velocities.len()).filter(|a| !active.contains(a));
-            self.ignorable.iter_mut().zip(ignorable).for_each(|(row, a)| take(row, velocities[a]));
+            wanted.iter_mut().for_each(|(row, register)| take(row, *register));
+            self.ignorable.iter_mut().zip(&others).for_each(|(row, &register)| take(row, register));
         }
         Ok(())
     }

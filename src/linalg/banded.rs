@@ -20,6 +20,10 @@
 //! # Ok::<(), geodesic_ivp::linalg::banded::Singular>(())
 //! ```
 
+use pulp::{Simd, WithSimd};
+
+use crate::number::vector::Level;
+
 /// A square matrix with `lower` sub-diagonals and `upper` super-diagonals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BandedMatrix {
@@ -107,59 +111,78 @@ pub fn solve_banded(
     lower: usize,
     upper: usize,
     b: &mut [f64],
-    mut row: impl FnMut(usize, &mut [f64]),
+    row: impl FnMut(usize, &mut [f64]),
 ) -> Result<(), Singular> {
-    let n = b.len();
-    let width = lower + upper + 1;
-    // The rows from which column k still has to be eliminated, each beginning with column k: `active[r]` is row k + r.
-    let mut active = vec![0.0; (lower + 1) * width];
-    let mut next = active.clone();
-    let mut fresh = vec![0.0; width];
-    for i in 0..n.min(lower + 1) {
-        row(i, &mut fresh);
-        // The band of row i starts lower − i columns to the left of the matrix.
-        active[i * width..][..width - (lower - i)].copy_from_slice(&fresh[lower - i..]);
-    }
-    let mut u = Vec::with_capacity(n * (upper + 2));
-    let mut lengths = Vec::with_capacity(n);
-    for k in 0..n {
-        let rows = (lower + 1).min(n - k);
-        let pivot_row = (0..rows)
-            .max_by(|&a, &c| active[a * width].abs().total_cmp(&active[c * width].abs()))
-            .expect("there is at least one row");
-        let pivot = active[pivot_row * width];
-        if pivot == 0.0 || !pivot.is_finite() {
-            return Err(Singular { column: k });
+    Level::Best.dispatch(Elimination { lower, upper, b, row })
+}
+
+/// The elimination, compiled for every level of instructions.
+struct Elimination<'b, R> {
+    lower: usize,
+    upper: usize,
+    b: &'b mut [f64],
+    row: R,
+}
+
+impl<R: FnMut(usize, &mut [f64])> WithSimd for Elimination<'_, R> {
+    type Output = Result<(), Singular>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Result<(), Singular> {
+        let Self { lower, upper, b, mut row } = self;
+        let n = b.len();
+        let width = lower + upper + 1;
+        // The rows from which column k still has to be eliminated, each from column k on: `active[r]` is row k + r.
+        let mut active = vec![0.0; (lower + 1) * width];
+        let mut next = active.clone();
+        let mut fresh = vec![0.0; width];
+        for i in 0..n.min(lower + 1) {
+            row(i, &mut fresh);
+            // The band of row i starts lower − i columns to the left of the matrix.
+            active[i * width..][..width - (lower - i)].copy_from_slice(&fresh[lower - i..]);
         }
-        if pivot_row > 0 {
-            let (first, rest) = active.split_at_mut(width);
-            first.swap_with_slice(&mut rest[(pivot_row - 1) * width..][..width]);
-            b.swap(k, k + pivot_row);
-        }
-        let (pivots, rest) = active.split_at(width);
-        for r in 1..rows {
-            let from = &rest[(r - 1) * width..][..width];
-            let to = &mut next[(r - 1) * width..][..width];
-            let factor = from[0] / pivot;
-            for ((to, from), above) in to.iter_mut().zip(&from[1..]).zip(&pivots[1..]) {
-                *to = from - factor * above;
+        let mut u = Vec::with_capacity(n * (upper + 2));
+        let mut lengths = Vec::with_capacity(n);
+        for k in 0..n {
+            let rows = (lower + 1).min(n - k);
+            let pivot_row = (0..rows)
+                .max_by(|&a, &c| active[a * width].abs().total_cmp(&active[c * width].abs()))
+                .expect("there is at least one row");
+            let pivot = active[pivot_row * width];
+            if pivot == 0.0 || !pivot.is_finite() {
+                return Err(Singular { column: k });
             }
-            to[width - 1] = 0.0;
-            b[k + r] -= factor * b[k];
+            if pivot_row > 0 {
+                let (first, rest) = active.split_at_mut(width);
+                first.swap_with_slice(&mut rest[(pivot_row - 1) * width..][..width]);
+                b.swap(k, k + pivot_row);
+            }
+            let (pivots, rest) = active.split_at(width);
+            for r in 1..rows {
+                let from = &rest[(r - 1) * width..][..width];
+                let to = &mut next[(r - 1) * width..][..width];
+                let factor = from[0] / pivot;
+                for ((to, from), above) in to.iter_mut().zip(&from[1..]).zip(&pivots[1..]) {
+                    *to = from - factor * above;
+                }
+                to[width - 1] = 0.0;
+                b[k + r] -= factor * b[k];
+            }
+            if k + rows < n {
+                row(k + rows, &mut next[(rows - 1) * width..][..width]);
+            }
+            let length = width - pivots.iter().rev().take_while(|&&value| value == 0.0).count();
+            u.extend_from_slice(&pivots[..length]);
+            lengths.push(length as u32);
+            std::mem::swap(&mut active, &mut next);
         }
-        if k + rows < n {
-            row(k + rows, &mut next[(rows - 1) * width..][..width]);
-        }
-        let length = width - pivots.iter().rev().take_while(|&&value| value == 0.0).count();
-        u.extend_from_slice(&pivots[..length]);
-        lengths.push(length as u32);
-        std::mem::swap(&mut active, &mut next);
+        substitute(&u, &lengths, b);
+        Ok(())
     }
-    substitute(&u, &lengths, b);
-    Ok(())
 }
 
 /// Solves with the upper triangle, of which `u` holds the rows, each from its diagonal on, of these lengths.
+#[inline(always)]
 fn substitute(u: &[f64], lengths: &[u32], b: &mut [f64]) {
     let mut end = u.len();
     for (k, &length) in lengths.iter().enumerate().rev() {

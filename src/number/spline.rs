@@ -1,4 +1,4 @@
-//! Functions that are known by values at points, the knots: cubic splines between them.
+//! Functions that are known by values at points, the knots: splines of degree 3 or 5 between them.
 
 use std::sync::{Mutex, OnceLock};
 
@@ -7,13 +7,24 @@ use super::{Constants, Extended, Real};
 /// The most different tables of one process.
 const MOST_TABLES: usize = 256;
 
-/// The condition at the outer knots of a spline.
+/// Coefficients of a piece.
+const COEFFICIENTS: usize = 6;
+
+/// The degree of a spline, and its condition at the outer knots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ends {
-    /// The second derivative is zero at both outer knots.
+pub enum Kind {
+    /// Degree 3, of class C²; the second derivative is zero at both outer knots.
     Natural,
-    /// The first derivative is zero at both outer knots.
+    /// Degree 3, of class C²; the first derivative is zero at both outer knots.
     Clamped,
+    /// Degree 5, of class C⁴; the third and the fourth derivative are zero at both outer knots.
+    Quintic,
+}
+
+impl Kind {
+    fn degree(self) -> usize {
+        if self == Self::Quintic { 5 } else { 3 }
+    }
 }
 
 /// The values of a spline outside of its knots.
@@ -49,12 +60,13 @@ pub struct Table {
     derivative: u8,
 }
 
-/// A cubic spline of class C²: between neighbouring knots a polynomial of degree 3.
+/// A spline: between neighbouring knots a polynomial.
 #[derive(Debug)]
 struct Spline {
+    degree: usize,
     knots: Constants,
-    /// Four for each of the n + 1 pieces, in powers of the distance from the knot at their left: first the tangent at
-    /// the first knot, then the polynomials, and then the tangent at the last knot.
+    /// [`COEFFICIENTS`] for each of the n + 1 pieces, in powers of the distance from the knot at their left: first the
+    /// tangent at the first knot, then the polynomials, and then the tangent at the last knot.
     coefficients: Constants,
     outside: Outside,
 }
@@ -68,8 +80,8 @@ impl Table {
     ///
     /// # Errors
     /// [`TableError`], if these are no points of a function.
-    pub fn new(points: &[[Extended; 2]], ends: Ends, outside: Outside) -> Result<Self, TableError> {
-        let spline = Spline::new(points, ends, outside)?;
+    pub fn new(points: &[[Extended; 2]], kind: Kind, outside: Outside) -> Result<Self, TableError> {
+        let spline = Spline::new(points, kind, outside)?;
         let _adding = ADDING.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let is_free = |place: &OnceLock<Spline>| place.get().is_none_or(|known| known.is_same(&spline));
         let index = TABLES.iter().position(is_free).ok_or(TableError::TooMany)?;
@@ -79,7 +91,13 @@ impl Table {
 
     /// The derivative of this function; `None` where it is zero.
     pub(crate) fn derivative(self) -> Option<Self> {
-        (self.derivative < 3).then_some(Self { derivative: self.derivative + 1, ..self })
+        let is_constant = usize::from(self.derivative) == self.spline().degree;
+        (!is_constant).then_some(Self { derivative: self.derivative + 1, ..self })
+    }
+
+    /// The number of derivatives of this function that are continuous at knots.
+    pub(crate) fn smoothness(self) -> usize {
+        self.spline().degree.saturating_sub(1 + usize::from(self.derivative))
     }
 
     fn spline(self) -> &'static Spline {
@@ -96,19 +114,19 @@ impl Table {
     fn of_piece<S: Real>(self, piece: usize, order: usize, u: S) -> S {
         let spline = self.spline();
         let distance = u - S::constants(&spline.knots)[piece.max(1) - 1];
-        let coefficients = &S::constants(&spline.coefficients)[4 * piece..][..4];
-        (order..4).rev().fold(S::ZERO, |sum, power| {
+        let coefficients = &S::constants(&spline.coefficients)[COEFFICIENTS * piece..][..COEFFICIENTS];
+        (order..=spline.degree).rev().fold(S::ZERO, |sum, power| {
             let falling = (power + 1 - order..=power).product::<usize>();
             sum * distance + S::from(falling as f64) * coefficients[power]
         })
     }
 
     /// The Taylor coefficients of this function at `u`, on the piece there.
-    pub(crate) fn expansion<S: Real>(self, u: S) -> [S; 4] {
+    pub(crate) fn expansion<S: Real>(self, u: S) -> [S; COEFFICIENTS] {
         let (first, mut factorial) = (usize::from(self.derivative), S::ONE);
         std::array::from_fn(|k| {
             factorial *= S::from(k.max(1) as f64);
-            let value = |piece: usize| if first + k < 4 { self.of_piece(piece, first + k, u) } else { S::ZERO };
+            let value = |piece: usize| self.of_piece(piece, first + k, u);
             self.piece(u).map_or_else(|| S::from(f64::NAN), value) / factorial
         })
     }
@@ -127,6 +145,23 @@ impl Table {
         let is_inside = 0 < piece && piece < last;
         let is_outside = u < knots[0] || piece == last;
         (is_inside || is_outside && spline.outside == Outside::Linear).then_some(piece)
+    }
+
+    /// The knots on both sides of `u`, which may be the ends of what is known of the function.
+    pub(crate) fn neighbours<S: Real>(self, u: S) -> impl Iterator<Item = S> {
+        let knots = S::constants(&self.spline().knots);
+        let above = knots.partition_point(|&knot| knot <= u);
+        let below = knots[..above].iter().rposition(|&knot| knot < u);
+        below.map(|below| knots[below]).into_iter().chain(knots.get(above).copied())
+    }
+
+    /// The knots from one argument to another, in this order.
+    pub(crate) fn between(self, from: f64, to: f64) -> impl Iterator<Item = f64> {
+        let knots = f64::constants(&self.spline().knots);
+        let [low, high] = [from.min(to), from.max(to)];
+        let first = knots.partition_point(|&knot| knot < low);
+        let count = knots[first..].partition_point(|&knot| knot <= high);
+        (0..count).map(move |k| knots[first + if from < to { k } else { count - 1 - k }])
     }
 
     /// The number of knots between two arguments, the second of which is larger; `None` where there is no value.
@@ -156,22 +191,23 @@ impl Table {
         let first = usize::from(self.derivative);
         let value = self.of_piece(piece, first, middle);
         let (mut radius, mut factor) = (0.0, 1.0);
-        for order in first + 1..4 {
+        for order in first + 1..=self.spline().degree {
             factor *= half / (order - first) as f64;
             radius += (self.of_piece(piece, order, middle) * factor).abs();
         }
         // The terms that of_piece adds up may be larger than their sum.
         let knot = f64::constants(&self.spline().knots)[piece.max(1) - 1];
-        let coefficients = &f64::constants(&self.spline().coefficients)[4 * piece..][..4];
+        let coefficients = &f64::constants(&self.spline().coefficients)[COEFFICIENTS * piece..][..COEFFICIENTS];
         let reach = (from - knot).abs().max((to - knot).abs());
-        let size = coefficients[first..].iter().rev().fold(0.0, |sum, c| sum * reach + 6.0 * c.abs());
+        // No coefficient is multiplied by more than 5! for a derivative.
+        let size = coefficients[first..].iter().rev().fold(0.0, |sum, c| sum * reach + 120.0 * c.abs());
         let margin = radius + 8.0 * f64::EPSILON * size + f64::MIN_POSITIVE;
         [value - margin, value + margin]
     }
 }
 
 impl Spline {
-    fn new(points: &[[Extended; 2]], ends: Ends, outside: Outside) -> Result<Self, TableError> {
+    fn new(points: &[[Extended; 2]], kind: Kind, outside: Outside) -> Result<Self, TableError> {
         if points.len() < 3 {
             return Err(TableError::TooFew(points.len()));
         }
@@ -183,18 +219,18 @@ impl Spline {
         if let Some(index) = points.windows(2).position(|pair| pair[0][0].to_f64() >= pair[1][0].to_f64()) {
             return Err(TableError::NotIncreasing(index + 1));
         }
-        let coefficients = coefficients(points, &second_derivatives(points, ends));
+        let coefficients = coefficients(points, &even_derivatives(points, kind));
         if let Some(place) = coefficients.iter().position(|number| !number.to_f64().is_finite()) {
-            return Err(TableError::NotFinite((place / 4).min(points.len() - 1)));
+            return Err(TableError::NotFinite((place / COEFFICIENTS).min(points.len() - 1)));
         }
-        let knots = points.iter().map(|point| point[0]).collect();
-        Ok(Self { knots: Constants::new(knots), coefficients: Constants::new(coefficients), outside })
+        let (degree, knots) = (kind.degree(), points.iter().map(|point| point[0]).collect());
+        Ok(Self { degree, knots: Constants::new(knots), coefficients: Constants::new(coefficients), outside })
     }
 
     fn is_same(&self, other: &Self) -> bool {
         let same = |one: &Constants, other: &Constants| Extended::constants(one) == Extended::constants(other);
         let are_same = same(&self.knots, &other.knots) && same(&self.coefficients, &other.coefficients);
-        self.outside == other.outside && are_same
+        [self.degree, self.outside as usize] == [other.degree, other.outside as usize] && are_same
     }
 }
 
@@ -207,56 +243,104 @@ fn intervals(points: &[[Extended; 2]]) -> Vec<[Extended; 2]> {
     points.windows(2).map(interval).collect()
 }
 
-/// s″ at the knots, for which the first derivatives on both sides of every inner knot agree:
-/// h₋ s″₋ + 2 (h₋ + h₊) s″ + h₊ s″₊ = 6 (slope₊ − slope₋) (C. de Boor, A Practical Guide to Splines, 2001, chapter IV).
-fn second_derivatives(points: &[[Extended; 2]], ends: Ends) -> Vec<Extended> {
-    let (zero, intervals) = (Extended::ZERO, intervals(points));
-    let last = points.len() - 1;
-    // A row is the entry on the diagonal, the one to its right, and the right side; matrices are symmetric.
-    let row = |k: usize| {
-        let [before, slope_before] = if k > 0 { intervals[k - 1] } else { [zero; 2] };
-        let [after, slope_after] = if k < last { intervals[k] } else { [zero; 2] };
-        match (k == 0 || k == last, ends) {
-            (true, Ends::Natural) => [Extended::ONE, zero, zero],
-            _ => [Extended::from(2.0) * (before + after), after, Extended::from(6.0) * (slope_after - slope_before)],
-        }
+/// M = s″ and N = s⁗ at every knot, for which s′ and s‴ on both sides of every inner knot agree. With the lengths h
+/// and slopes Δ of the intervals before and after it
+///
+/// ```text
+/// h₋M₋/6 + (h₋ + h₊)M/3 + h₊M₊/6 − (7h₋³N₋ + 8(h₋³ + h₊³)N + 7h₊³N₊)/360 = Δ₊ − Δ₋
+/// h₋N₋/6 + (h₋ + h₊)N/3 + h₊N₊/6 = (M₊ − M)/h₊ − (M − M₋)/h₋        or N = 0, for degree 3
+/// ```
+///
+/// (J. H. Ahlberg, E. N. Nilson, J. L. Walsh, The Theory of Splines, 1967). At an end the first one says s′ = 0 without
+/// the interval that is missing, and the second one s‴ = 0 where N = 0.
+fn even_derivatives(points: &[[Extended; 2]], kind: Kind) -> Vec<[Extended; 2]> {
+    let (zero, one, number) = (Extended::ZERO, Extended::ONE, |value: f64| Extended::from(value));
+    let (intervals, last) = (intervals(points), points.len() - 1);
+    let sixth = |[h, _]: [Extended; 2]| h / Extended::from(6.0);
+    let third = |[h, _]: [Extended; 2]| h / Extended::from(3.0);
+    let row = |k: usize, [of_before, of_here, of_after, of_known]: [fn([Extended; 2]) -> Extended; 4]| {
+        let before = if k > 0 { Some(intervals[k - 1]) } else { None };
+        let after = intervals.get(k).copied();
+        let [left, right] = [before.map_or(zero, of_before), after.map_or(zero, of_after)];
+        let here = [before, after].into_iter().flatten().fold(zero, |sum, interval| sum + of_here(interval));
+        [left, here, right, after.map_or(zero, of_known) - before.map_or(zero, of_known)]
     };
-    // Gauss's elimination from the top; the matrix is diagonally dominant.
-    let mut rows: Vec<[Extended; 3]> = vec![row(0)];
-    for k in 1..=last {
-        let ([diagonal, right, known], [above, beside, known_above]) = (row(k), rows[k - 1]);
-        let left = if k == last && ends == Ends::Natural { zero } else { intervals[k - 1][0] };
-        let factor = left / above;
-        rows.push([diagonal - factor * beside, right, known - factor * known_above]);
+    let slopes = |k: usize| {
+        let [m_left, m, m_right, known] = row(k, [sixth, third, sixth, |[_, slope]| slope]);
+        let cube = |[h, _]: [Extended; 2]| h * h * h / Extended::from(360.0);
+        let [n_left, n, n_right, _] = row(k, [cube, cube, cube, |_| Extended::ZERO]);
+        let [n_left, n, n_right] = [number(-7.0) * n_left, number(-8.0) * n, number(-7.0) * n_right];
+        [zero, m_left, n_left, m, n, m_right, n_right, known]
+    };
+    let thirds = |k: usize| {
+        let [n_left, n, n_right, _] = row(k, [sixth, third, sixth, |_| Extended::ZERO]);
+        let inverse = |[h, _]: [Extended; 2]| Extended::ONE / h;
+        let [m_left, m, m_right, _] = row(k, [inverse, inverse, inverse, |_| Extended::ZERO]);
+        [-m_left, n_left, m, n, -m_right, n_right, zero, zero]
+    };
+    let only = |place: usize| std::array::from_fn(|i| if i == place { one } else { zero });
+    // Columns are those from three before to three behind the diagonal, and then the right side.
+    let rows = (0..=last).flat_map(|k| match (k == 0 || k == last, kind) {
+        (true, Kind::Natural) => [only(3), only(3)],
+        (false, Kind::Natural) | (_, Kind::Clamped) => [slopes(k), only(3)],
+        (false, Kind::Quintic) => [slopes(k), thirds(k)],
+        (true, Kind::Quintic) => {
+            let [m_left, n_left, m, n, m_right, n_right, ..] = thirds(k);
+            [[zero, m_left, n_left, m, n, m_right, n_right, zero], only(3)]
+        }
+    });
+    let found = solved(rows.collect());
+    found.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()
+}
+
+/// Solves a system of seven diagonals by Gauss's elimination from the top: 70 digits leave room for what that loses.
+fn solved(mut rows: Vec<[Extended; 8]>) -> Vec<Extended> {
+    let count = rows.len();
+    for pivot in 0..count {
+        let above = rows[pivot];
+        for below in 1..=3.min(count - 1 - pivot) {
+            let row = &mut rows[pivot + below];
+            let factor = row[3 - below] / above[3];
+            (1..=3).for_each(|k| row[3 - below + k] -= factor * above[3 + k]);
+            row[7] -= factor * above[7];
+        }
     }
-    let mut found = vec![zero; points.len() + 1];
-    for k in (0..=last).rev() {
-        let [diagonal, right, known] = rows[k];
-        found[k] = (known - right * found[k + 1]) / diagonal;
+    let mut found = vec![Extended::ZERO; count + 3];
+    for k in (0..count).rev() {
+        let known = (1..=3).fold(rows[k][7], |sum, j| sum - rows[k][3 + j] * found[k + j]);
+        found[k] = known / rows[k][3];
     }
-    found.pop();
+    found.truncate(count);
     found
 }
 
-/// The coefficients of all pieces.
-fn coefficients(points: &[[Extended; 2]], second: &[Extended]) -> Vec<Extended> {
-    let (zero, half, sixth) = (Extended::ZERO, Extended::from(0.5), Extended::ONE / Extended::from(6.0));
+/// The coefficients of all pieces, from M = s″ and N = s⁗ at the knots.
+fn coefficients(points: &[[Extended; 2]], even: &[[Extended; 2]]) -> Vec<Extended> {
+    let (zero, number) = (Extended::ZERO, |value: f64| Extended::from(value));
     let (intervals, last) = (intervals(points), points.len() - 1);
-    let slope = |k: usize| intervals[k][1] - intervals[k][0] * sixth * (second[k] + second[k] + second[k + 1]);
+    // s′ at one end of an interval, where M and N are those at this end and at the other one.
+    let slope = |[h, secant]: [Extended; 2], [m, n]: [Extended; 2], [m_other, n_other]: [Extended; 2]| {
+        let by_fourth = h * h * h * (number(8.0) * n + number(7.0) * n_other) / number(360.0);
+        secant - h * (m + m + m_other) / number(6.0) + by_fourth
+    };
+    let first_slope = slope(intervals[0], even[0], even[1]);
     let [length, secant] = intervals[last - 1];
-    let last_slope = secant + length * sixth * (second[last - 1] + second[last] + second[last]);
-    let mut coefficients = vec![points[0][1], slope(0), zero, zero];
-    for (k, &[length, _]) in intervals.iter().enumerate() {
-        let third = sixth * (second[k + 1] - second[k]) / length;
-        coefficients.extend([points[k][1], slope(k), half * second[k], third]);
+    let last_slope = slope([-length, secant], even[last], even[last - 1]);
+    let mut coefficients = vec![points[0][1], first_slope, zero, zero, zero, zero];
+    for (k, &[h, secant]) in intervals.iter().enumerate() {
+        let ([m, n], [m_next, n_next]) = (even[k], even[k + 1]);
+        let third = (m_next - m) / h - h * (n + n + n_next) / number(6.0);
+        let powers = [m.half(), third / number(6.0), n / number(24.0), (n_next - n) / (number(120.0) * h)];
+        coefficients.extend([points[k][1], slope([h, secant], even[k], even[k + 1])]);
+        coefficients.extend(powers);
     }
-    coefficients.extend([points[last][1], last_slope, zero, zero]);
+    coefficients.extend([points[last][1], last_slope, zero, zero, zero, zero]);
     coefficients
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Ends, Outside, Table, TableError};
+    use super::{Kind, Outside, Table, TableError};
     use crate::number::{Extended, Real};
 
     fn points(f: impl Fn(f64) -> f64, knots: &[f64]) -> Vec<[Extended; 2]> {
@@ -266,15 +350,15 @@ mod tests {
     /// Knots at uneven distances.
     const KNOTS: [f64; 7] = [-2.0, -1.5, -0.25, 0.0, 1.0, 1.25, 3.0];
 
-    fn table(ends: Ends, outside: Outside) -> Table {
-        Table::new(&points(|x| (1.0 + x * x).ln() - x, &KNOTS), ends, outside).unwrap()
+    fn table(kind: Kind, outside: Outside) -> Table {
+        Table::new(&points(|x| (1.0 + x * x).ln() - x, &KNOTS), kind, outside).unwrap()
     }
 
     /// In 70 digits nothing but rounding is left of the difference between both sides of a knot.
     #[test]
     fn a_spline_takes_its_values_and_is_smooth_at_knots() {
-        for ends in [Ends::Natural, Ends::Clamped] {
-            let table = table(ends, Outside::Refused);
+        for (kind, smooth, free) in [(Kind::Natural, 3, 2..3), (Kind::Clamped, 3, 1..2), (Kind::Quintic, 5, 3..5)] {
+            let table = table(kind, Outside::Refused);
             for (k, &knot) in KNOTS.iter().enumerate() {
                 let at = Extended::from(knot);
                 let value = Extended::from((1.0 + knot * knot).ln() - knot);
@@ -282,40 +366,42 @@ mod tests {
                 if k == 0 || k + 1 == KNOTS.len() {
                     continue;
                 }
-                for order in 0..3 {
+                for order in 0..smooth {
                     let [left, right] = [k, k + 1].map(|piece| table.of_piece(piece, order, at));
-                    assert!((left - right).abs().to_f64() < 1e-66, "{knot} {order}");
+                    assert!((left - right).abs().to_f64() < 1e-63, "{knot} {order}");
                 }
             }
-            let free = if ends == Ends::Natural { 2 } else { 1 };
-            for (piece, knot) in [(1, KNOTS[0]), (6, KNOTS[6])] {
-                let end = table.of_piece(piece, free, Extended::from(knot));
-                assert!(end.abs().to_f64() < 1e-66, "{ends:?} {knot}");
+            for (order, (piece, knot)) in free.flat_map(|order| [(1, KNOTS[0]), (6, KNOTS[6])].map(|end| (order, end)))
+            {
+                let end = table.of_piece(piece, order, Extended::from(knot));
+                assert!(end.abs().to_f64() < 1e-64, "{kind:?} {knot}");
             }
         }
     }
 
-    /// The values in the middle of intervals are those of scipy.interpolate.CubicSpline.
+    /// The values in the middle of intervals are those of scipy.interpolate, CubicSpline and make_interp_spline.
     #[test]
     fn splines_are_those_of_other_programs() {
         let cube = points(|x| x * x * x, &[0.0, 1.0, 2.0, 4.0]);
-        let natural = Table::new(&cube, Ends::Natural, Outside::Refused).unwrap();
-        let clamped = Table::new(&cube, Ends::Clamped, Outside::Refused).unwrap();
+        let natural = Table::new(&cube, Kind::Natural, Outside::Refused).unwrap();
+        let clamped = Table::new(&cube, Kind::Clamped, Outside::Refused).unwrap();
+        let quintic = Table::new(&cube, Kind::Quintic, Outside::Refused).unwrap();
         for (table, expected) in [
             (natural, [0.255_434_782_608_695_57, 2.983_695_652_173_913, 30.913_043_478_260_867]),
             (clamped, [0.397_727_272_727_272_7, 2.011_363_636_363_636_2, 41.181_818_181_818_18]),
+            (quintic, [0.010_110_294_117_604_444, 3.375_919_117_647_006, 27.588_235_294_117_645]),
         ] {
             for (x, expected) in [0.5, 1.5, 3.0].into_iter().zip(expected) {
                 let found: f64 = table.at(x);
-                assert!((found - expected).abs() < 1e-14, "{x}: {found} is not {expected}");
+                assert!((found - expected).abs() < 1e-13 * (1.0 + expected), "{x}: {found} is not {expected}");
             }
         }
     }
 
     #[test]
     fn derivatives_are_those_of_the_values() {
-        let mut table = table(Ends::Natural, Outside::Linear);
-        for _ in 0..3 {
+        let mut table = table(Kind::Quintic, Outside::Linear);
+        for _ in 0..5 {
             let slope = table.derivative().unwrap();
             for u in [-3.0, -1.8, -0.1, 0.6, 2.0, 4.0] {
                 let [left, right] = [-1.0, 1.0].map(|side| table.at(Extended::from(u + 1e-6 * side)));
@@ -332,7 +418,7 @@ mod tests {
 
     #[test]
     fn bounds_hold_every_value() {
-        let mut table = Some(table(Ends::Clamped, Outside::Linear));
+        let mut table = Some(table(Kind::Quintic, Outside::Linear));
         while let Some(of) = table {
             for low in [-3.0, -2.0, -1.6, -0.3, 0.1, 1.0, 2.9, 3.5] {
                 for width in [0.0, 1e-9, 0.1, 0.7, 4.0] {
@@ -349,7 +435,7 @@ mod tests {
 
     #[test]
     fn nothing_is_known_of_arguments_without_bounds() {
-        let [refused, linear] = [Outside::Refused, Outside::Linear].map(|outside| table(Ends::Natural, outside));
+        let [refused, linear] = [Outside::Refused, Outside::Linear].map(|outside| table(Kind::Natural, outside));
         let nothing = [f64::NEG_INFINITY, f64::INFINITY];
         for ends in [nothing, [f64::NEG_INFINITY, 0.0], [0.0, f64::INFINITY], [f64::NAN, 0.0], [1.0, 0.0]] {
             assert_eq!([refused.bounds(ends), linear.bounds(ends)], [nothing; 2], "{ends:?}");
@@ -360,7 +446,7 @@ mod tests {
 
     #[test]
     fn outside_of_its_knots_a_spline_is_refused_or_its_tangent() {
-        let [refused, linear] = [Outside::Refused, Outside::Linear].map(|outside| table(Ends::Natural, outside));
+        let [refused, linear] = [Outside::Refused, Outside::Linear].map(|outside| table(Kind::Natural, outside));
         for u in [-2.1, 3.000_001, f64::INFINITY, f64::NAN] {
             assert!(refused.at(u).is_nan(), "{u}");
         }
@@ -373,9 +459,9 @@ mod tests {
 
     #[test]
     fn equal_tables_are_one_and_bad_points_are_refused() {
-        assert_eq!(table(Ends::Natural, Outside::Linear), table(Ends::Natural, Outside::Linear));
-        assert_ne!(table(Ends::Natural, Outside::Linear), table(Ends::Clamped, Outside::Linear));
-        let mistake = |knots: &[f64]| Table::new(&points(|x| x, knots), Ends::Natural, Outside::Refused).unwrap_err();
+        assert_eq!(table(Kind::Natural, Outside::Linear), table(Kind::Natural, Outside::Linear));
+        assert_ne!(table(Kind::Natural, Outside::Linear), table(Kind::Clamped, Outside::Linear));
+        let mistake = |knots: &[f64]| Table::new(&points(|x| x, knots), Kind::Natural, Outside::Refused).unwrap_err();
         assert_eq!(mistake(&[0.0, 1.0]), TableError::TooFew(2));
         assert_eq!(mistake(&[0.0, 1.0, 1.0, 2.0]), TableError::NotIncreasing(2));
         assert_eq!(mistake(&[0.0, f64::NAN, 1.0]), TableError::NotFinite(1));

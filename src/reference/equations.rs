@@ -110,8 +110,9 @@ impl<S: Real> Equations<'_, S> {
         series
     }
 
-    /// The series of the arguments of `abs` in the expansion that was computed last.
-    pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
+    /// The series of the arguments of functions with kinks in the expansion that was computed last, with the values at
+    /// which these are.
+    pub(super) fn kink_arguments(&self) -> impl Iterator<Item = (&[S], S)> {
         self.values.kink_arguments()
     }
 

@@ -95,16 +95,22 @@ impl<S: Real> ProgramSeries<S> {
         &self.registers[register].coefficients[..self.known]
     }
 
-    /// The series of every argument of `abs`, `sign` and `step`, each once. Where one changes its sign, the series
-    /// around this point are no longer valid.
-    pub(super) fn kink_arguments(&self) -> impl Iterator<Item = &[S]> {
+    /// The series of every argument of `abs`, `sign` and `step`, each once, with 0, and those of tables with the knots
+    /// beside them. Where one passes this value, the series around this point are no longer valid.
+    pub(super) fn kink_arguments(&self) -> impl Iterator<Item = (&[S], S)> {
         let argument = |step: &Step| match step.operation() {
-            Operation::Call(function, a) if kind(function) == Kind::Sign => Some(a),
+            Operation::Call(function, a) if kind(function) == Kind::Sign => Some((a, None)),
+            Operation::Call(Function::Table(table), a) => Some((a, Some(table))),
             _ => None,
         };
-        let is_first = move |&(k, a): &(usize, Register)| !self.steps[..k].iter().any(|step| argument(step) == Some(a));
+        let is_first = move |k: usize, this| !self.steps[..k].iter().any(|step| argument(step) == Some(this));
         let all = self.steps.iter().enumerate().filter_map(move |(k, step)| Some((k, argument(step)?)));
-        all.filter(is_first).map(|(_, a)| self.known_of(a))
+        all.filter(move |&(k, this)| is_first(k, this)).flat_map(|(_, (a, table))| {
+            let series = self.known_of(a);
+            let knots = table.map(|table| table.neighbours(series[0]));
+            let zero = table.is_none().then_some(S::ZERO);
+            knots.into_iter().flatten().chain(zero).map(move |at| (series, at))
+        })
     }
 }
 
@@ -273,14 +279,19 @@ fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut [S], k: usi
         Function::Sqrt => square_root(u[k], y, k),
         Function::Table(table) => {
             // y = Σ cⱼ wʲ with w = u − u₀; the partner is w².
-            let [value, slope, bend, twist] = table.expansion(u[0]);
+            let c = table.expansion(u[0]);
             if k == 0 {
                 partner[0] = S::ZERO;
-                return value;
+                return c[0];
             }
             partner[k] = sum((1..k).map(|j| u[j] * u[k - j]));
             let cube = sum((1..k).map(|j| u[j] * partner[k - j]));
-            slope * u[k] + bend * partner[k] + twist * cube
+            let cubic = c[1] * u[k] + c[2] * partner[k] + c[3] * cube;
+            if c[4] == S::ZERO && c[5] == S::ZERO {
+                return cubic;
+            }
+            let fourth = |k: usize| sum((1..k).map(|j| partner[j] * partner[k - j]));
+            cubic + c[4] * fourth(k) + c[5] * sum((1..k).map(|j| u[j] * fourth(k - j)))
         }
         Function::Abs | Function::Sign | Function::Step => {
             if k == 0 {

@@ -83,21 +83,22 @@ pub(super) fn gap<S: Real>(a: S, b: S) -> S {
     if gap.is_nan() { S::from(f64::INFINITY) } else { gap }
 }
 
-/// The first s in (0, h) at which an argument of `abs` has just changed its sign; h if there is none.
+/// The first s in (0, h) at which the argument of a function with kinks has just passed one; h if there is none.
 pub(super) fn step_to_kink<S: Real>(equations: &Equations<'_, S>, h: S) -> S {
     let mut step = h;
-    for series in equations.kink_arguments() {
-        let value = |s: S| series[0] + increment(series, s);
+    for (series, kink) in equations.kink_arguments() {
+        let ahead = series[0] - kink;
+        let value = |s: S| ahead + increment(series, s);
         // Just beyond the kink, so that the next expansion is safely on the other side.
-        let margin =
-            |s: S| S::from(8.0) * S::EPSILON * (S::ONE + series[0].abs()) / slope(series, s).abs().max(S::MIN_POSITIVE);
-        if series[0] == S::ZERO {
+        let size = series[0].abs() + kink.abs() + (series[1] * h).abs();
+        let margin = |s: S| S::from(8.0) * S::EPSILON * size / slope(series, s).abs().max(S::MIN_POSITIVE);
+        if ahead == S::ZERO {
             step = smaller(step, margin(S::ZERO));
             continue;
         }
         let (mut inside, mut beyond) = (S::ZERO, step);
         // A few probes, so that two changes of sign in one step are not missed.
-        let probe = (1..=16).map(|i| step * S::from(f64::from(i) / 16.0)).find(|&s| value(s) * series[0] <= S::ZERO);
+        let probe = (1..=16).map(|i| step * S::from(f64::from(i) / 16.0)).find(|&s| value(s) * ahead <= S::ZERO);
         let Some(first) = probe else { continue };
         beyond = smaller(first, beyond);
         while beyond - inside > (S::EPSILON + S::EPSILON) * beyond {
@@ -105,7 +106,7 @@ pub(super) fn step_to_kink<S: Real>(equations: &Equations<'_, S>, h: S) -> S {
             if middle <= inside || middle >= beyond {
                 break;
             }
-            if value(middle) * series[0] > S::ZERO { inside = middle } else { beyond = middle }
+            if value(middle) * ahead > S::ZERO { inside = middle } else { beyond = middle }
         }
         step = smaller(step, beyond + margin(beyond));
     }

@@ -218,13 +218,13 @@ impl System<'_, f64> {
                 jacobian.fill(0.0);
                 motion.jacobian(on, k, |row, column, value| jacobian[row * fields + column] = value);
             }
-            let scale = scales[field];
-            derivative.row(k).for_each(|(column, d)| row[fields * column + field + lower - index] += h * d / scale);
+            let inverse = 1.0 / scales[field];
+            derivative.row(k).for_each(|(column, d)| row[fields * column + field + lower - index] += h * d * inverse);
             // In the strong form the first node is given: it has no unknowns to couple to.
             if k >= first {
                 for (other, &coupling) in jacobian[field * fields..][..fields].iter().enumerate() {
                     if coupling != 0.0 {
-                        row[fields * (k - first) + other + lower - index] -= h * coupling / scale;
+                        row[fields * (k - first) + other + lower - index] -= h * coupling * inverse;
                     }
                 }
             }

@@ -4,7 +4,7 @@ use super::limit::Limit;
 use super::newton::Failure;
 use super::status::{InitialGuess, Status};
 use super::window::Window;
-use crate::geometry::OutsideGeometry;
+use crate::geometry::{OnNodes, OutsideGeometry};
 use crate::number::Real;
 
 /// A recursion that ended at a point outside the domain.
@@ -12,38 +12,47 @@ pub(super) fn outside<O>(point: O) -> Failure<O> {
     Failure { outside: Some(point), ..Failure::without_iterate(Status::OutsideDomain) }
 }
 
-/// The same point, said to be at a node.
-fn at_node(point: OutsideGeometry, index: usize) -> OutsideGeometry {
-    OutsideGeometry { index, ..point }
-}
-
 /// SBP21: one Euler step, then u_{k+1} = u_{k−1} + 2h u̇_k for every coordinate and every momentum. One evaluation a
-/// node.
+/// node, of active coordinates; ignorable ones are sums, whose terms are computed on many nodes at a time.
 ///
 /// Exact charges say nothing about the rest here: the rule carries a computational (−1)^k mode, neutral only while
 /// hω < 1.
 pub(super) fn two_step<S: Real>(window: &Window<'_, S>) -> Result<Limit<S>, Failure> {
     let (points, h, geometry) = (window.points(), window.sbp.spacing(), window.geometry);
     let active = geometry.active();
+    let start = active.iter().map(|&a| window.start.q[a]).chain(active.iter().map(|&a| window.start.p[a]));
+    let mut u: Vec<Vec<S>> = start.map(|value| vec![value; points]).collect();
+    let rates = &mut geometry.rates(window.start);
+    let left = (0..points).find_map(|k| {
+        u.iter().enumerate().for_each(|(place, row)| rates.set(place, row[k]));
+        if let Err(point) = rates.evaluate() {
+            return Some((k, point));
+        }
+        u.iter_mut().enumerate().for_each(|(place, row)| step(row, k, h, rates.get(place)));
+        None
+    });
+    let p = u.split_off(active.len());
     let mut q: Vec<Vec<S>> = window.start.q.iter().map(|&q| vec![q; points]).collect();
-    let mut p: Vec<Vec<S>> = active.iter().map(|&a| vec![window.start.p[a]; points]).collect();
-    let (mut here, mut momenta) = (window.start.q.clone(), window.start.p.clone());
-    let mut point = geometry.point();
-    for k in 0..points {
-        for (place, &a) in active.iter().enumerate() {
-            (here[a], momenta[a]) = (q[a][k], p[place][k]);
-        }
-        point.evaluate(&here, &momenta).map_err(|found| outside(at_node(found, k)))?;
-        if k + 1 == points {
-            break;
-        }
-        let (from, step) = if k == 0 { (0, h) } else { (k - 1, h + h) };
-        for (a, q) in q.iter_mut().enumerate() {
-            q[k + 1] = q[from] + step * point.q_dot(a);
-        }
-        for (place, p) in p.iter_mut().enumerate() {
-            p[k + 1] = p[from] + step * point.p_dot(place);
-        }
+    active.iter().zip(u).for_each(|(&a, row)| q[a] = row);
+    let mut motion = geometry.motion_on_nodes();
+    let known = left.as_ref().map_or(points, |(k, _)| *k);
+    let on = OnNodes { q: &q, p: &p, start: &window.start.p };
+    let ignorable = motion.ignorable_rates(on, known).map_err(outside)?;
+    if let Some((index, point)) = left {
+        return Err(outside(OutsideGeometry { index, ..point }));
+    }
+    for (a, rates) in geometry.ignorable().zip(ignorable) {
+        (0..points).for_each(|k| step(&mut q[a], k, h, rates[k]));
     }
     Ok(Limit { q, p, history: Vec::new(), initial_guess: InitialGuess::None })
+}
+
+/// The value at node k + 1, if there is one, from the rate at node k.
+#[inline]
+fn step<S: Real>(row: &mut [S], k: usize, h: S, rate: S) {
+    let (from, step) = if k == 0 { (0, h) } else { (k - 1, h + h) };
+    let next = row[from] + step * rate;
+    if let Some(value) = row.get_mut(k + 1) {
+        *value = next;
+    }
 }

@@ -30,7 +30,7 @@ pub(super) struct Edge {
 
 /// A world-line on the nodes.
 pub(super) struct Guess {
-    /// q^a, a row for each coordinate.
+    /// q^a, a row for each coordinate. Steps leave out ignorable coordinates, which the physical limit does not need.
     pub(super) q: Vec<Vec<f64>>,
     /// p_a, a row for each active coordinate.
     pub(super) p: Vec<Vec<f64>>,
@@ -77,32 +77,35 @@ pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, Edge> {
 }
 
 /// The geodesic on the nodes by one step from each to the next, if there are few and they resolve the motion: it then
-/// comes to no pole, which steps could leap over.
+/// comes to no pole, which steps could leap over. Ignorable coordinates are left out.
 pub(super) fn by_steps(window: &Window<'_, f64>) -> Option<Guess> {
-    let (geometry, start, sbp) = (window.geometry, window.start, window.sbp);
-    let n = start.q.len();
+    let (active, start, sbp) = (window.geometry.active(), window.start, window.sbp);
     if window.points() > MOST_STEPS {
         return None;
     }
-    let rows = n + geometry.active().len();
-    let mut state = [&start.q[..], &start.p].concat();
-    let (mut point, mut nodes) = (geometry.point(), vec![Vec::with_capacity(window.points()); rows]);
-    let [mut first, mut second, mut third, mut last] = [(); 4].map(|()| vec![0.0; state.len()]);
-    let mut stage = state.clone();
-    point.slopes(&state, &mut first).ok()?;
+    let mut state: Vec<f64> = active.iter().map(|&a| start.q[a]).chain(active.iter().map(|&a| start.p[a])).collect();
+    let mut nodes = vec![Vec::with_capacity(window.points()); state.len()];
+    let [mut first, mut second, mut third, mut last, mut stage] = [(); 5].map(|()| vec![0.0; state.len()]);
+    let mut rates = window.geometry.rates(start);
+    let mut slopes = |state: &[f64], out: &mut [f64]| {
+        state.iter().enumerate().for_each(|(place, &value)| rates.set(place, value));
+        let found = rates.evaluate();
+        out.iter_mut().enumerate().for_each(|(place, out)| *out = rates.get(place));
+        found.ok()
+    };
+    slopes(&state, &mut first)?;
     for k in 0..window.points() {
-        (0..n).for_each(|a| nodes[a].push(state[a]));
-        geometry.active().iter().enumerate().for_each(|(place, &a)| nodes[n + place].push(state[n + a]));
+        nodes.iter_mut().zip(&state).for_each(|(row, &value)| row.push(value));
         if k + 1 == window.points() {
             break;
         }
         let h = sbp.node(k + 1) - sbp.node(k);
         (0..state.len()).for_each(|i| stage[i] = state[i] + 0.5 * h * first[i]);
-        point.slopes(&stage, &mut second).ok()?;
+        slopes(&stage, &mut second)?;
         (0..state.len()).for_each(|i| stage[i] = state[i] + 0.75 * h * second[i]);
-        point.slopes(&stage, &mut third).ok()?;
+        slopes(&stage, &mut third)?;
         (0..state.len()).for_each(|i| state[i] += h / 9.0 * (2.0 * first[i] + 3.0 * second[i] + 4.0 * third[i]));
-        point.slopes(&state, &mut last).ok()?;
+        slopes(&state, &mut last)?;
         let is_resolved = |i: usize| {
             let error = (-5.0 * first[i] + 6.0 * second[i] + 8.0 * third[i] - 9.0 * last[i]) / 72.0;
             error.abs() <= RESOLVED * (first[i].abs() + second[i].abs() + third[i].abs())
@@ -112,6 +115,8 @@ pub(super) fn by_steps(window: &Window<'_, f64>) -> Option<Guess> {
         }
         std::mem::swap(&mut first, &mut last);
     }
-    let p = nodes.split_off(n);
-    Some(Guess { q: nodes, p, kind: InitialGuess::Steps })
+    let p = nodes.split_off(active.len());
+    let mut q = vec![Vec::new(); start.q.len()];
+    active.iter().zip(nodes).for_each(|(&a, row)| q[a] = row);
+    Some(Guess { q, p, kind: InitialGuess::Steps })
 }

@@ -12,18 +12,25 @@ const MOST_PIECES: f64 = 1024.0;
 /// The first point outside the domain within a long step, on the straight line from node to node, with the index of the
 /// node behind it. `q` has a row for each coordinate. A step is divided into pieces as long as the longest one before.
 pub(super) fn outside<S: Real>(geometry: &Geometry<S>, q: &[Vec<S>]) -> Option<OutsideGeometry> {
-    let mut longest = vec![0.0_f64; geometry.active().len()];
-    (1..q[0].len()).find_map(|k| {
-        let mut ratio = 0.0_f64;
-        for (longest, &a) in longest.iter_mut().zip(geometry.active()) {
-            let change = (q[a][k] - q[a][k - 1]).abs().to_f64();
-            if *longest > 0.0 {
-                ratio = ratio.max(change / *longest);
-            }
-            *longest = longest.max(change);
-        }
-        if ratio > LONG { within(geometry, q, k, ratio.ceil().min(MOST_PIECES) as usize) } else { None }
+    let mut long: Vec<(usize, f64)> = geometry.active().iter().flat_map(|&a| long_steps(&q[a])).collect();
+    long.sort_by_key(|&(k, _)| k);
+    long.chunk_by(|(one, _), (other, _)| one == other).find_map(|steps| {
+        let ratio = steps.iter().fold(0.0, |most, &(_, ratio)| f64::max(most, ratio));
+        within(geometry, q, steps[0].0, ratio.ceil().min(MOST_PIECES) as usize)
     })
+}
+
+/// The steps of a coordinate that are much longer than the longest one before, with the ratio.
+fn long_steps<S: Real>(row: &[S]) -> Vec<(usize, f64)> {
+    let (mut longest, mut long) = (0.0_f64, Vec::new());
+    for (k, pair) in row.windows(2).enumerate() {
+        let change = (pair[1] - pair[0]).abs().to_f64();
+        if change > LONG * longest && longest > 0.0 {
+            long.push((k + 1, change / longest));
+        }
+        longest = longest.max(change);
+    }
+    long
 }
 
 /// The first point outside the domain between nodes k − 1 and k, among those that divide the step into equal pieces.

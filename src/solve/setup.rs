@@ -110,6 +110,8 @@ pub struct Setup<S: Real = f64> {
     pub until: Vec<Until<S>>,
     /// D̄ (true) or D (false) in the action.
     pub regularised: bool,
+    /// Sizes of coordinates below which an accuracy is absolute.
+    pub floors: Vec<(usize, f64)>,
     /// The settings by which it is computed.
     pub settings: Settings,
 }
@@ -126,6 +128,7 @@ impl<S: Real> Clone for Setup<S> {
             limit: self.limit,
             until: self.until.clone(),
             regularised: self.regularised,
+            floors: self.floors.clone(),
             settings: self.settings,
         }
     }
@@ -153,6 +156,7 @@ impl<S: Real> Setup<S> {
             },
             until: self.until.iter().map(Until::in_f64).collect(),
             regularised: self.regularised,
+            floors: self.floors.clone(),
             settings: self.settings.within::<f64>(),
         }
     }

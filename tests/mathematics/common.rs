@@ -267,6 +267,7 @@ pub(crate) fn setup<S: Arithmetic>(
         limit: Limit::Length(S::from(length)),
         until: Vec::new(),
         regularised: true,
+        floors: Vec::new(),
         settings: Settings { system, ..settings((sbp, form, n_gamma), if S::IS_EXTENDED { 40 } else { 16 }) },
     }
 }
@@ -296,6 +297,7 @@ pub(crate) fn setup_of(line: &WorldLine) -> Setup {
         limit,
         until,
         regularised: true,
+        floors: Vec::new(),
         settings,
     }
 }

@@ -19,7 +19,7 @@ pub(crate) fn case_file(name: &str) -> String {
         .unwrap_or_else(|| panic!("there is no case {name}"))
 }
 
-/// What the program keeps a record of its files in.
+/// The program keeps a record of its files here.
 pub(crate) const MANIFEST: &str = ".geodesic-ivp-manifest.json";
 
 /// The program, in a folder.

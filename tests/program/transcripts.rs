@@ -33,7 +33,7 @@ fn shell(folder: &Path, line: &str) -> (i32, String) {
     (output.status.code().unwrap_or(-1), String::from_utf8(output.stdout).unwrap())
 }
 
-/// What a line prints. A refusal prints nothing on standard output, and leaves the folder as it was.
+/// Returns what a line prints. A refusal prints nothing on standard output, and leaves the folder as it was.
 fn answer(folder: &Path, line: &str) -> (i32, String) {
     let before = tree(folder);
     let (code, said) = shell(folder, &format!("exec 2>&1\n{line}"));

@@ -12,8 +12,12 @@ const ACROSS: usize = 4;
 const GAP: f64 = 12.0;
 /// Room for the labels of the rows.
 const LEFT: f64 = 70.0;
-const PANEL_WIDTH: f64 = (WIDTH - LEFT - MARGIN - (ACROSS - 1) as f64 * GAP) / ACROSS as f64;
+/// The height of cells, and the most and the least of those of a single panel, which is about so high.
 const CELL_HEIGHT: f64 = 14.0;
+const CELL_HEIGHTS: [f64; 2] = [2.0, 28.0];
+const PANEL_HEIGHT: f64 = 420.0;
+/// Smaller cells have no gaps between them.
+const WITH_GAPS: f64 = 8.0;
 const PANEL_TITLE: f64 = 20.0;
 const TICKS: f64 = 28.0;
 /// Labels of ticks and rows, and headings of panels.
@@ -92,6 +96,22 @@ pub struct Map {
 }
 
 impl Map {
+    /// Panels side by side; a single one takes the whole width.
+    fn across(&self) -> usize {
+        if self.panels.len() == 1 { 1 } else { ACROSS }
+    }
+
+    fn panel_width(&self) -> f64 {
+        let across = self.across() as f64;
+        (WIDTH - LEFT - MARGIN - (across - 1.0) * GAP) / across
+    }
+
+    fn cell_height(&self) -> f64 {
+        let [least, most] = CELL_HEIGHTS;
+        let filling = (PANEL_HEIGHT / self.rows.len().max(1) as f64).clamp(least, most);
+        if self.panels.len() == 1 { filling } else { CELL_HEIGHT }
+    }
+
     /// The picture as an SVG document. It depends on the map alone.
     pub fn to_svg(&self) -> String {
         let mut page = Page::new(&self.title, &self.subtitle);
@@ -106,27 +126,28 @@ impl Map {
         if let (Some(_), Some(&(x, y))) = (line_label, places.last()) {
             draw_limit(&mut page, x, y - half, y + half);
         }
-        let top = page.top;
-        let panel_height = self.rows.len().max(1) as f64 * CELL_HEIGHT;
+        let (top, across, cell_height) = (page.top, self.across(), self.cell_height());
+        let panel_height = self.rows.len().max(1) as f64 * cell_height;
         for (index, panel) in self.panels.iter().enumerate() {
-            let left = LEFT + (index % ACROSS) as f64 * (PANEL_WIDTH + GAP);
-            let top = top + (index / ACROSS) as f64 * (PANEL_TITLE + panel_height + TICKS);
-            let mut room = PANEL_WIDTH;
+            let left = LEFT + (index % across) as f64 * (self.panel_width() + GAP);
+            let top = top + (index / across) as f64 * (PANEL_TITLE + panel_height + TICKS);
+            let mut room = self.panel_width();
             if let Some((look, is_open)) = panel.look {
                 page.symbols(look, RADIUS, is_open, &[(left + 6.0, top + 10.0)]);
                 room -= SAMPLE / 2.0;
             }
             let size = TINY * (room / extent(&panel.title, TINY)).min(1.0);
-            page.write(&panel.title, (left + PANEL_WIDTH - room, top + 14.0), size, "start", TEXT);
+            page.write(&panel.title, (left + self.panel_width() - room, top + 14.0), size, "start", TEXT);
             self.draw_panel(&mut page, panel, (left, top + PANEL_TITLE), panel_height);
-            if index % ACROSS == 0 {
-                for (row, label) in self.rows.iter().enumerate() {
-                    let y = top + PANEL_TITLE + panel_height - (row as f64 + 0.5) * CELL_HEIGHT + 0.36 * TINY;
+            if index % across == 0 {
+                let step = (TINY / cell_height).ceil() as usize;
+                for (row, label) in self.rows.iter().enumerate().step_by(step.max(1)) {
+                    let y = top + PANEL_TITLE + panel_height - (row as f64 + 0.5) * cell_height + 0.36 * TINY;
                     page.write(label, (left - 5.0, y), TINY, "end", TEXT);
                 }
             }
         }
-        let rows = self.panels.len().div_ceil(ACROSS).max(1) as f64;
+        let rows = self.panels.len().div_ceil(across).max(1) as f64;
         let base = top + rows * (PANEL_TITLE + panel_height + TICKS);
         page.write(&self.x_label, ((LEFT + WIDTH - MARGIN) / 2.0, base + SMALL), SMALL, "middle", TEXT);
         page.write_upright(&self.y_label, top, base);
@@ -134,11 +155,12 @@ impl Map {
     }
 
     fn draw_panel(&self, page: &mut Page, panel: &Panel, (left, top): At, height: f64) {
-        let column = |place: f64| left + place / panel.columns.max(1) as f64 * PANEL_WIDTH;
+        let (width, cell_height) = (self.panel_width(), self.cell_height());
+        let column = |place: f64| left + place / panel.columns.max(1) as f64 * width;
         let bottom = top + height;
         let cell = |x: usize, y: usize| {
-            let below = bottom - y as f64 * CELL_HEIGHT;
-            ((column(x as f64), below - CELL_HEIGHT), (column(x as f64 + 1.0), below))
+            let below = bottom - y as f64 * cell_height;
+            ((column(x as f64), below - cell_height), (column(x as f64 + 1.0), below))
         };
         let everywhere = (0..self.rows.len()).flat_map(|y| (0..panel.columns).map(move |x| (x, y)));
         let absent = everywhere.filter(|&(x, y)| !panel.cells.iter().any(|at| (at.0, at.1) == (x, y)));
@@ -147,7 +169,7 @@ impl Map {
             let cells = panel.cells.iter().filter(|at| at.2 == index).map(|at| cell(at.0, at.1));
             draw_cells(page, kind, &cells.collect::<Vec<_>>());
         }
-        let mut lines = format!("M{} {}h{}v{}H{0}z", px(left), px(top), px(PANEL_WIDTH), px(height));
+        let mut lines = format!("M{} {}h{}v{}H{0}z", px(left), px(top), px(width), px(height));
         let mut free = f64::NEG_INFINITY;
         for (place, label) in &panel.ticks {
             let at = column(*place);
@@ -181,7 +203,13 @@ fn draw_cells(page: &mut Page, kind: &Kind, cells: &[(At, At)]) {
         format!("M{} {}H{}V{}H{0}z", px(left), px(top), px(right), px(bottom))
     };
     let ground = Path::new().set("d", cells.iter().map(cell).collect::<String>()).set("fill", hex(kind.fill));
-    page.add(ground.set("stroke", "#fff").set("stroke-width", 0.7));
+    let ((left, top), (right, bottom)) = cells[0];
+    let is_small = (right - left).min(bottom - top) < WITH_GAPS;
+    page.add(match is_small {
+        // Neighbours of one colour are to leave no seam.
+        true => ground.set("stroke", hex(kind.fill)).set("stroke-width", 0.2),
+        false => ground.set("stroke", "#fff").set("stroke-width", 0.7),
+    });
     let sign = |&((left, top), (right, bottom)): &(At, At)| {
         let size = (right - left).min(bottom - top) / 8.0;
         let place = |&(a, b): &(f64, f64)| {

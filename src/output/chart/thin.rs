@@ -6,7 +6,10 @@ use super::page::At;
 
 /// A line is drawn to this part of a pixel.
 const FLAT: f64 = 0.1;
-/// Points of a line that follow each other within this part of a pixel are a stroke from the lowest to the highest.
+/// Of a line of more points than this,
+const MANY: usize = 20_000;
+/// those that follow each other within this part of a pixel are a stroke from the lowest to the highest. A curve that
+/// turns back in x would have corners there.
 const COLUMN: f64 = 0.5;
 
 /// A line without the points that lie on it anyway.
@@ -20,7 +23,10 @@ pub(super) fn line(run: &[At]) -> Vec<At> {
         kept.dedup();
         kept.into_iter().map(|k| points[k]).collect::<Vec<_>>()
     };
-    let run: Vec<At> = run.chunk_by(|a, b| (a.0 / COLUMN).floor() == (b.0 / COLUMN).floor()).flat_map(column).collect();
+    let run: Vec<At> = match run.len() {
+        ..=MANY => run.to_vec(),
+        _ => run.chunk_by(|a, b| (a.0 / COLUMN).floor() == (b.0 / COLUMN).floor()).flat_map(column).collect(),
+    };
     // The point that is farthest from a chord is kept, and what is before and behind it is looked at in the same way.
     let mut is_kept = vec![false; run.len()];
     let mut chords = vec![(0, run.len().saturating_sub(1))];
@@ -71,7 +77,7 @@ mod tests {
     /// A wave over 500 columns with a spike.
     fn wave() -> Vec<At> {
         let spike = |k: i32| if k == 4321 { 300.0 } else { 0.0 };
-        (0..10_000).map(|k| (f64::from(k) / 20.0, 100.0 + 40.0 * (f64::from(k) / 300.0).sin() + spike(k))).collect()
+        (0..30_000).map(|k| (f64::from(k) / 60.0, 100.0 + 40.0 * (f64::from(k) / 900.0).sin() + spike(k))).collect()
     }
 
     #[test]
@@ -91,6 +97,17 @@ mod tests {
             (rows().fold(f64::INFINITY, f64::min), rows().fold(0.0, f64::max))
         };
         assert_eq!(extremes(&thinned), extremes(&points));
+    }
+
+    #[test]
+    fn a_circle_has_no_corners() {
+        let circle: Vec<At> =
+            (0..=2000).map(|k| f64::from(k) * std::f64::consts::TAU / 2000.0).map(f64::sin_cos).collect();
+        let drawn = line(&circle.iter().map(|(x, y)| (60.0 * x, 60.0 * y)).collect::<Vec<_>>());
+        let longest =
+            drawn.windows(2).map(|ends| (ends[1].0 - ends[0].0).hypot(ends[1].1 - ends[0].1)).fold(0.0, f64::max);
+        // A chord of a circle is this far from it: c²/(8 r).
+        assert!(longest * longest / 480.0 <= 1.1 * FLAT, "{longest}");
     }
 
     #[test]

@@ -3,12 +3,14 @@
 mod convergence;
 mod look;
 mod run;
+mod scan;
 mod stability;
 mod work_precision;
 
 pub use convergence::errors;
 pub use run::{
-    PlotAxes, Run, charges, geodesic_residuals, mesh, noether_charge, orbit, section, time_mesh, trajectory, world_line,
+    PlotAxes, charges, geodesic_residuals, mesh, noether_charge, orbit, section, time_mesh, trajectory, world_line,
 };
+pub use scan::{Varied, scan};
 pub use stability::{last_node, sawtooth_onset, stability_map};
 pub use work_precision::{WorkAxis, drift, work_precision};

@@ -1,11 +1,11 @@
-//! The pictures of a run, from its solution, its diagnostics and a reference: those of V(x), which may show several
-//! runs, and those of any other scene.
+//! The pictures of a run, from its solution, its diagnostics and a reference: those of every run, and those of the
+//! paper.
 
 use crate::case::Form;
 use crate::diagnostics::Diagnostics;
 use crate::geometry::{ConservedSum, Observable};
 use crate::number::Real;
-use crate::output::chart::{Chart, Ink, Mark, Scale, Series};
+use crate::output::chart::{Chart, Ink, Look, Mark, Scale, Series, Shape};
 use crate::reference::{ReferenceTrajectory, TimeState};
 use crate::solve::WorldLine;
 use crate::trajectory::{Crossing, Sample, Sampler};
@@ -22,25 +22,10 @@ const ROUNDING: f64 = 1e-9;
 const ALIKE: f64 = 6.0;
 /// Steps that differ by more than this are drawn on a logarithmic scale.
 const MANY_STEPS: f64 = 30.0;
+/// The start and the end of an orbit, which both show where they are one place.
+const ENDS: Look = Look { colour: [0, 0, 0], shape: Shape::Circle };
 /// Steps that differ by less are equal.
 const EVEN: f64 = 1.0 + 1e-6;
-
-/// A solved case, with its label in the legend.
-#[derive(Debug, Clone, Copy)]
-pub struct Run<'a, S: Real = f64> {
-    /// Entry in the legend. It may be empty if there is only one run.
-    pub label: &'a str,
-    /// The solution.
-    pub solution: &'a WorldLine<S>,
-    /// Its diagnostics.
-    pub diagnostics: &'a Diagnostics<S>,
-}
-
-impl<S: Real> Run<'_, S> {
-    fn named(&self, what: &str) -> String {
-        if self.label.is_empty() { what.to_owned() } else { format!("{what}, {}", self.label) }
-    }
-}
 
 /// A picture of deviations along the world-line, on a logarithmic scale.
 fn deviations(title: &str, of: &str, y_label: &str, series: Vec<Series>) -> Chart {
@@ -70,72 +55,59 @@ pub fn world_line<S: Real>(of: &str, solution: &WorldLine<S>) -> Chart {
 
 /// dt/dγ on the nodes: the time mesh that emerges. At the last node of a window in the strong form it is the value with
 /// which the next window starts; the value of Dt there shows in the picture of ΔQ_t.
-pub fn time_mesh<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
-    let curve = |run: &Run<'_, S>| {
-        let tangent = run.diagnostics.tangent(run.solution);
-        let what = match run.solution.form {
-            Form::Strong => "(Dt)(γ)",
-            Form::Weak => "(D̄t)(γ)",
-        };
-        Series::new(run.named(what), Mark::LineAndPoints, at_nodes(run.solution, tangent[0].iter().copied()))
+pub fn time_mesh<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Chart {
+    let tangent = diagnostics.tangent(solution);
+    let label = match solution.form {
+        Form::Strong => "(Dt)(γ)",
+        Form::Weak => "(D̄t)(γ)",
     };
-    let series: Vec<Series> = runs.iter().map(curve).collect();
-    let (least, most) = ends(series.iter().flat_map(|series| &series.points).map(|point| point.1));
+    let points = at_nodes(solution, tangent[0].iter().copied());
+    let (least, most) = ends(points.iter().map(|point| point.1));
     let title = if least > 0.0 && most > 1.005 * least {
         format!("The time mesh: steps in t differ by a factor of {:.2}", most / least)
     } else {
         "The time mesh: dt/dγ".to_owned()
     };
-    Chart::new(title, of, ["γ", "dt/dγ"], series)
+    Chart::new(title, of, ["γ", "dt/dγ"], vec![Series::new(label, Mark::LineAndPoints, points)])
 }
 
 /// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
 pub fn trajectory<S: Real>(
     of: &str,
-    runs: &[Run<'_, S>],
+    solution: &WorldLine<S>,
     reference: Option<&ReferenceTrajectory>,
     time_parametrised: &[TimeState],
 ) -> Chart {
-    let mut series = Vec::new();
-    if let Some(first) = runs.first().map(|run| run.solution) {
-        let t_i = first.t_i().to_f64();
-        if let Some(reference) = reference {
-            let at = |k: usize| reference.at(first.length.to_f64() * k as f64 / (CURVE_POINTS - 1) as f64);
-            let place = |point: crate::geometry::Start| (t_i + point.q[0], point.q[1]);
-            let points = (0..CURVE_POINTS).map(at).map(place).collect();
-            series.push(Series::new("geodesic (reference)", Mark::Line, points));
-        }
-        let points = time_parametrised.iter().map(|state| (t_i + state.elapsed, state.x)).collect();
-        series.push(Series::new("x(t) with time as parameter", Mark::Dashed, points).with_ink(Ink::Neutral));
+    let (mut series, t_i) = (Vec::new(), solution.t_i().to_f64());
+    if let Some(reference) = reference {
+        let at = |k: usize| reference.at(solution.length.to_f64() * k as f64 / (CURVE_POINTS - 1) as f64);
+        let points = (0..CURVE_POINTS).map(at).map(|point| (t_i + point.q[0], point.q[1])).collect();
+        series.push(Series::new("geodesic (reference)", Mark::Line, points));
     }
-    for run in runs {
-        let points = run.solution.t().zip(run.solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
-        series.push(Series::new(run.named("nodes"), Mark::Points, points));
-    }
+    let points = time_parametrised.iter().map(|state| (t_i + state.elapsed, state.x)).collect();
+    series.push(Series::new("x(t) with time as parameter", Mark::Dashed, points).with_ink(Ink::Neutral));
+    let points = solution.t().zip(solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
+    series.push(Series::new("nodes", Mark::Points, points));
     Chart::new("Where the nodes lie on the trajectory x(t)", of, ["t", "x"], series)
 }
 
-/// |ΔQ_t| on the nodes. A single run of the strong form has also the value at the last node with the multiplier
-/// correction; at all other nodes the two agree.
-pub fn noether_charge<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
-    let charge = |run: &Run<'_, S>| deviation(run.named("|ΔQ_t|"), run.solution, &run.diagnostics.charges[0].delta);
-    let mut series: Vec<Series> = runs.iter().map(charge).collect();
-    if let [run] = runs
-        && let Some(corrected) = run.solution.multipliers().and(run.diagnostics.charges[0].corrected.last())
-    {
-        let last = vec![(run.solution.gamma_f().to_f64(), corrected.to_f64().abs())];
+/// |ΔQ_t| on the nodes. In the strong form the value at the last node with the multiplier correction is shown, too; at
+/// all other nodes the two agree.
+pub fn noether_charge<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Chart {
+    let charge = &diagnostics.charges[0];
+    let mut series = vec![deviation("|ΔQ_t|", solution, &charge.delta)];
+    if let Some(corrected) = solution.multipliers().and(charge.corrected.last()) {
+        let last = vec![(solution.gamma_f().to_f64(), corrected.to_f64().abs())];
         series.push(Series::new("last node, with + λ_7/H_N", Mark::Points, last));
     }
     deviations("How far the charge Q_t is from its initial value", of, "|ΔQ_t|", series)
 }
 
 /// |ΔG^t| and |ΔG^x| on the nodes.
-pub fn geodesic_residuals<S: Real>(of: &str, runs: &[Run<'_, S>]) -> Chart {
-    let rows = |run: &Run<'_, S>| ["|ΔG^t|", "|ΔG^x|"].map(|label| run.named(label));
-    let series = runs.iter().flat_map(|run| {
-        rows(run).into_iter().zip(&run.diagnostics.delta_g).map(|(label, row)| deviation(label, run.solution, row))
-    });
-    deviations("How far the nodes are from the discrete geodesic equations", of, "|ΔG|", series.collect())
+pub fn geodesic_residuals<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Chart {
+    let rows = ["|ΔG^t|", "|ΔG^x|"].into_iter().zip(&diagnostics.delta_g);
+    let series = rows.map(|(label, row)| deviation(label, solution, row)).collect();
+    deviations("How far the nodes are from the discrete geodesic equations", of, "|ΔG|", series)
 }
 
 /// The axes of the picture of an orbit.
@@ -145,6 +117,8 @@ pub struct PlotAxes<S = f64> {
     pub formulas: [Observable<S>; 2],
     /// The same as text.
     pub labels: [String; 2],
+    /// The symbol of what velocities are derivatives by.
+    pub parameter: &'static str,
 }
 
 impl<S: Real> PlotAxes<S> {
@@ -162,14 +136,14 @@ impl<S: Real> PlotAxes<S> {
     fn chart(&self, title: &str, of: &str, series: Vec<Series>) -> Chart {
         let points = || series.iter().flat_map(|series| &series.points);
         let ratio = extent(points().map(|p| p.0)) / extent(points().map(|p| p.1));
-        let [x_label, y_label] = self.labels.each_ref().map(|label| written(label));
+        let [x_label, y_label] = self.labels.each_ref().map(|label| written(label, self.parameter));
         let is_isometric = self.are_places() && (1.0 / ALIKE..=ALIKE).contains(&ratio);
         Chart { is_isometric, ..Chart::new(title, of, [&x_label, &y_label], series) }
     }
 }
 
 /// A formula as it is read: velocities as derivatives, momenta with their index below, Greek letters by their signs.
-fn written(formula: &str) -> String {
+fn written(formula: &str, parameter: &str) -> String {
     let mut text = String::new();
     let mut rest = formula;
     while let Some(first) = rest.chars().next() {
@@ -183,8 +157,10 @@ fn written(formula: &str) -> String {
             _ => name.to_owned(),
         };
         text += &match word.strip_suffix("_dot") {
-            Some(name) => format!("d{}/dγ", of(name)),
-            None if word.starts_with("p_") => format!("p_{{{}}}", of(&word[2..])),
+            Some(name) => format!("d{}/d{parameter}", of(name)),
+            None if ["p_", "x_", "y_", "z_"].iter().any(|axis| word.starts_with(axis)) => {
+                format!("{}_{{{}}}", &word[..1], of(&word[2..]))
+            }
             None if word == "*" => " ".to_owned(),
             None => of(word),
         };
@@ -205,14 +181,27 @@ fn points<S: Real>(line: &WorldLine<S>, axes: &mut PlotAxes<S>, count: usize) ->
     gammas.filter_map(|gamma| sampler.at_gamma(gamma).ok()).map(|sample| axes.point(&sample, norm)).collect()
 }
 
-/// The orbit in the plane of `axes`, with its start.
-pub fn orbit<S: Real>(of: &str, line: &WorldLine<S>, axes: &PlotAxes<S>) -> Chart {
-    let mut axes = axes.clone();
-    let points = points(line, &mut axes, (line.nodes() / NODES_PER_POINT).clamp(LEAST_POINTS, MOST_POINTS));
-    let start = points.iter().copied().take(1).collect();
-    let series =
-        vec![Series::new("", Mark::Line, points), Series::new("start", Mark::OpenPoints, start).with_ink(Ink::Next)];
-    axes.chart("The orbit, and where it starts", of, series)
+/// The orbit in the plane of its axes, with its start and its end; of several bodies each has a name.
+pub fn orbit<S: Real>(of: &str, line: &WorldLine<S>, orbits: &[(String, PlotAxes<S>)]) -> Chart {
+    let count = (line.nodes() / NODES_PER_POINT).clamp(LEAST_POINTS, MOST_POINTS);
+    let mut series = Vec::new();
+    let (mut starts, mut ends) = (Vec::new(), Vec::new());
+    for (name, axes) in orbits {
+        let points = points(line, &mut axes.clone(), count);
+        starts.extend(points.first().copied());
+        ends.extend(points.last().copied());
+        series.push(Series::new(name.clone(), Mark::Line, points));
+    }
+    let mark = |shape: Shape| Ink::Fixed(Look { shape, ..ENDS });
+    series.push(Series::new("start", Mark::OpenPoints, starts).with_ink(mark(Shape::Circle)));
+    series.push(Series::new("end", Mark::Points, ends).with_ink(mark(Shape::Cross)));
+    let axes = &orbits[0].1;
+    let title = match orbits {
+        [_] if axes.labels[0] == "t" => format!("{} over time, from its start to its end", axes.labels[1]),
+        [_] => "The orbit, where it starts and where it ends".to_owned(),
+        _ => "The orbits of the bodies, where they start and where they end".to_owned(),
+    };
+    axes.chart(&title, of, series)
 }
 
 /// The events in the plane of `axes`. `names` are those of what was watched.
@@ -272,7 +261,7 @@ pub fn charges<S: Real>(of: &str, line: &WorldLine<S>, diagnostics: &Diagnostics
     });
     let charges = diagnostics.charges.iter().map(|charge| (format!("p_{}", names[charge.terms[0].0]), charge));
     let sums = sums.iter().zip(&diagnostics.sums).map(|(sum, charge)| (sum.formula(names), charge));
-    rows.extend(charges.chain(sums).map(|(name, charge)| (written(&name), &*charge.delta)));
+    rows.extend(charges.chain(sums).map(|(name, charge)| (written(&name, "γ"), &*charge.delta)));
     let title = match line.form {
         Form::Strong => "Charges are exact but at the ends of windows; the others show the error",
         Form::Weak => "Charges are exact; what is not a charge shows the error",

@@ -194,22 +194,34 @@ impl Journal {
         Ok(())
     }
 
-    /// Writes its rows in their order to the tables, and counts them.
+    /// Writes its rows in their order to the tables, and counts them. Returns the cells of a column, if one is wanted,
+    /// in their order.
     ///
     /// # Errors
     /// If a row cannot be read, or a table cannot be written.
-    pub fn write<W: Write>(&mut self, tables: (W, Option<W>), summary: &mut RunsSummary) -> anyhow::Result<()> {
+    pub fn write<W: Write>(
+        &mut self,
+        tables: (W, Option<W>),
+        summary: &mut RunsSummary,
+        column: Option<&str>,
+    ) -> anyhow::Result<Vec<String>> {
+        let mut wanted = Vec::new();
         let order: Vec<(usize, usize)> = self.rows.runs.numbers().map(|row| (row, 0)).collect();
         let header = &self.rows.runs.header;
-        let [status, verdict] = ["status", "verdict"].map(|name| header.iter().position(|cell| cell == name));
+        let place = |name: &str| header.iter().position(|cell| cell == name);
+        let ([status, verdict], column) = (["status", "verdict"].map(place), column.and_then(place));
         let see = |record: &[u8]| {
             let mut reader = ReaderBuilder::new().has_headers(false).from_reader(record);
             let mut cells = StringRecord::new();
             let is_read = reader.read_record(&mut cells).unwrap_or(false);
             let cell = |place: Option<usize>| place.filter(|_| is_read).and_then(|place| cells.get(place));
             summary.count(cell(status).unwrap_or_default(), cell(verdict).unwrap_or_default());
+            if column.is_some() {
+                wanted.push(cell(column).unwrap_or_default().to_owned());
+            }
         };
-        rows::write(&mut [&mut self.rows], order.into_iter(), tables, see)
+        rows::write(&mut [&mut self.rows], order.into_iter(), tables, see)?;
+        Ok(wanted)
     }
 
     /// Removes it, as its rows are in a table now.

@@ -98,6 +98,7 @@ fn begun<S: Real>(setup: &Setup<S>, goal: Goal, wanted: Accuracy) -> Engine<'_> 
         }
     };
     let mut engine = engine.expect("a run begins inside the domain");
+    engine.set_floors(&setup.floors);
     if let Some(carried) = &setup.carried {
         engine.resume(&carried.handed);
     }

@@ -151,6 +151,7 @@ pub(super) fn own_windows<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> f64
     let length = line.length.to_f64();
     let mut windows = Windows::new(geometry, start, length);
     let Ok(mut engine) = Engine::accurate(geometry, start, length, accuracy, POINTS) else { return windows.share() };
+    engine.set_floors(&setup.floors);
     // It has the windows of the run, but for the last digit of its length, and does not fail where that did not.
     let _ = engine.run(|window| {
         if window.index == 0 {

@@ -79,7 +79,7 @@ const WORDS: [&str; 58] = [
     "\t",
 ];
 
-/// What a word in a case becomes.
+/// A word in a case becomes one of these.
 #[derive(Debug, Clone)]
 enum Edit {
     Replace(&'static str),
@@ -222,7 +222,7 @@ fn solved(text: &str) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// What is around the random parts is a case, so that a refusal is one of these parts.
+/// The text around the random parts is a case, so that a refusal is one of these parts.
 #[test]
 fn simple_formulas_are_cases() {
     let diagonal = [("t t", "y"), ("r r", "-1/a"), ("phi phi", "-r^2")].map(|(ab, value)| (ab, value.to_owned()));
@@ -235,7 +235,7 @@ fn simple_formulas_are_cases() {
 /// Pairs of coordinates, and what is none.
 const PAIRS: [&str; 7] = ["t t", "r r", "t r", "phi phi", "r phi", "t", "r q"];
 
-/// How many texts of each kind are tried.
+/// So many texts of each kind are tried.
 fn cases() -> u32 {
     std::env::var("FUZZ_CASES").map_or(1500, |count| count.parse().expect("FUZZ_CASES is a number"))
 }

@@ -4,7 +4,7 @@ use geodesic_ivp::case::Case;
 
 use super::{KEPLER, KERR, SCHWARZSCHILD};
 
-/// What is changed in a valid text, what the message says of it, and the text at the place that it points at.
+/// A row has a change of a valid text, words of the message about it, and the text at the place that it points at.
 type Row = (&'static str, &'static str, &'static str, &'static str);
 
 const METRIC: &[Row] = &[
@@ -174,7 +174,7 @@ const METRIC: &[Row] = &[
     ("form = \"weak\"", "form = \"weak\"\n[solver]\nsystem = \"double\"", "unknown variant `double`", "\"double\""),
     ("form = \"weak\"", "form = \"weak\"\n[solver]\nmax_iterations = 0", "must be at least 1", "0"),
     ("form = \"weak\"", "form = \"weak\"\n[solver]\nmax_iterations = 1.5", "must be a whole number", "1.5"),
-    // What a run is compared with, and what it computes besides.
+    // These are keys of [expect], [invariants], [events] and [plot].
     ("form = \"weak\"", "form = \"weak\"\n[expect]\nr_final = 1", "final coordinates need a tolerance", "[expect]"),
     ("form = \"weak\"", "form = \"weak\"\n[expect]\ngamma_final = 1", "final coordinates need a tolerance", "[expect]"),
     ("form = \"weak\"", "form = \"weak\"\n[expect]\nx_final = 1", "unknown field `x_final`", "x_final"),
@@ -277,7 +277,7 @@ const PRESET: &[Row] = &[
     ("gamma_f = 100", "gamma_f = \"a - a\"", "must be another value than gamma_i", "\"a - a\""),
 ];
 
-/// What is not as the rows say.
+/// Returns the rows that do not hold.
 fn complaints(base: &str, rows: &[Row]) -> Vec<String> {
     let mut complaints = Vec::new();
     for (from, to, fragment, place) in rows {

@@ -1,4 +1,4 @@
-//! What is measured on a run in units other than 1, against definitions and the motion itself.
+//! Diagnostics of a run in units other than 1 agree with definitions and with the motion itself.
 
 use geodesic_ivp::diagnostics::{Diagnostics, NEGLIGIBLE};
 use geodesic_ivp::solve::Setup;

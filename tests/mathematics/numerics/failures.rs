@@ -33,7 +33,7 @@ fn check(set: &str, status: Status, gamma: f64) {
     assert!((gamma - 30.0 - FRAC_PI_2).abs() < 0.05, "{set}: {gamma}");
 }
 
-/// What the iterations of these runs start from.
+/// The iterations of these runs start from this.
 fn guess(set: &str) -> InitialGuess {
     match set {
         _ if set.contains("accuracy") => InitialGuess::Extrapolation,

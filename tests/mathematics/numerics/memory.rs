@@ -63,7 +63,7 @@ fn of_scenes() {
         let bytes = |n, windows, samples| bytes_needed(&setup::<f64>(name, n, windows, strong), false, samples);
         let small = bytes(100, 1, 0);
         assert!((1e6..2e7).contains(&small), "{small}");
-        // Of every coordinate the value, its derivative, the momentum, residuals; and rows of the metric.
+        // There are the value, its derivative, the momentum and residuals of every coordinate, and rows of the metric.
         let of_nodes = (bytes(100_100, 1, 0) - small) / 1e5 / NUMBER;
         assert!((5.0..30.0).contains(&(of_nodes / coordinates)), "{name}: {of_nodes}");
         let of_windows = (bytes(100, 1001, 0) - small) / 1e3 / NUMBER - 100.0 * of_nodes;

@@ -169,7 +169,7 @@ fn output_need_not_be_even() {
 
 #[test]
 fn dense_output_has_its_order() {
-    // Of t and w, hence of the largest error: 4 for the cubic, s + 1 for Gauss; and more than eight points in a step.
+    // The order of t and w, and so of the largest error, is 4 for the cubic and s + 1 for Gauss.
     let cases: [(&dyn Peer, f64, [usize; 2], f64); 4] = [
         (&Rk4, 3.6, [40, 80], 3e-5),
         (&Gauss { stages: 2 }, 2.8, [40, 80], 1e-4),
@@ -185,7 +185,7 @@ fn dense_output_has_its_order() {
             assert!(slope > least && errors[1] < bound, "{}: order {slope}, errors {errors:?}", peer.name());
         }
     }
-    // That of DOP853 is as accurate as the ends of its steps, about.
+    // The dense output of DOP853 is about as accurate as the ends of its steps.
     let problem = quartic(5.0);
     for tolerance in [1e-6, 1e-9, 1e-12] {
         let [ends, all] = [1, 97].map(|points| {

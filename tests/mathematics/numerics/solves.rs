@@ -1,4 +1,4 @@
-//! What a solve says of itself: its iterations, its names and branches, and how far it came.
+//! A solve tells its iterations, its names and branches, and how far it came.
 
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::Diagnostics;

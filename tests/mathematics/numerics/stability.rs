@@ -283,7 +283,7 @@ fn warnings_name_what_is_wrong_and_leave_good_runs_alone() {
     assert!(
         strong.of_x.unwrap().newtonian_warning().is_some_and(|warning| warning.contains("not the motion of Newton"))
     );
-    // Of a light particle with c = 10 the drift is measured by the speed and not by K = 100.
+    // The drift of a light particle with c = 10 is measured by the speed and not by K = 100.
     let slow = "potential={formula={expression=\"x^2/2\"}} particle.c=10.0 grid.gamma_f=100.0 grid.n_gamma=301";
     assert!(warnings(slow).contains("K drifts by"), "{}", warnings(slow));
     let spacelike = case("initial.x_dot=1.4142").warnings().join("\n");

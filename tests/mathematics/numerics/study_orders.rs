@@ -10,7 +10,7 @@ use geodesic_ivp::study::work_precision::{self, Budget, Family};
 
 use crate::common::case;
 
-/// What the errors of a method do.
+/// The errors of a method do one of these.
 enum Law {
     /// They fall with an order in the step between these two, on the three finest grids above rounding.
     Order(f64, f64),
@@ -43,7 +43,7 @@ fn order(errors: &[(f64, f64)], most: usize, rounding: f64) -> Option<f64> {
     (finest.len() >= 2 && slope.is_finite()).then_some(-slope)
 }
 
-/// What the errors of a method to compare with do, by what it says of itself.
+/// The errors of a method to compare with must do this, by what it says of itself.
 fn law_of(peer: &dyn Peer) -> Law {
     let about = peer.about();
     match (about.step, about.order) {
@@ -57,7 +57,7 @@ fn law_of(peer: &dyn Peer) -> Law {
     }
 }
 
-/// What is wrong with the errors of a method, (steps or 1/tolerance, error), from cheap to dear.
+/// Says what is wrong with the errors of a method, (steps or 1/tolerance, error), from cheap to dear.
 fn contradiction(name: &str, law: &Law, errors: &[(f64, f64)], rounding: f64) -> Option<String> {
     let (most, range) = match *law {
         Law::Order(low, high) => (3, low..high),
@@ -113,7 +113,7 @@ fn contradicted(
     contradicted.collect::<Vec<_>>().join("\n")
 }
 
-/// What the errors of a method of the atlas do.
+/// The errors of a method of the atlas must do this.
 fn law_of_method(method: &Method) -> Law {
     match method {
         Method::Block(SbpName::Sbp21, _) => Law::Order(1.9, 2.1),
@@ -123,7 +123,7 @@ fn law_of_method(method: &Method) -> Law {
         Method::Windows(SbpName::Sbp21, Form::Strong) => Law::Order(1.9, 2.3),
         Method::Windows(SbpName::Sbp21, Form::Weak) => Law::Order(1.9, 2.1),
         Method::Windows(..) => Law::Order(2.8, 3.3),
-        // Of the nodes inside; with sixteen of them rounding comes before the order is reached.
+        // This is the order of the nodes inside; with sixteen of them rounding comes before the order is reached.
         Method::Elements(nodes, _) => Law::Order(*nodes as f64 - 2.5, *nodes as f64 + 1.5),
         Method::Unregularised(_) => Law::Wrong,
         Method::Peer(peer) => law_of(*peer),
@@ -156,7 +156,7 @@ fn every_method_of_the_atlas_has_its_order_in_scenes() {
         let methods = methods.into_iter().filter(|method| high.is_none_or(|high| is_high(method) == high)).collect();
         let arena = Arena::new(&case, &[length]).unwrap();
         let law = |method: &Method| match method {
-            // Of high orders few grids are both asymptotic and above rounding: errors may still fall faster, and around
+            // Few grids of high orders are both asymptotic and above rounding: errors may still fall faster, and around
             // a hole, whose singularity is near, more slowly.
             Method::Elements(16, _) => Law::Order(if is_separable { 12.5 } else { 8.0 }, 17.5),
             Method::Block(SbpName::Sbp84, _) => Law::Order(4.4, 6.0),

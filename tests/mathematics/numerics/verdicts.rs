@@ -1,4 +1,4 @@
-//! What a run says of itself: its error, its distance from Newton's mechanics, its last velocity.
+//! A run tells its error, its distance from Newton's mechanics, and its last velocity.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;

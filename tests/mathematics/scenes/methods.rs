@@ -119,7 +119,7 @@ fn every_adaptive_method_follows_its_tolerance() {
 
 #[test]
 fn dense_output_has_its_order() {
-    // That of the cubic is 4, that of Gauss s + 1; more than eight points are in a step.
+    // The order of the cubic is 4, and that of Gauss is s + 1; more than eight points are in a step.
     let output = Output::even(97);
     for problem in [henon_heiles(), schwarzschild(), kerr()] {
         for (peer, least, steps, bound) in [

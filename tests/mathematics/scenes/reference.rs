@@ -1,4 +1,4 @@
-//! What the reference of a scene does besides integrating: it ends early, steps onto kinks, sees thin walls, and agrees
+//! The reference of a scene does more than integrate: it ends early, steps onto kinks, sees thin walls, and agrees
 //! with the reference of one coordinate.
 
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, PotentialText};

@@ -1,4 +1,4 @@
-//! What a text says besides its formulas: conserved sums, and mistakes.
+//! A text says more than its formulas: conserved sums are found, and mistakes.
 
 use geodesic_ivp::geometry::{
     Geometry, GeometryError, GeometryText, MOST_COUPLED, MetricText, Place, PotentialText, value_of,
@@ -33,7 +33,7 @@ fn sums_of_momenta() {
     assert!(sums(&rubbing, &[0.3, -0.4], &[0.1, 0.2]).is_empty());
     rubbing.force = vec![(0, "x2_dot - x1_dot".into()), (1, "x1_dot - x2_dot".into())];
     assert_eq!(sums(&rubbing, &[0.3, -0.4], &[0.1, 0.2]), ["p_x1 + p_x2"]);
-    // Of an ignorable coordinate the momentum itself is conserved, and no sum is looked for.
+    // The momentum of an ignorable coordinate is conserved itself, and no sum is looked for.
     let hole: Geometry = geometry(&preset("schwarzschild", &[]));
     let at = start(&hole, &[0.0, 10.0, 0.0], &[1.2, -0.05, 0.03]);
     assert!(hole.conserved_sums(&at, || geometry(&preset("schwarzschild", &[]))).is_empty());

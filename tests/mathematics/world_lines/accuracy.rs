@@ -47,11 +47,11 @@ fn relative(errors: &[f64], sizes: &[f64]) -> f64 {
         .fold(0.0, |worst, (&error, &size)| if size > 0.0 { worst.max(error / size) } else { worst })
 }
 
-/// What rounding leaves in the gradient of the action of windows of n nodes, by their ends with q^a and q̇^a, and their
-/// lengths: two derivatives on n nodes, each of norm 2n², and a quadrature weight of 1/n², of the terms g_ab q̇^b that
-/// make the momenta. They may be far larger than those. In q̇^b counts what is rounded before it is differentiated: q^b
-/// itself, which in a short window changes by little of its size. Ignorable coordinates are counted from the start of
-/// the window.
+/// Rounding leaves so much in the gradient of the action of windows of n nodes, by their ends with q^a and q̇^a, and by
+/// their lengths: two derivatives on n nodes, each of norm 2n², and a quadrature weight of 1/n², of the terms g_ab q̇^b
+/// that make the momenta. They may be far larger than those. In q̇^b counts what is rounded before it is
+/// differentiated: q^b itself, which in a short window changes by little of its size. Ignorable coordinates are counted
+/// from the start of the window.
 pub(super) fn rounding_of_gradients<'q>(
     geometry: &Geometry,
     ends: impl IntoIterator<Item = (&'q [f64], Vec<f64>, f64)>,

@@ -1,4 +1,4 @@
-//! What is measured on scenes in units other than 1, against definitions.
+//! Diagnostics of scenes in units other than 1 agree with their definitions.
 
 use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
@@ -186,7 +186,7 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
         let own = estimate * error.size;
         assert!((error.largest / own - 1.0).abs() < 1e-12 && error.end == error.largest, "{error:?}");
     }
-    // What the reference may be off by is added, in units of the coordinate.
+    // The error of the reference is added, in units of the coordinate.
     let known = RunError { own: errors.iter().map(|error| 1e-3 * error.shared).collect(), ..error.clone() };
     let wider = facts_of_run(&line, &measured(&line), Some(&known), None).errors.unwrap();
     for (a, wider) in wider.iter().enumerate() {
@@ -228,7 +228,7 @@ fn the_branches_of_the_doubled_system_are_as_far_apart_as_is_said() {
     assert!(run(&[]).backward(1).is_none() && run(&[]).branch_distance() == 0.0);
 }
 
-/// Of the lift of Newton's law: what the nodes leave of ẍ = −ṫ² ∂V/∂x / m, with D from the operator.
+/// In the lift of Newton's law the nodes leave this of ẍ = −ṫ² ∂V/∂x / m, with D from the operator.
 #[test]
 fn what_the_equations_leave_is_an_acceleration_whatever_the_mass() {
     let masses = "particle={law='newtonian',masses={x=2.0,y=0.5}}";

@@ -14,12 +14,12 @@ fn end(mut engine: Engine<'_>) -> (Result<(), Failure>, f64, Vec<f64>) {
     (run, gamma, q)
 }
 
-/// That of a run to a value of t.
+/// Returns the end of a run to a value of t.
 fn to_time((geometry, start): &(Geometry, Start), t: f64, accuracy: f64) -> (Result<(), Failure>, f64, Vec<f64>) {
     end(Engine::accurate_to_value(geometry, start, (0, t), Accuracy::Promised(accuracy), 16).unwrap())
 }
 
-/// That of a run over a length.
+/// Returns the end of a run over a length.
 fn to_gamma((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> (Result<(), Failure>, f64, Vec<f64>) {
     end(Engine::accurate(geometry, start, length, Accuracy::Promised(accuracy), 16).unwrap())
 }

@@ -1,4 +1,4 @@
-//! What the engine of few nodes says of its windows.
+//! The windows of the engine of few nodes are as it says.
 
 use std::ops::ControlFlow;
 

@@ -20,7 +20,7 @@ const GRIDS: [(&str, &str, usize, usize); 7] = [
     ("GLL32", "weak", 32, 4),
 ];
 
-/// What is known of the error of a run, which may itself come from a solve that has seen nothing.
+/// This is known of the error of a run, which may itself come from a solve that has seen nothing.
 const ERRORS: [Option<f64>; 4] = [None, Some(1e-15), Some(1e-6), Some(2.0)];
 
 fn grid((sbp, form, nodes, windows): (&str, &str, usize, usize)) -> String {
@@ -205,7 +205,7 @@ fn what_may_hide_counts_with_the_length_of_its_gap_and_of_the_run() {
     }
 }
 
-/// Of the same motion in other units, as much is explained.
+/// As much is explained of the same motion in other units.
 #[test]
 fn what_may_hide_in_a_scene_counts_in_the_units_of_its_coordinates() {
     // `mass` scales V and with it p, and `shift` the size of x, of which an error is a share.

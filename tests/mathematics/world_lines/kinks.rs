@@ -58,6 +58,20 @@ fn a_ball_bounces_on_a_floor() {
     }
 }
 
+/// Over five periods and more a bond passes sixty knots, at each of which windows end.
+#[test]
+fn windows_end_at_the_knots_of_a_table() {
+    let text = geodesic_ivp::case::builtin::text("molecule-table").unwrap();
+    for (spline, most) in [("cubic", 160), ("quintic", 160)] {
+        let set = ["grid.t_f=20.0", "solver.accuracy=1e-12", &format!("tables.v.spline={spline}")].map(str::to_owned);
+        let case = Case::parse("molecule-table", text, &set).unwrap();
+        let line: WorldLine = solve(&case).unwrap_or_else(|failure| panic!("{spline}: {failure}"));
+        let judged = against_reference(&line);
+        assert!(judged.end.iter().all(|error| *error < 1e-12), "{spline}: {judged:?}");
+        assert!(line.window_count < most, "{spline}: {}", line.window_count);
+    }
+}
+
 /// The same motion in Cartesian coordinates with atan2 and in a rotated frame, and against the Taylor method, which
 /// meets kinks by itself.
 #[test]

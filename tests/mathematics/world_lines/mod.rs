@@ -3,6 +3,7 @@
 mod accuracy;
 mod atlas;
 mod backward;
+mod bodies;
 mod conformal;
 mod convergence;
 mod diagnostics;

@@ -16,7 +16,7 @@ fn shipped(name: &str, length: f64, accuracy: f64, until: Option<String>) -> Wor
     solve(case.setup::<f64>()).unwrap_or_else(|failure| panic!("{name}: {failure}"))
 }
 
-/// How often a run is begun again.
+/// A run is begun again so often.
 fn restarts(case: &Case, length: f64, accuracy: f64) -> usize {
     let (geometry, start) = (case.geometry(), case.start());
     let mut engine = Engine::accurate(&geometry, &start, length, Accuracy::Promised(accuracy), POINTS).unwrap();

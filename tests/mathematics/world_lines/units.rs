@@ -20,7 +20,7 @@ const POTENTIALS: [(&str, [f64; 2], [f64; 2]); 5] = [
     ("X^2/2 + Y^2/2 - 0.3*X*cos(2*T)", [0.5, 0.0], [0.0, 0.2]),
 ];
 
-/// What follows `[initial]`, with the length of the run: accuracy, tolerance, and grids of all kinds.
+/// The text that follows `[initial]`, with the length of the run: accuracy, tolerance, and grids of all kinds.
 const SCHEMES: [&str; 8] = [
     "grid.t_f = LENGTH\nsolver.accuracy = 1e-9",
     "grid.t_f = LENGTH\nsolver.tolerance = 1e-9",

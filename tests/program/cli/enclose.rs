@@ -29,7 +29,7 @@ fn folder() -> TempDir {
     folder
 }
 
-/// What a run tells, its standard error, and its summary.
+/// Returns what a run tells, its standard error, and its summary.
 fn run(folder: &TempDir, arguments: &str) -> (String, String, Value) {
     let output = run_in(folder.path(), &format!("run {arguments} --out out --force"));
     (succeeded(&output), stderr(&output), json(&folder.path().join("out/summary.json")))

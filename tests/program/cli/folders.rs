@@ -90,7 +90,7 @@ fn cases_and_commands_have_default_folders_of_their_own() {
     assert_eq!(names(&folder.path().join("out")), ["convergence.csv", "slopes.csv", "summary.json"]);
 }
 
-/// What a program leaves that is killed while it puts its files in place.
+/// A program that is killed while it puts its files in place leaves this.
 #[test]
 fn an_incomplete_set_is_cleared_away() {
     let folder = TempDir::new().unwrap();

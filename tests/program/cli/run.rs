@@ -60,7 +60,10 @@ fn a_doubled_run_writes_branches_and_another_run_removes_them() {
     assert_eq!(json(&out.join("summary.json"))["initial_guess"], "engine");
     assert!(json(&out.join("summary.json"))["history"].as_array().unwrap().len() >= 2);
     let pictures = names(&out).into_iter().filter(|name| name.ends_with(".svg")).collect::<Vec<_>>();
-    assert_eq!(pictures, ["delta_g.svg", "delta_q_t.svg", "t_dot.svg", "trajectory.svg", "world_line.svg"]);
+    let of_every_run = ["charges.svg", "mesh.svg", "orbit.svg"];
+    let of_x = ["delta_g.svg", "delta_q_t.svg", "t_dot.svg", "trajectory.svg", "world_line.svg"];
+    assert!(of_every_run.iter().chain(&of_x).all(|name| pictures.iter().any(|other| other == name)));
+    assert_eq!(pictures.len(), 8);
     for picture in pictures {
         let svg = fs::read_to_string(out.join(picture)).unwrap();
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>") && !svg.contains("NaN"));

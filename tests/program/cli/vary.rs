@@ -349,3 +349,23 @@ fn several_cases_are_run_one_after_the_other() {
         assert!(message.contains(words), "{arguments}: {message}");
     }
 }
+
+#[test]
+fn two_keys_make_a_map() {
+    let folder = TempDir::new().unwrap();
+    let keys = "--vary initial.x=0.5:1:3 --vary grid.n_gamma=2,16,32";
+    succeeded(&run_in(folder.path(), &format!("run quartic {keys} --plot --column verdict --out out")));
+    assert_eq!(names(&folder.path().join("out")), ["case.toml", "map.svg", "runs.csv", "summary.json"]);
+    let svg = fs::read_to_string(folder.path().join("out/map.svg")).unwrap();
+    for words in ["verdict over initial.x and grid.n_gamma", "refused", "trusted"] {
+        assert!(svg.contains(words), "{words} is not in\n{svg}");
+    }
+    for (arguments, message) in [
+        ("--vary initial.x=0.5:1:3 --plot", "--plot draws a map of a whole table over two keys that vary"),
+        (&*format!("{keys} --plot --column momentum"), "the table has no column 'momentum'"),
+        (&*format!("{keys} --part auto"), "no variables of a job array are set"),
+    ] {
+        let told = failed(&run_in(folder.path(), &format!("run quartic {arguments} --out none")), 2);
+        assert!(told.contains(message), "{told}");
+    }
+}

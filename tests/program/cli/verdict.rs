@@ -7,7 +7,7 @@ use tempfile::TempDir;
 
 use crate::common::{case_file, failed, json, run_in, succeeded};
 
-/// What a run tells, its first line and the others without line breaks, and its summary.
+/// Returns what a run tells, its first line and the others without line breaks, and its summary.
 fn verdict(folder: &TempDir, arguments: &str) -> (String, String, Value) {
     let told = succeeded(&run_in(folder.path(), &format!("run {arguments} --out out --force")));
     assert!(told.lines().all(|line| line.chars().count() <= 100), "{told}");
@@ -53,7 +53,7 @@ fn a_doubtful_result_has_its_reasons_and_exit_code_0() {
         assert!(others.matches(" doubt ").count() + 1 >= found.len(), "{others}");
         let starts = format!("the error of {coordinate} is up to about ");
         assert!(found.iter().any(|reason| reason["reason"].as_str().unwrap().starts_with(&starts)), "{found:?}");
-        // What was warned of is a reason, and in the same words.
+        // Every warning is a reason, and in the same words.
         for warning in summary["warnings"].as_array().unwrap() {
             let warning = warning.as_str().unwrap();
             let is_reason = |reason: &Value| {

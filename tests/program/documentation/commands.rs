@@ -81,7 +81,7 @@ pub(crate) fn folder(page: &Page) -> TempDir {
 /// The page that a script writes from runs of its commands: they are long, and its numbers are those of that day.
 const MEASURED: &str = "docs/measured.md";
 
-/// What is wrong with a page's commands.
+/// Says what is wrong with a page's commands.
 fn follow(page: &Page) -> Vec<String> {
     let all_are_slow = page.name() == MEASURED;
     let folder = folder(page);

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::common::ROOT;
 
-/// What asks for no more than to be named.
+/// These ask for no more than to be named.
 const PERMISSIVE: [&str; 10] = [
     "0BSD",
     "Apache-2.0",

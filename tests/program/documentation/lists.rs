@@ -13,7 +13,7 @@ use tempfile::TempDir;
 use super::pages::Page;
 use crate::common::{ROOT, program};
 
-/// What the program knows where it is told something that it does not know.
+/// Returns what the program says that it knows where it is told something else.
 fn known(directory: &Path, setting: &str) -> Vec<String> {
     let output = program(directory).args(["check", "quartic", "--quiet", "--set", setting]).output().unwrap();
     let error = String::from_utf8(output.stderr).unwrap();
@@ -34,7 +34,7 @@ pub(crate) fn keys() -> BTreeSet<String> {
     for top in known("unknown=1") {
         match top.as_str() {
             "title" => drop(keys.insert(top)),
-            "metric" | "force" | "invariants" | "events" | "plot" | "tables" => {}
+            "metric" | "body" | "pair" | "force" | "invariants" | "events" | "plot" | "tables" => {}
             "potential" => {
                 for kind in known("potential={unknown={}}").into_iter().filter(|kind| !is_of_scenes("potential", kind))
                 {

@@ -11,7 +11,7 @@ pub(crate) struct Page {
     pub(crate) parts: Vec<Part>,
 }
 
-/// What a page is a sequence of.
+/// A page is a sequence of these.
 pub(crate) enum Part {
     /// A line outside code blocks.
     Line(String),

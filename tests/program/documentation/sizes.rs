@@ -54,8 +54,8 @@ fn files_and_functions_are_short() {
     assert_eq!(functions(&long), [("    fn long() {", 72)]);
 }
 
-/// What a file of the engine imports from others of it: the first words of `use super::…`, but for names that modules
-/// hand on.
+/// Returns what a file of the engine imports from others of it: the first words of `use super::…`, but for names that
+/// modules hand on.
 fn imports(text: &str, file: &str) -> BTreeSet<String> {
     let code = text.split("#[cfg(test)]").next().unwrap_or_default();
     let mut found = BTreeSet::new();

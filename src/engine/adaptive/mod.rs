@@ -5,6 +5,8 @@
 //! to is estimated on the way ([`ErrorEstimate`]), and an attempt that comes to more than the accuracy is begun again
 //! with smaller shares.
 
+mod accept;
+
 use super::between::Between;
 use super::control::{Control, Shares};
 use super::dense::Dense;
@@ -14,9 +16,7 @@ use super::reason;
 use super::rule::Rule;
 use super::sizes::Sizes;
 use super::target::Target;
-use super::tuning::{
-    AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEAST, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, RESOLVED, STRETCH,
-};
+use super::tuning::{AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS};
 use super::window::{Known, Solver};
 use super::{Accuracy, Failure, GOOD_DIGITS, Handed, State, Window, Windows};
 use crate::geometry::{Geometry, Start};
@@ -50,7 +50,6 @@ pub(super) struct Adaptive<'g, const N: usize> {
     /// Shares are smaller by this factor.
     strictness: f64,
     restarts: usize,
-    refused: usize,
     sweeps: usize,
     largest_inside: f64,
     /// γ until which the estimate is below each of [`GOOD_DIGITS`].
@@ -110,7 +109,6 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             previous: None,
             strictness: 1.0,
             restarts: 0,
-            refused: 0,
             sweeps: 0,
             largest_inside: 0.0,
             good_until: [0.0; GOOD_DIGITS.len()],
@@ -119,67 +117,6 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             unproved: 0,
             windows: 0,
             accepted: Accepted::default(),
-        }
-    }
-
-    /// Solves windows until one is accurate enough.
-    fn accept(&mut self) -> Result<Accepted, Failure> {
-        let shares = self.shares();
-        loop {
-            let Some(rung) = Ladder::<N>::nearest(self.control.rung) else {
-                return Err(self.reason(Failure::TooShort));
-            };
-            self.control.rung = rung;
-            let (accuracy, least) = (self.accuracy, LEAST * self.ladder.length(0));
-            let end = if self.target.is_some() { f64::INFINITY } else { self.length };
-            let (rest, full) = ((end - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
-            let is_last = rest <= full * (1.0 + STRETCH);
-            let odd;
-            let (tables, continuation) = if is_last && rest != full {
-                odd = self.ladder.odd(&self.solver.rule, rest);
-                (&odd, None)
-            } else {
-                self.ladder.rung(&self.solver.rule, rung, self.previous)
-            };
-            let share = shares.of(tables.length);
-            let Ok(swept) = self.solver.solve(tables, continuation, LEFT * share) else {
-                self.refused += 1;
-                self.control.refuse();
-                continue;
-            };
-            self.sweeps += swept.sweeps;
-            let (mut local, mut allowed) = (swept.local, share);
-            if let Some(between) = &mut self.between {
-                let decay = between.look(&self.solver);
-                local.end = self.solver.with_unseen(local, decay.powi(N as i32 - 1));
-                allowed = if decay == 1.0 { share.max(shares.of_kink()) } else { share };
-            }
-            let inside = INSIDE_MARGIN * local.inside;
-            let is_resolved = local.roughness < RESOLVED;
-            if !is_resolved {
-                self.control.refuse();
-            }
-            if !is_resolved || !self.control.accepts(inside / (INSIDE * accuracy), local.end / allowed) {
-                self.refused += 1;
-                continue;
-            }
-            if self.control.is_stuck(tables.length <= least) {
-                return Err(self.reason(Failure::TooShort));
-            }
-            if let Some(between) = &mut self.between
-                && between.hides(&self.solver, tables.length, self.length, accuracy)
-            {
-                // Where numbers overflow, intervals can tell nothing of windows of any length.
-                if tables.length > least && !self.solver.is_mended {
-                    self.refused += 1;
-                    self.control.hides(rung);
-                    continue;
-                }
-                self.unproved += 1;
-            }
-            self.solver.finish(tables, self.known);
-            self.previous = Some(rung);
-            return Ok(Accepted { length: tables.length, sweeps: swept.sweeps, is_last, left: swept.left, inside });
         }
     }
 
@@ -341,6 +278,11 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.end_where(between, side, value)
     }
 
+    fn set_floors(&mut self, floors: &[(usize, f64)]) {
+        self.sizes.raise(self.solver.geometry, floors);
+        self.solver.begin(&self.start, &self.sizes);
+    }
+
     fn window(&mut self) -> Window<'_> {
         let Accepted { length, sweeps, is_last, .. } = self.accepted;
         let (index, gamma) = (self.windows - 1, self.gamma.high);
@@ -365,7 +307,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
 
     fn rewind(&mut self) {
         self.begin_again();
-        (self.restarts, self.refused, self.sweeps) = (0, 0, 0);
+        (self.restarts, self.sweeps) = (0, 0);
         self.strictness = 1.0;
     }
 

@@ -1,0 +1,108 @@
+//! The search for a window that is accurate enough, and that hides nothing.
+
+use super::{Accepted, Adaptive};
+use crate::engine::Failure;
+use crate::engine::between::Seen;
+use crate::engine::kernel::LocalErrors;
+use crate::engine::ladder::Ladder;
+use crate::engine::tuning::{INSIDE, INSIDE_MARGIN, LEAST, LEFT, MOST_LANDINGS, RESOLVED, STRETCH};
+
+/// A window to try.
+struct Trial {
+    rung: i32,
+    /// Its length, if that is not the one of its rung.
+    length: Option<f64>,
+    is_last: bool,
+}
+
+impl<const N: usize> Adaptive<'_, N> {
+    /// Solves windows until one is accurate enough.
+    pub(super) fn accept(&mut self) -> Result<Accepted, Failure> {
+        let (mut landing, mut landings) = (None, 0);
+        loop {
+            let trial = self.trial(landing.take())?;
+            let length = trial.length.unwrap_or_else(|| self.ladder.length(trial.rung));
+            let share = self.shares().of(length);
+            let odd = trial.length.map(|length| self.ladder.odd(&self.solver.rule, length));
+            let (tables, continuation) = match &odd {
+                Some(tables) => (tables, None),
+                None => self.ladder.rung(&self.solver.rule, trial.rung, self.previous),
+            };
+            let Ok(swept) = self.solver.solve(tables, continuation, LEFT * share) else {
+                self.control.refuse();
+                continue;
+            };
+            self.sweeps += swept.sweeps;
+            let seen = self.between.as_mut().map(|between| between.look(&self.solver));
+            if let Some(part) = seen.and_then(|seen| seen.knot).filter(|_| landings < MOST_LANDINGS) {
+                (landing, landings) = (Some(part * length), landings + 1);
+                continue;
+            }
+            let inside = INSIDE_MARGIN * swept.local.inside;
+            if !self.is_accurate(swept.local, inside, share, seen) {
+                continue;
+            }
+            if self.control.is_stuck(length <= self.least()) {
+                return Err(self.reason(Failure::TooShort));
+            }
+            if self.must_be_shorter(trial.rung, length) {
+                continue;
+            }
+            match &odd {
+                Some(tables) => self.solver.finish(tables, self.known),
+                None => self.solver.finish(self.ladder.rung(&self.solver.rule, trial.rung, None).0, self.known),
+            }
+            // A window of another length than that of its rung cannot be continued by matrices.
+            self.previous = trial.length.is_none().then_some(trial.rung);
+            let Trial { is_last, .. } = trial;
+            return Ok(Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left, inside });
+        }
+    }
+
+    /// The next window to try, which ends at a knot of a table after `landing`, if that is known.
+    fn trial(&mut self, landing: Option<f64>) -> Result<Trial, Failure> {
+        let Some(rung) = Ladder::<N>::nearest(self.control.rung) else {
+            return Err(self.reason(Failure::TooShort));
+        };
+        self.control.rung = rung;
+        let end = if self.target.is_some() { f64::INFINITY } else { self.length };
+        let (rest, full) = ((end - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
+        let is_last = rest <= full * (1.0 + STRETCH);
+        let length = landing.or((is_last && rest != full).then_some(rest));
+        Ok(Trial { rung, is_last: is_last && length.is_none_or(|length| length == rest), length })
+    }
+
+    /// Returns true if the errors of the window that was solved are small enough, and adapts the step.
+    fn is_accurate(&mut self, mut local: LocalErrors, inside: f64, share: f64, seen: Option<Seen>) -> bool {
+        let mut allowed = share;
+        if let Some(Seen { decay, .. }) = seen {
+            local.end = self.solver.with_unseen(local, decay.powi(N as i32 - 1));
+            allowed = if decay == 1.0 { share.max(self.shares().of_kink()) } else { share };
+        }
+        if local.roughness < RESOLVED {
+            self.control.accepts(inside / (INSIDE * self.accuracy), local.end / allowed)
+        } else {
+            self.control.refuse();
+            false
+        }
+    }
+
+    /// Returns true if something may hide in a window that can be shorter.
+    fn must_be_shorter(&mut self, rung: i32, length: f64) -> bool {
+        let (run, accuracy, least) = (self.length, self.accuracy, self.least());
+        let hides = self.between.as_mut().is_some_and(|it| it.hides(&self.solver, length, run, accuracy));
+        // Where numbers overflow, intervals can tell nothing of windows of any length.
+        let can_be_shorter = length > least && !self.solver.is_mended;
+        if hides && can_be_shorter {
+            self.control.hides(rung);
+        } else {
+            self.unproved += usize::from(hides);
+        }
+        hides && can_be_shorter
+    }
+
+    /// Windows that are shorter are not cut any more.
+    fn least(&self) -> f64 {
+        LEAST * self.ladder.length(0)
+    }
+}

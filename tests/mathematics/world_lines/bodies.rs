@@ -1,0 +1,92 @@
+//! `[[body]]`: bodies are the potential that one would write for them, and a body without mass moves no other.
+
+use geodesic_ivp::Case;
+use geodesic_ivp::solve::{WorldLine, solve};
+
+const BODIES: &str = r#"
+    pair = { formula = "-g*m_1*m_2/r", parameters = { g = 2.0, mu = 1e-3 } }
+    grid.t_f = 10.0
+    solver.accuracy = 1e-10
+
+    [[body]]
+    name = "sun"
+    mass = 1.0
+    position = [0.0, 0.0]
+    velocity = [0.0, "-mu"]
+
+    [[body]]
+    name = "planet"
+    mass = "mu"
+    position = [1.0, 0.0]
+    velocity = [0.0, 1.25]
+"#;
+const DUST: &str = "[[body]]\nname = \"dust\"\nmass = 0\nposition = [0.0, -2.0]\nvelocity = [1.0, 0.0]\n";
+const WRITTEN: &str = r#"
+    potential.coordinates = ["x", "y", "u", "v"]
+    potential.formula = "-g*mu/sqrt((x - u)^2 + (y - v)^2)"
+    potential.parameters = { g = 2.0, mu = 1e-3 }
+    particle = { law = "newtonian", masses = { x = 1.0, y = 1.0, u = "mu", v = "mu" } }
+    initial = { x = 0.0, y = 0.0, u = 1.0, v = 0.0, x_dot = 0.0, y_dot = "-mu", u_dot = 0.0, v_dot = 1.25 }
+    grid.t_f = 10.0
+    solver.accuracy = 1e-10
+"#;
+
+fn line(text: &str) -> WorldLine {
+    let case = Case::parse("bodies", text, &[]).unwrap_or_else(|error| panic!("{error}"));
+    solve(&case).unwrap_or_else(|failure| panic!("{failure}"))
+}
+
+fn mistake(text: &str) -> String {
+    let error = Case::parse("bodies", text, &[]).unwrap_err();
+    format!("{error} {}", error.help.as_deref().unwrap_or_default())
+}
+
+#[test]
+fn bodies_are_a_potential_in_their_coordinates() {
+    let (bodies, written) = (line(BODIES), line(WRITTEN));
+    assert_eq!(bodies.geometry().names(), ["t", "x_sun", "y_sun", "x_planet", "y_planet", "s"]);
+    for (a, q) in written.end().q.iter().enumerate() {
+        assert!((bodies.end().q[a] - q).abs() < 1e-13, "{a}: {} {q}", bodies.end().q[a]);
+    }
+}
+
+/// Half of g = 2 keeps it on a circle of radius 2 around the sun, but for the planet's mass.
+#[test]
+fn a_body_without_mass_moves_no_other() {
+    let (two, three) = (line(BODIES), line(&format!("{BODIES}{DUST}")));
+    for a in 1..5 {
+        assert!((two.end().q[a] - three.end().q[a]).abs() < 1e-12, "{a}");
+    }
+    let [x, y] = [5, 6].map(|a| three.end().q[a]);
+    assert!((x.hypot(y) - 2.0).abs() < 0.02, "{x} {y}");
+}
+
+#[test]
+fn mistakes_in_bodies_are_said() {
+    let changed = |from: &str, to: &str| mistake(&BODIES.replace(from, to));
+    for (message, part) in [
+        (changed("mass = 1.0", "mass = -1.0"), "a mass must not be negative"),
+        (changed("mass = 1.0", "mas = 1.0"), "unknown field `mas`"),
+        (changed("position = [1.0, 0.0]", "position = [1.0, 0.0, 0.0]"), "two or three numbers each"),
+        (changed("\"planet\"", "\"sun\""), "the coordinate 'x_sun' is given twice"),
+        (changed("m_1*m_2/r", "m_1*m_3/r"), "m_3"),
+        (changed("formula = \"-g*m_1*m_2/r\", ", ""), "missing field `formula` of [pair]"),
+        (changed("g = 2.0", "r = 2.0"), "'r' has a meaning in the formula of a pair"),
+        (mistake(&format!("pair.formula = \"1/r\"\ngrid.t_f = 1.0\n{DUST}")), "at least one body must have a mass"),
+        (mistake(&format!("{}{DUST}", BODIES.replace("-g*m_1*m_2/r", "g*r^2"))), "a body without mass needs an energy"),
+        (mistake(&format!("potential.formula = \"x\"\n{BODIES}")), "both [[body]] and [potential] are given"),
+        (mistake(&format!("initial.x_sun = 1.0\n{BODIES}")), "position and velocity are those of [[body]]"),
+        (mistake("pair.formula = \"1/r\"\ngrid.t_f = 1.0\n"), "[pair] needs bodies"),
+    ] {
+        assert!(message.contains(part), "{part} is not in\n{message}");
+    }
+}
+
+/// What `check` prints is the same case.
+#[test]
+fn the_effective_case_has_the_same_bodies() {
+    let case = Case::parse("bodies", BODIES, &[]).unwrap();
+    let again =
+        Case::parse("again", &case.to_toml(), &[]).unwrap_or_else(|error| panic!("{error}\n{}", case.to_toml()));
+    assert!(case == again && !case.to_toml().contains("masses"));
+}
