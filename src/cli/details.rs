@@ -1,18 +1,19 @@
-//! `run --verbose` also tells every charge by itself, the critical point, and the paper's bounds.
+//! `run --verbose` also tells every reason for doubt, every charge, the critical point, and the bounds of the paper.
 
 use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::{ChargeDeviation, OfX};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::{InitialGuess, Iterations, WorldLine};
-use geodesic_ivp::study::run::Run;
+use geodesic_ivp::study::run::{Judged, Run};
 
 use super::lines::row;
+use super::told::doubt;
 
 /// The lines.
-pub(super) fn details<S: Real>(run: &Run<S>) -> String {
+pub(super) fn details<S: Real>(run: &Run<S>, judged: &Judged) -> String {
     let Run { line, diagnostics, sums, .. } = run;
     let names = line.geometry().names();
-    let mut lines: Vec<String> = Vec::new();
+    let mut lines: Vec<String> = judged.verdict.reasons.iter().skip(1).map(doubt).collect();
     for charge in &diagnostics.charges {
         lines.push(row("charge", &deviation(&format!("p_{}", names[charge.terms[0].0]), charge, line)));
     }

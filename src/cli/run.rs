@@ -200,7 +200,7 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     files.commit(&|name| name != UNTIL_FAILURE)?;
     args.output.tell(args.case.quiet, &json, || {
         let told = Told { title: &title, case, run: &run, judged: &judged, summary: &summary };
-        told.lines(&directory) + &if args.verbose { details(&run) } else { String::new() }
+        told.lines(&directory) + &if args.verbose { details(&run, &judged) } else { String::new() }
     })?;
     Ok(ExitCode::SUCCESS)
 }

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use geodesic_ivp::Case;
 use geodesic_ivp::action::Form;
-use geodesic_ivp::diagnostics::verdict::{Grade, Reason};
-use geodesic_ivp::diagnostics::{Diagnostics, NEGLIGIBLE, Newtonian};
+use geodesic_ivp::diagnostics::verdict::Reason;
+use geodesic_ivp::diagnostics::{Diagnostics, NEGLIGIBLE};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::Summary;
 use geodesic_ivp::solve::WorldLine;
@@ -32,22 +32,19 @@ pub(super) struct Told<'r, S: Real> {
 impl<S: Real> Told<'_, S> {
     /// The lines, the last of which names the files in `folder`.
     pub(super) fn lines(&self, folder: &Path) -> String {
-        let Run { line, diagnostics, .. } = self.run;
         let mut lines = self.verdict();
         lines.push(row("end", &self.end()));
         lines.push(row("error", &self.error()));
         lines.extend(self.exact().map(|text| row("exact", &text)));
         lines.push(row("drift", &self.drift()));
-        lines.extend(
-            diagnostics.of_x.as_ref().and_then(|of_x| motion(&of_x.newtonian)).map(|text| row("motion", &text)),
-        );
+        lines.extend(self.motion().map(|text| row("motion", &text)));
         lines.extend(self.events().map(|text| row("events", &text)));
         lines.extend(self.between().map(|text| row("between", &text)));
-        lines.push(row("written", &format!("{} ({})", folder.display(), scheme(line, self.summary))));
+        lines.push(row("written", &format!("{} ({})", folder.display(), scheme(&self.run.line, self.summary))));
         lines.concat()
     }
 
-    /// The title with the verdict, and the reasons to doubt it.
+    /// The title with the verdict, and the first reason to doubt it; `--verbose` has the others.
     fn verdict(&self) -> Vec<String> {
         let verdict = &self.judged.verdict;
         let good = match verdict.digits {
@@ -57,10 +54,13 @@ impl<S: Real> Told<'_, S> {
             Some(digits) => format!(", good to {digits} digits"),
         };
         let grade = verdict.grade.as_str();
-        let head = wrapped(&format!("{}: {grade}{good}", self.title), 2);
-        let reason = |Reason { reason, remedy, .. }: &Reason| row("doubt", &format!("{reason}: {remedy}"));
-        let reasons = verdict.reasons.iter().filter(|_| verdict.grade != Grade::Trusted).map(reason);
-        [head].into_iter().chain(reasons).collect()
+        let count = match verdict.reasons.len() {
+            count @ 2.. => format!(" for {count} reasons"),
+            _ => String::new(),
+        };
+        let head = wrapped(&format!("{}: {grade}{count}{good}", self.title), 2);
+        let first = verdict.reasons.first().map(doubt);
+        [head].into_iter().chain(first).collect()
     }
 
     /// The indices of the coordinates that the case is about: not s of Newton's law, which was added.
@@ -112,12 +112,10 @@ impl<S: Real> Told<'_, S> {
         }
         for (sum, charge) in sums.iter().zip(&diagnostics.sums) {
             most[0] = most[0].max(charge.max_ends.to_f64());
-            told.push(format!("{} = {}", sum.formula(names), short(charge.value.to_f64())));
+            told.push(format!("{} = {}", shortened(&sum.formula(names)), short(charge.value.to_f64())));
         }
         let at_last = match line.form {
-            Form::Strong if most[1] > most[0] => {
-                format!("; at the last node, where the strong form has its defect, to {:.1e}", most[1])
-            }
+            Form::Strong if most[1] > most[0] => format!(" ({:.1e} at the last node of the strong form)", most[1]),
             _ => String::new(),
         };
         (!told.is_empty()).then(|| format!("{}, to {:.1e}{at_last}", listed(told.into_iter()), most[0]))
@@ -136,6 +134,18 @@ impl<S: Real> Told<'_, S> {
             told.push(format!("p_{name} is the work of the force to {:.1e}", work.defect.to_f64().abs()));
         }
         listed(told.into_iter())
+    }
+
+    /// The deviation of the motion from Newton's, if there is one. Other doubts come first.
+    fn motion(&self) -> Option<String> {
+        let newtonian = &self.run.diagnostics.of_x.as_ref()?.newtonian;
+        let deviation = newtonian.deviation;
+        let remedy = match newtonian.c() {
+            Some(c) => format!("; particle.c = {c} would make that {NEGLIGIBLE:e}"),
+            None => String::new(),
+        };
+        let is_told = deviation > NOT_NEWTONIAN && self.judged.verdict.reasons.is_empty();
+        is_told.then(|| format!("relativistic: up to {} off Newton's{remedy}", percent(deviation)))
     }
 
     /// The number of times that each event was met.
@@ -158,6 +168,20 @@ impl<S: Real> Told<'_, S> {
     }
 }
 
+/// A reason for doubt, with its remedy.
+pub(super) fn doubt(Reason { reason, remedy, .. }: &Reason) -> String {
+    row("doubt", &format!("{reason}: {remedy}"))
+}
+
+/// A sum of many terms by its first and its last one.
+fn shortened(formula: &str) -> String {
+    let terms: Vec<&str> = formula.split_inclusive(" + ").collect();
+    match terms[..] {
+        [first, _, _, .., last] => format!("{first}... + {last}"),
+        _ => formula.to_owned(),
+    }
+}
+
 /// By how much K drifts, or the energy of positions and velocities with Newton's law.
 fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
     if let Some(energy) = &diagnostics.energy {
@@ -170,23 +194,13 @@ fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
     }
 }
 
-/// The deviation of the motion from Newton's, if there is one.
-fn motion(newtonian: &Newtonian) -> Option<String> {
-    let deviation = newtonian.deviation;
-    let remedy = match newtonian.c() {
-        Some(c) => format!("; particle.c = {c} would make that {NEGLIGIBLE:e}"),
-        None => String::new(),
-    };
-    (deviation > NOT_NEWTONIAN).then(|| format!("relativistic: up to {} off Newton's{remedy}", percent(deviation)))
-}
-
 /// The operator, the windows and the time that the solve took.
 fn scheme<S: Real>(line: &WorldLine<S>, summary: &Summary) -> String {
     let nodes = match (line.window_count, line.sbp().points()) {
         (1, points) => format!("{points} nodes"),
         (windows, points) => format!("{windows} windows of {points} nodes"),
     };
-    let (name, form, gamma) = (String::from(line.sbp_name), line.form.as_str(), plain(line.gamma_f().to_f64()));
+    let (name, form, gamma) = (String::from(line.sbp_name), line.form.as_str(), short(line.gamma_f().to_f64()));
     let time = unbroken(&format!("{:.2} ms", 1e3 * summary.solve_seconds));
     format!("{name} {form} form, {nodes} to gamma = {gamma}, {time}")
 }
@@ -223,9 +237,4 @@ fn percent(share: f64) -> String {
         1e-4.. => format!("{:.2} %", 100.0 * share),
         _ => format!("{share:.1e}"),
     }
-}
-
-/// A number with all its digits.
-fn plain(number: f64) -> String {
-    if is_readable(number) { number.to_string() } else { format!("{number:e}") }
 }

@@ -24,6 +24,9 @@ use crate::engine::{Accuracy, GOOD_DIGITS};
 const LARGE_ERROR: f64 = 1e-2;
 /// An error below this share of the size of its coordinate is never large: what hardly moves has hardly a range.
 const NEGLIGIBLE_ERROR: f64 = 1e-9;
+/// Errors that a second solve finds below this share of what is allowed outweigh signs that a grid is too coarse: such
+/// errors have never been off by more than a factor of ten (bench `verdict`).
+const OUTWEIGHING: f64 = 0.1;
 /// The rounding error, relative to the size of a coordinate, that an estimate may lack before a reference contradicts
 /// it.
 const ROUNDING: f64 = 1e-12;
@@ -67,12 +70,20 @@ pub struct Reason {
     /// The words between both in a sentence.
     #[serde(skip)]
     link: &'static str,
+    /// True if it is only a sign that a grid is too coarse, which a known small error outweighs.
+    #[serde(skip)]
+    is_sign: bool,
 }
 
 impl Reason {
     /// A reason with its remedy.
     pub fn new(reason: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { reason: reason.into(), remedy: remedy.into(), link: "; " }
+        Self { reason: reason.into(), remedy: remedy.into(), link: "; ", is_sign: false }
+    }
+
+    /// The same as one that is only a sign of a coarse grid.
+    pub(super) fn of_coarse_grid(self) -> Self {
+        Self { is_sign: true, ..self }
     }
 
     /// The same with a colon before the remedy.
@@ -227,7 +238,9 @@ impl Verdict {
         if let Some(reason) = errors.as_ref().and_then(|errors| facts.stepped_over(errors)) {
             reasons.push(reason);
         }
-        reasons.extend(suspicions.iter().cloned());
+        let is_small = |error: &CoordinateError| error.largest <= OUTWEIGHING * error.allowed();
+        let is_outweighed = accuracy.is_none() && reasons.is_empty() && errors.iter().flatten().all(is_small);
+        reasons.extend(suspicions.iter().filter(|sign| !(sign.is_sign && is_outweighed)).cloned());
         Self {
             grade: if reasons.is_empty() { Grade::Trusted } else { Grade::Doubtful },
             error: error.map(|error| error.max(10.0_f64.powi(-(digits as i32)))),

@@ -64,6 +64,7 @@ impl<S: Real> Sawtooth<S> {
                  {LARGE_SAWTOOTH} of the amplitude"
             );
             Reason::new(finding, "use an operator of higher order or a weak form in windows, or raise n_gamma")
+                .of_coarse_grid()
         })
     }
 }
@@ -115,7 +116,7 @@ impl<S: Real> Diagnostics<S> {
             "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
              world-line is not to be trusted"
         );
-        Some(Reason::new(finding, "raise n_gamma or windows"))
+        Some(Reason::new(finding, "raise n_gamma or windows").of_coarse_grid())
     }
 }
 
@@ -137,7 +138,7 @@ impl<S: Real> OfX<S> {
                 Some(_) => SMALLER_ACCURACY,
                 None => "raise n_gamma or windows, or use an operator of higher order",
             };
-            Reason::new(finding, remedy)
+            Reason::new(finding, remedy).of_coarse_grid()
         })
     }
 
@@ -153,7 +154,7 @@ impl<S: Real> OfX<S> {
             let finding =
                 format!("delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, {what}");
             let remedy = format!("raise n_gamma or windows by a factor of {factor:.1} or more");
-            Reason::new(finding, remedy).with_colon()
+            Reason::new(finding, remedy).with_colon().of_coarse_grid()
         })
     }
 

@@ -220,6 +220,22 @@ fn power<S: Real>(u: &[S], v: &[S], earlier: &[S], logarithm: &mut [S], k: usize
     sum((1..=k).map(|j| number::<S>(j) * exponent(j) * earlier[k - j])) / number(k)
 }
 
+/// y_k for y = Σ cⱼ wʲ with w = u − u₀, the partner of which is w².
+fn composed<S: Real>(c: &[S; 6], u: &[S], partner: &mut [S], k: usize) -> S {
+    if k == 0 {
+        partner[0] = S::ZERO;
+        return c[0];
+    }
+    partner[k] = sum((1..k).map(|j| u[j] * u[k - j]));
+    let cube = sum((1..k).map(|j| u[j] * partner[k - j]));
+    let cubic = c[1] * u[k] + c[2] * partner[k] + c[3] * cube;
+    if c[4] == S::ZERO && c[5] == S::ZERO {
+        return cubic;
+    }
+    let fourth = |k: usize| sum((1..k).map(|j| partner[j] * partner[k - j]));
+    cubic + c[4] * fourth(k) + c[5] * sum((1..k).map(|j| u[j] * fourth(k - j)))
+}
+
 /// Coefficient `k` of sin, cos, sinh or cosh, with its counterpart as `partner`.
 fn circular<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut [S], k: usize) -> S {
     if k == 0 {
@@ -277,22 +293,7 @@ fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut [S], k: usi
             _ => (u[k] / S::LN_10 - weighted(y, u, k) / number(k)) / u[0],
         },
         Function::Sqrt => square_root(u[k], y, k),
-        Function::Table(table) => {
-            // y = Σ cⱼ wʲ with w = u − u₀; the partner is w².
-            let c = table.expansion(u[0]);
-            if k == 0 {
-                partner[0] = S::ZERO;
-                return c[0];
-            }
-            partner[k] = sum((1..k).map(|j| u[j] * u[k - j]));
-            let cube = sum((1..k).map(|j| u[j] * partner[k - j]));
-            let cubic = c[1] * u[k] + c[2] * partner[k] + c[3] * cube;
-            if c[4] == S::ZERO && c[5] == S::ZERO {
-                return cubic;
-            }
-            let fourth = |k: usize| sum((1..k).map(|j| partner[j] * partner[k - j]));
-            cubic + c[4] * fourth(k) + c[5] * sum((1..k).map(|j| u[j] * fourth(k - j)))
-        }
+        Function::Table(table) => composed(&table.expansion(u[0]), u, partner, k),
         Function::Abs | Function::Sign | Function::Step => {
             if k == 0 {
                 partner[0] = u[0].signum();

@@ -55,41 +55,6 @@ proptest! {
             }
         });
     }
-
-    /// The system that Newton's method solves at equal branches, column by column.
-    #[test]
-    fn the_newton_matrix_is_the_derivative_of_the_gradient(q in proptest::collection::vec(-1.0..1.5_f64, 2 * POINTS)) {
-        with_actions(|action| {
-            let layout = action.layout();
-            let multipliers = vec![0.0; layout.multiplier_range().len()];
-            let u = layout.physical_limit(&[&q[..POINTS], &q[POINTS..]], &multipliers);
-            let ones = vec![1.0; action.layout().equal_unknowns()];
-            let lu = action.newton_pattern().factor(&action.newton_matrix(&u).unwrap(), [&ones, &ones]).unwrap();
-            let mut step = vec![0.0; u.len()];
-            for j in 0..layout.equal_unknowns() {
-                let unit: Vec<f64> = (0..layout.equal_unknowns()).map(|i| f64::from(u8::from(i == j))).collect();
-                layout.write_equal_step(&unit, &mut step);
-                let shifted = |h: f64| {
-                    let u: Vec<f64> = u.iter().zip(&step).map(|(u, step)| u + h * step).collect();
-                    let mut gradient = vec![0.0; u.len()];
-                    action.gradient(&u, &mut gradient).unwrap();
-                    gradient
-                };
-                let h = 1e-3;
-                let (a, b, c, d) = (shifted(h), shifted(-h), shifted(2.0 * h), shifted(-2.0 * h));
-                let difference =
-                    |i: usize| (8.0 * (a[i] - b[i]) - (c[i] - d[i])) / (12.0 * h);
-                let difference: Vec<f64> = (0..u.len()).map(difference).collect();
-                for (i, (got, want)) in lu.multiply(&unit).iter().zip(layout.equal_equations(&difference)).enumerate() {
-                    assert!((got - want).abs() < 2e-7 * (1.0 + got.abs()), "({i}, {j}): {want} against {got}");
-                }
-                // The other equations hold along the step: the branches stay equal.
-                let branch = layout.row(1, 0);
-                let largest = difference.iter().fold(1.0, |largest: f64, entry| largest.max(entry.abs()));
-                (0..branch).for_each(|i| assert!((difference[i] + difference[branch + i]).abs() < 1e-9 * largest));
-            }
-        });
-    }
 }
 
 #[test]

@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use geodesic_ivp::case::{Case, Form, SbpName};
-use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Rk4, Setting, State};
+use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Setting, State};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::study::stability::{Arena, Cell, CellStatus, Method, Pace, Plan, measure};
+use geodesic_ivp::study::stability::{Arena, Cell, Method, Pace, Plan, measure};
 
 use crate::common::{case, norm_of, start};
 
@@ -98,15 +98,6 @@ fn largest_delta_k(
 }
 
 #[test]
-fn k_of_another_method_is_that_of_its_states() {
-    let case = case("initial={t=0.0,x=1.0,t_dot=1.3,x_dot=0.4}");
-    let most = largest_delta_k(&case, &Rk4, (4.0, 1.0), 10, Setting::steps(10));
-    let arena = Arena::new(&case, &[4.0]).unwrap();
-    let found = charted(&arena, vec![Method::Peer(&Rk4)], 0.4)[0].numbers.as_ref().unwrap().delta_k_max;
-    assert!((found - most).abs() < 1e-12 && most > 1e-3, "{found} for {most}");
-}
-
-#[test]
 fn methods_that_choose_their_steps_are_looked_at_every_two_radians() {
     let case = case("initial={t=0.0,x=1.0,t_dot=1.3,x_dot=0.4}");
     for (length, tangent) in [(40.0, 1.0), (40.0, 3.0), (60.0, 0.5)] {
@@ -121,30 +112,6 @@ fn methods_that_choose_their_steps_are_looked_at_every_two_radians() {
         assert!(numbers.sawtooth.is_none() && numbers.sawtooth_from.is_none(), "between its steps there is none");
         let found = numbers.delta_k_max;
         assert!((found / most - 1.0).abs() < 1e-9 && most > 1e-6, "{tangent}: {found} for {most}");
-    }
-}
-
-#[test]
-fn a_status_does_not_depend_on_the_unit_of_gamma() {
-    let methods = vec![
-        Method::Windows(SbpName::Sbp21, Form::Strong),
-        Method::Windows(SbpName::Sbp21, Form::Weak),
-        Method::Block(SbpName::Sbp21, Form::Strong),
-        Method::Block(SbpName::Sbp42, Form::Strong),
-    ];
-    let expected = [CellStatus::Drifting, CellStatus::Inaccurate, CellStatus::Sawtooth, CellStatus::Accurate];
-    for factor in [1.0, 0.1, 10.0] {
-        // Once as a tangent of the plan, and once as that of the case.
-        let start = |factor: f64| format!("initial={{t=0.0,x=1.0,t_dot={factor:?},x_dot={:?}}}", 0.1 * factor);
-        for (own, tangent) in [(1.0, factor), (factor, 1.0)] {
-            let length = 100.0 / factor;
-            let arena = Arena::new(&case(&start(own)), &[length * tangent]).unwrap();
-            let methods = methods.clone();
-            let plan = Plan { methods, lengths: vec![length], tangents: vec![tangent], spacings: vec![0.05 / factor] };
-            let cells = measure(&arena, &plan, &AtomicBool::new(false), &|_, _| {}).cells;
-            let found: Vec<CellStatus> = cells.iter().map(|cell| cell.status).collect();
-            assert_eq!(found, expected, "{own}, {tangent}");
-        }
     }
 }
 

@@ -4,7 +4,6 @@
 use std::sync::atomic::AtomicBool;
 
 use geodesic_ivp::case::{Form, SbpName};
-use geodesic_ivp::methods::{Output, PEERS, Problem, Setting, Step};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::{Convergence, sweep};
@@ -59,23 +58,6 @@ fn runs_go_on_where_exponentials_overflow() {
     }
     let digits = grid("sbp = \"GLL16\"\nform = \"weak\"", windows) + "digits = 40\n";
     agree(HILL[1], end::<Extended>(HILL[1], &digits), end::<Extended>(HILL[0], &digits), &digits);
-}
-
-#[test]
-fn references_and_other_methods_go_on() {
-    let expected = end::<f64>(HILL[0], ACCURACY);
-    let case = case(HILL[1], ACCURACY);
-    let problem = Problem { space: case.geometry().into(), start: case.start(), length: 30.0, g00: case.g00() };
-    for peer in PEERS {
-        let about = peer.name();
-        let setting = match peer.about().step {
-            Step::Constant | Step::Iterated => Setting::steps(100_000),
-            Step::Adaptive => Setting::tolerance(1e-12),
-        };
-        let trajectory = peer.run(&problem, &Output::even(1), setting).unwrap_or_else(|none| panic!("{about}: {none}"));
-        let end = trajectory.states.last().unwrap();
-        agree(&about, [end.q[0], end.q[1]], expected, "a method");
-    }
 }
 
 /// The reference of a convergence study.

@@ -181,17 +181,6 @@ fn every_function_of_the_grammar_has_its_series() {
 }
 
 #[test]
-fn a_horizon_ends_the_trajectory() {
-    let geometry = of_x("-0.5*x", 1.0, 1.0);
-    let start = start(&geometry, &[0.0, 0.0], &[1.0, 0.0]);
-    let end = ReferenceTrajectory::new(&geometry, &start, 5.0, 16).unwrap_err();
-    // K = Q = 1 and g00 = sin²φ from φ = π/2: γ = π/2 at the horizon.
-    assert!((end.gamma - std::f64::consts::FRAC_PI_2).abs() < 1e-6, "{end}");
-    assert!((end.place[0].1 - 1.0).abs() < 1e-3, "{end}");
-    assert_eq!(end.reason, EndReason::OutsideDomain);
-}
-
-#[test]
 fn the_length_of_a_physical_time() {
     let length = ReferenceTrajectory::length_of(&quartic(), &begin(&quartic()), 0, 10.0, 16).unwrap();
     assert!((reference(&quartic(), length).at(length).q[0] - 10.0).abs() < 1e-13);
@@ -210,14 +199,6 @@ fn a_start_at_rest_has_a_reference_too() {
         assert!((k - norm).abs() < 1e-12, "{expression}: K = {k} against {norm}");
         assert!(trajectory.error_estimate() < 1e-13, "{expression}: {}", trajectory.error_estimate());
     }
-}
-
-#[test]
-fn a_potential_without_a_series_is_an_error() {
-    let geometry = formula("x^2.5");
-    let at_zero = start(&geometry, &[0.0, 0.0], &[1.0, 0.1]);
-    let end = ReferenceTrajectory::new(&geometry, &at_zero, 1.0, 16).unwrap_err();
-    assert_eq!(end.reason, EndReason::Singular, "{end}");
 }
 
 #[test]

@@ -113,8 +113,8 @@ fn check_accuracy(name: &str, case: &Case) {
 
 #[test]
 fn the_effective_case_reads_back_as_the_same_case() {
-    for (name, text) in shipped() {
-        let case = Case::parse("original", text, &[]).unwrap();
+    for name in NAMES {
+        let case = Case::parse("original", builtin::text(name).unwrap(), &[]).unwrap();
         let again = Case::parse("effective", &case.to_toml(), &[]).unwrap();
         assert_eq!(case, again, "{name}");
     }

@@ -3,11 +3,9 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use geodesic_ivp::Solution;
-use geodesic_ivp::case::{Case, Form, SbpName, on_grid};
+use geodesic_ivp::case::{Case, Form, SbpName};
 use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::{Setup, solve};
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, Family, Leader, OUTPUTS, Progress, Ratio, RowErrors, RowStatus, drift, measure,
 };
@@ -191,85 +189,6 @@ fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
         large |= is_good && errors[0] > 0.1 / sizes[0];
     }
     assert!(large, "an error counts relative to the size");
-}
-
-/// The length of the runs of [`a_row_of_this_program_is_that_of_its_solve`].
-const LENGTH: f64 = 8.0;
-
-/// The largest errors of t, x and K of a solution at ten points: nodes, or ends of windows.
-fn errors_at_outputs(case: &Case, solution: &Solution) -> [f64; 3] {
-    let (geometry, start) = (case.geometry::<f64>(), case.start::<f64>());
-    let (q_t, k) = (start.p[0], norm_of(&geometry, &start));
-    let reference = ReferenceTrajectory::new(&geometry, &start, LENGTH, 16).unwrap();
-    let (windows, steps) = (solution.windows.len(), solution.x().len() - 1);
-    let mut largest = [0.0_f64; 3];
-    for mark in 1..=10 {
-        let [t, x, w] = match (windows, mark) {
-            (1, 1..10) => {
-                let node = steps / 10 * mark;
-                [solution.elapsed()[node], solution.x()[node], solution.sbp().derivative_at(solution.x(), node)]
-            }
-            _ => {
-                let end = solution.joint((windows * mark / 10).max(1));
-                [end.q[0], end.q[1], -end.p[1]]
-            }
-        };
-        let exact = reference.at(LENGTH * mark as f64 / 10.0);
-        let off = [t - exact.q[0], x - exact.q[1], q_t * q_t / g00(&geometry, x) - w * w - k];
-        largest = std::array::from_fn(|place| largest[place].max(off[place].abs()));
-    }
-    largest
-}
-
-#[test]
-fn a_row_of_this_program_is_that_of_its_solve() {
-    let start = "initial={t=2.0,x=1.0,t_dot=1.3,x_dot=0.4} grid.gamma_f=8.0";
-    let case = case(start);
-    let arena = Arena::new(&case, None).unwrap();
-    let families = [
-        Family::Block(SbpName::Sbp21, Form::Strong),
-        Family::Block(SbpName::Sbp42, Form::Strong),
-        Family::Block(SbpName::Sbp42, Form::Weak),
-        Family::Elements(8),
-        Family::March(8),
-        Family::Accuracy,
-    ];
-    let budget = Budget { settings: 5, ..BUDGET };
-    let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |_| {}).rows;
-    let mut compared = 0;
-    for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
-        let number = |key: &str| -> usize { row.setting.strip_prefix(key).unwrap().parse().unwrap() };
-        let setup = Setup::<f64>::from(&case);
-        let again = match row.family {
-            Family::Block(sbp, form) => on_grid(&setup, (sbp, form), number("N="), LENGTH).unwrap(),
-            Family::Elements(_) => {
-                on_grid(&setup, (SbpName::Gll(8), Form::Weak), 7 * number("windows=") + 1, LENGTH).unwrap()
-            }
-            Family::Accuracy => {
-                let accuracy = row.setting.strip_prefix("tol=").unwrap();
-                Setup::from(&crate::common::case(&format!("{start} solver.accuracy={accuracy}")))
-            }
-            _ => {
-                // Every window evaluates all of its nodes, at least once.
-                assert!(row.evaluations >= row.points && row.evaluations.is_multiple_of(8), "{row:?}");
-                continue;
-            }
-        };
-        let solution: Solution = solve(again).unwrap();
-        // An explicit recursion has no iterations.
-        let sweeps = solution.iterations.count.max(solution.windows.len());
-        assert_eq!(row.evaluations, sweeps * solution.sbp().points(), "{row:?}");
-        assert_eq!(row.points, solution.x().len(), "{row:?}");
-        if row.family != Family::Accuracy {
-            let found = row.errors.as_ref().unwrap();
-            let found = [found.q[0], found.q[1], found.delta_k];
-            for (found, wanted) in found.into_iter().zip(errors_at_outputs(&case, &solution)) {
-                assert!((found - wanted).abs() < 1e-6 * wanted + 1e-11, "{row:?}: {found} for {wanted}");
-            }
-        }
-        compared += 1;
-    }
-    assert!(compared >= 15, "{compared} of {}", rows.len());
 }
 
 #[test]

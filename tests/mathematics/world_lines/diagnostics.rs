@@ -256,14 +256,6 @@ fn what_the_equations_leave_is_an_acceleration_whatever_the_mass() {
 }
 
 #[test]
-fn windows_in_which_something_may_hide_are_told() {
-    let mut line = run(&["grid.n_gamma=401", "scheme.sbp='SBP42'"]);
-    line.windows_unproved = Some(3);
-    let warnings = measured(&line).warnings(&line).join("\n");
-    assert!(warnings.contains("in 3 of the windows"), "{warnings}");
-}
-
-#[test]
 fn coordinates_share_a_size_if_they_have_one_unit() {
     let shared = |masses: &str| {
         let text = format!(
@@ -281,18 +273,6 @@ fn coordinates_share_a_size_if_they_have_one_unit() {
     assert!((x - 7.0).abs() < 1e-9 && (y - 7.0).abs() < 1e-9, "{x} {y}");
     let [x, y] = shared("x = 2.0, y = 0.5");
     assert!((x - 0.1).abs() < 1e-9 && (y - 7.0).abs() < 1e-9, "{x} {y}");
-}
-
-#[test]
-fn a_run_is_written_with_its_own_names_and_branches() {
-    let line = run(&["solver.system='doubled'", "grid.windows=2", "grid.n_gamma=41"]);
-    assert_eq!((line.geometry().names(), line.digits), (&["t", "x", "y", "s"].map(str::to_owned)[..], 16));
-    for a in 0..4 {
-        let backward: Vec<f64> = line.backward(a).unwrap().collect();
-        // Both branches are equal but for rounding.
-        assert!(line.q(a).zip(&backward).all(|(one, two)| (one - two).abs() < 1e-10) && backward.len() == line.nodes());
-    }
-    assert!(run(&[]).backward(0).is_none());
 }
 
 #[test]

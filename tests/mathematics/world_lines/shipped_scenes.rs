@@ -113,14 +113,6 @@ fn thirty_digits_are_those_of_an_independent_program() {
 }
 
 #[test]
-fn the_effective_scene_reads_back_as_the_same_scene() {
-    for (name, case) in scenes() {
-        let again = Case::parse("effective", &case.to_toml(), &[]).unwrap();
-        assert_eq!(case, again, "{name}");
-    }
-}
-
-#[test]
 fn charges_and_conserved_sums_are_exact_to_the_rounding_of_their_terms() {
     // Windows for an accuracy differ in length; what their charges are worth is tested elsewhere.
     for (name, case) in scenes().filter(|(_, case)| case.settings().accuracy.is_none()) {

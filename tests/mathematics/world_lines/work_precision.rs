@@ -6,11 +6,11 @@ use std::sync::atomic::AtomicBool;
 use geodesic_ivp::Case;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::builtin;
-use geodesic_ivp::methods::{Composition, Rk4, Step};
+use geodesic_ivp::methods::{Composition, Step};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::solve::{Setup, WorldLine, solve};
-use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, drift, measure};
+use geodesic_ivp::study::work_precision::{Arena, Budget, Family, RowStatus, measure};
 
 /// By settings and not by time, so that a slow machine measures the same.
 const BUDGET: Budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 12 };
@@ -88,22 +88,6 @@ fn a_scene_is_charted_at_its_length() {
     let own = [Family::Block(SbpName::Sbp42, Form::Weak), Family::Elements(16)];
     let measured = measure(&arena, &own, &BUDGET, &AtomicBool::new(false), &mut |_| {});
     assert!(own.iter().all(|family| measured.rows.iter().any(|row| row.family == *family && row.rank() < Some(1e-3))));
-}
-
-#[test]
-fn along_a_run_runge_kutta_drifts_and_verlet_does_not() {
-    let arena = Arena::new(&scene("henon-heiles", &[]), Some(100.0)).unwrap();
-    let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET)];
-    let points = drift(&arena, &families, &AtomicBool::new(false));
-    let growth = |family: &Family| {
-        let of = |from: f64, to: f64| {
-            let part = points.iter().filter(|p| p.family == *family && (from..to).contains(&p.gamma));
-            part.map(|point| point.errors.delta_k).fold(0.0, f64::max)
-        };
-        of(80.0, 101.0) / of(0.0, 20.0)
-    };
-    let [first, second] = [growth(&families[0]), growth(&families[1])];
-    assert!(first > 2.0 && second < 1.5, "{first} {second}");
 }
 
 #[test]

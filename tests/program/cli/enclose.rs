@@ -41,7 +41,7 @@ fn what_hides_makes_the_verdict_doubtful_and_says_where() {
     for (case, gaps, names, place) in
         [("barrier.toml", 64, &["gamma", "t", "x"][..], 2.0), ("ridge.toml", 60, &["gamma", "t", "x", "y"], 1.8)]
     {
-        let (told, _, summary) = run(&folder, &format!("{case} --enclose"));
+        let (told, _, summary) = run(&folder, &format!("{case} --enclose --verbose"));
         assert_eq!((&summary["gaps"], &summary["gaps_unproved"]), (&gaps.into(), &1.into()), "{case}");
         assert_eq!(summary["verdict"], "doubtful");
         let gap = summary["gap_unproved"].as_object().unwrap();

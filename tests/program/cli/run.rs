@@ -132,8 +132,10 @@ fn a_case_can_come_from_standard_input() {
 #[test]
 fn a_result_that_should_not_be_believed_says_so() {
     let folder = TempDir::new().unwrap();
-    let output =
-        run_in(folder.path(), "run CASES/quartic.toml --set grid.gamma_f=32.0 --set grid.n_gamma=65 --out out");
+    let output = run_in(
+        folder.path(),
+        "run CASES/quartic.toml --set grid.gamma_f=32.0 --set grid.n_gamma=65 --verbose --out out",
+    );
     let told = succeeded(&output);
     assert!(told.contains("K drifts by") && told.contains("exceeds its bound"), "{told}");
     let warnings = json(&folder.path().join("out/summary.json"))["warnings"].as_array().unwrap().len();

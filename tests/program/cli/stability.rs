@@ -214,7 +214,7 @@ fn what_is_not_resolved_is_told() {
     let folder = TempDir::new().unwrap();
     // One window of two nodes does not resolve the motion at all.
     let unresolved = "--set scheme.sbp=GLL2 --set scheme.form=weak --set grid.n_gamma=2";
-    let output = run_in(folder.path(), &format!("run CASES/quartic.toml {unresolved} --out out"));
+    let output = run_in(folder.path(), &format!("run CASES/quartic.toml {unresolved} --verbose --out out"));
     let told = succeeded(&output);
     assert!(told.contains("K drifts by") && told.contains("raise n_gamma or windows"), "{told}");
     // The bound has its own keys.

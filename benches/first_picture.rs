@@ -1,11 +1,11 @@
 //! The two pictures at the top of the README: the time mesh that emerges, and the charge beside that of another method.
 //!
 //! ```text
-//! cargo run --release --example first_picture -- docs
+//! cargo bench --bench first_picture -- docs
 //! ```
 //!
-//! The other method is the classical Runge–Kutta method on the geodesic equations with both unknowns,
-//! ẗ = −(g00′/g00) ṫ ẋ and ẍ = −½ g00′ ṫ², with one step an interval of the same grid.
+//! Without the folder nothing is drawn. The other method is the classical Runge–Kutta method on the geodesic equations
+//! with both unknowns, ẗ = −(g00′/g00) ṫ ẋ and ẍ = −½ g00′ ṫ², with one step an interval of the same grid.
 
 use std::path::Path;
 use std::{env, fs};
@@ -34,7 +34,7 @@ form = "weak"
 "#;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let folder = env::args().nth(1).unwrap_or_else(|| "docs".to_owned());
+    let Some(folder) = env::args().skip(1).find(|argument| !argument.starts_with('-')) else { return Ok(()) };
     let short: Solution = solve(&Case::parse("first picture", CASE, &[])?)?;
     let nodes: Vec<(f64, f64)> = short.t().zip(short.x().iter().copied()).collect();
     let axis = nodes.iter().map(|&(t, _)| (t, -1.3)).collect();
