@@ -99,8 +99,7 @@ fn schwarzschild(draw: &mut Random) -> Scene {
     metric(&["t", "r", "phi"], &components, &[0.0, r, 0.0], &[1.0, 0.0, v * r.powf(-1.5)])
 }
 
-fn oscillating(draw: &mut Random) -> Scene {
-    let k = draw.between(0.5, 3.0);
+fn oscillating(draw: &mut Random, k: f64) -> Scene {
     let components = [
         (0, 0, format!("1 + 0.4*sin({k}*y)")),
         (1, 1, format!("1 + 0.3*cos({k}*x)")),
@@ -158,6 +157,44 @@ fn kink(draw: &mut Random) -> Scene {
     plain(format!("{a}*sqrt(x^2 + {}) + y^2/2 + {}*x^2*y", e * e, draw.between(-0.2, 0.2)), &x, &v)
 }
 
+/// The wall is so narrow that it may lie between two nodes.
+fn narrow_kink(draw: &mut Random) -> Scene {
+    let (a, b, e) = (draw.between(0.3, 1.5), draw.between(-0.2, 0.2), draw.scale(1e-9, 1e-2));
+    let wall = match (3.0 * draw.between(0.0, 1.0)) as usize {
+        0 => format!("x*tanh(x/{e})"),
+        1 => format!("sqrt(x^2 + {})", e * e),
+        _ => format!("atan((x - y/10)/{e})"),
+    };
+    let (x, v) = (vector(draw, 2, 1.0), vector(draw, 2, 0.5));
+    plain(format!("{a}*{wall} + y^2/2 + {b}*x^2*y"), &x, &v)
+}
+
+/// Three hills with flat tops and steep sides, far behind which exp overflows.
+fn disks(draw: &mut Random) -> Scene {
+    let (h, w, turn) = (draw.between(2.0, 5.0), draw.scale(0.005, 0.1), draw.between(0.0, 2.0));
+    let disk = |k: usize| {
+        let (b, a) = (turn + k as f64 * std::f64::consts::TAU / 3.0).sin_cos();
+        format!("{h}/(1 + exp((sqrt((x - ({a}))^2 + (y - ({b}))^2) - 0.4)/{w}))")
+    };
+    let (x, v) = (vector(draw, 2, 0.1), vector(draw, 2, 0.9));
+    plain([disk(0), disk(1), disk(2)].join(" + "), &x, &v)
+}
+
+/// A narrow valley.
+fn stiff(draw: &mut Random) -> Scene {
+    let (k, a, b) = (draw.scale(1e2, 1e5), draw.between(-0.5, 0.5), draw.between(-0.5, 0.5));
+    let (x, v) = (vector(draw, 1, 1.0)[0], draw.between(-1.0, 1.0));
+    let valley = a * x * x + b * x.sin();
+    plain(format!("{}*(y - {a}*x^2 - {b}*sin(x))^2 + x^2/2", k * k / 2.0), &[x, valley + 0.1 / k], &[v, 0.0])
+}
+
+/// A straight line that passes the origin of polar coordinates closely.
+fn polar(draw: &mut Random) -> Scene {
+    let components = [(0, 0, "1".into()), (1, 1, "r^2".into())];
+    let v = [-draw.between(0.3, 1.0), draw.sign() * draw.scale(1e-7, 0.1)];
+    metric(&["r", "phi"], &components, &[draw.between(0.8, 2.0), 0.0], &v)
+}
+
 fn quartic(draw: &mut Random) -> Scene {
     let mut text = potential("x^4/2".into(), 1);
     text.law = Law::Relativistic;
@@ -179,7 +216,7 @@ fn two(draw: &mut Random, formula: &str, [place, velocity]: [f64; 2]) -> Scene {
 type Family = (&'static str, fn(&mut Random) -> Scene);
 
 /// All families.
-pub(crate) const FAMILIES: [Family; 23] = [
+pub(crate) const FAMILIES: [Family; 28] = [
     ("polynomial 1", |draw| polynomial(draw, 1)),
     ("polynomial 2", |draw| polynomial(draw, 2)),
     ("polynomial 3", |draw| polynomial(draw, 3)),
@@ -195,12 +232,23 @@ pub(crate) const FAMILIES: [Family; 23] = [
     ("morse", |draw| one(draw, "(1 - exp(-x))^2", [-0.4, 1.0], 0.5)),
     ("kerr", kerr),
     ("schwarzschild", schwarzschild),
-    ("oscillating metric", oscillating),
+    ("oscillating metric", |draw| {
+        let k = draw.between(0.5, 3.0);
+        oscillating(draw, k)
+    }),
+    ("fast metric", |draw| {
+        let k = draw.scale(5.0, 200.0);
+        oscillating(draw, k)
+    }),
     ("magnetic", magnetic),
     ("conformal", conformal),
     ("sphere", sphere),
     ("scattering", scattering),
     ("friction", friction),
     ("kink", kink),
+    ("narrow kink", narrow_kink),
+    ("disks", disks),
+    ("stiff", stiff),
+    ("polar", polar),
     ("chaos", |draw| two(draw, "x^2*y^2 + (x^4 + y^4)/20", [1.2, 1.0])),
 ];

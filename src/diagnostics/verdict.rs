@@ -24,9 +24,6 @@ use crate::engine::{Accuracy, GOOD_DIGITS};
 const LARGE_ERROR: f64 = 1e-2;
 /// An error below this share of the size of its coordinate is never large: what hardly moves has hardly a range.
 const NEGLIGIBLE_ERROR: f64 = 1e-9;
-/// Errors that a second solve finds below this share of what is allowed outweigh signs that a grid is too coarse: such
-/// errors have never been off by more than a factor of ten (bench `verdict`).
-const OUTWEIGHING: f64 = 0.1;
 /// The rounding error, relative to the size of a coordinate, that an estimate may lack before a reference contradicts
 /// it.
 const ROUNDING: f64 = 1e-12;
@@ -238,8 +235,8 @@ impl Verdict {
         if let Some(reason) = errors.as_ref().and_then(|errors| facts.stepped_over(errors)) {
             reasons.push(reason);
         }
-        let is_small = |error: &CoordinateError| error.largest <= OUTWEIGHING * error.allowed();
-        let is_outweighed = accuracy.is_none() && reasons.is_empty() && errors.iter().flatten().all(is_small);
+        // Where a second solve finds small errors, signs of a coarse grid say nothing more (bench `verdict`).
+        let is_outweighed = accuracy.is_none() && reasons.is_empty();
         reasons.extend(suspicions.iter().filter(|sign| !(sign.is_sign && is_outweighed)).cloned());
         Self {
             grade: if reasons.is_empty() { Grade::Trusted } else { Grade::Doubtful },

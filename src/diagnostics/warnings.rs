@@ -10,7 +10,7 @@
 //!   grid has no oscillation of that frequency; half of it means seven (SBP84) to thirteen (SBP21) nodes per
 //!   oscillation, and for SBP21 a phase error of 0.3 rad per oscillation.
 //! * Horizon: g00 < c²/100. There x changes ever faster in γ.
-//! * Accuracy: an estimated error above 1 % of the largest |x|. It is relative to max(1, |x|).
+//! * Accuracy: an estimated error above 1 % of the largest |x|.
 //! * Printed t, γ: numbers of their size are further apart than the accuracy asked for. Errors are counted from t_i and
 //!   γ_i.
 //! * Bound: H_BVP > Q_t (t_f − t_i) with K ≥ 0. In the continuum the bound holds.

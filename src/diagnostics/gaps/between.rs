@@ -19,7 +19,11 @@ pub(super) struct BetweenNodes<'r, S> {
 impl<'r, S: Real> BetweenNodes<'r, S> {
     /// This looks between the nodes of `line`, in a space-time that is `geometry` in `f64`.
     pub(super) fn new(line: &'r WorldLine<S>, geometry: &'r Geometry) -> Self {
-        let weights = weights(geometry, &line.place.start.q, |a| line.q(a));
+        let start = &line.place.start.q;
+        let sizes: Vec<f64> = (0..geometry.dimension()).map(|a| size(geometry, a, start[a], line.q(a))).collect();
+        let shared = line.geometry().shared(start, &sizes);
+        let weight = |(&size, &shared): (&f64, &f64)| weight(if size > 0.0 { size } else { shared });
+        let weights = sizes.iter().zip(&shared).map(weight).collect();
         Self { line, geometry, weights, nodes: Nodes { states: Vec::new() } }
     }
 
@@ -38,21 +42,22 @@ impl<'r, S: Real> BetweenNodes<'r, S> {
     }
 
     /// By how much each formula may change in the window that was described last without being seen, where the
-    /// coordinates may be off by `error`, relative to max(1, size).
+    /// coordinates may be off by `error`, relative to their sizes.
     pub(super) fn tolerances(&self, error: f64) -> Vec<f64> {
         let weights = Weights { q: &self.weights, p: &self.nodes.couplings(self.geometry, &self.weights) };
         negligible_rates(self.geometry, &weights, self.line.length.to_f64(), error)
     }
 }
 
-/// One over max(1, size) of every coordinate: over its largest |q^a| or, if it is ignorable, its largest |q^a − q_i^a|.
-/// `q` are the values of a coordinate at the nodes.
-fn weights<S: Real, Q: Iterator<Item = S>>(geometry: &Geometry, start: &[S], q: impl Fn(usize) -> Q) -> Vec<f64> {
-    let size = |a: usize| {
-        let origin = if geometry.active().contains(&a) { S::ZERO } else { start[a] };
-        q(a).fold(1.0, |most: f64, q| most.max((q - origin).to_f64().abs()))
-    };
-    (0..geometry.dimension()).map(|a| 1.0 / size(a)).collect()
+/// The size of a coordinate with the values `q` at the nodes: the largest |q^a| or, if it is ignorable, |q^a − q_i^a|.
+fn size<S: Real>(geometry: &Geometry, a: usize, start: S, q: impl Iterator<Item = S>) -> f64 {
+    let origin = if geometry.active().contains(&a) { S::ZERO } else { start };
+    q.fold(0.0, |most: f64, q| most.max((q - origin).to_f64().abs()))
+}
+
+/// One over the size; 0 where nothing moves, so that nothing is passed.
+fn weight(size: f64) -> f64 {
+    if size > 0.0 { 1.0 / size } else { 0.0 }
 }
 
 /// A window in `f64`.
@@ -113,7 +118,7 @@ impl Nodes {
 
 #[cfg(test)]
 mod tests {
-    use super::{Nodes, Path, weights};
+    use super::{Nodes, Path, size, weight};
     use crate::geometry::{Geometry, GeometryText, MetricText};
 
     /// A metric of the coordinates `names` with these components.
@@ -135,9 +140,9 @@ mod tests {
 
     #[test]
     fn weights_are_of_sizes_from_the_start_where_a_coordinate_is_ignorable() {
-        let rows = [[1000.0, 1004.0, 1003.0], [4.0, -5.0, 3.0], [0.3, 0.1, -0.2]];
-        let found = weights(&oscillators(), &[1000.0, 4.0, 0.3], |a| rows[a].into_iter());
-        assert_eq!(found, [1.0 / 4.0, 1.0 / 5.0, 1.0]);
+        let rows = [[1000.0, 1004.0, 1003.0], [4.0, -5.0, 3.0], [0.25, 0.125, -0.5], [0.0; 3]];
+        let of = |a: usize| size(&oscillators(), a.min(2), rows[a][0], rows[a].into_iter());
+        assert_eq!([0, 1, 2, 3].map(|a| weight(of(a))), [1.0 / 4.0, 1.0 / 5.0, 2.0, 0.0]);
     }
 
     /// Positions are the variables 0 … n − 1 of the programs of rates, and momenta 2n … 3n − 1.

@@ -58,7 +58,7 @@ pub struct Gaps {
     /// The number of those that are not explained.
     #[serde(rename = "gaps_unproved")]
     pub unproved: usize,
-    /// What hides in all the others moves no coordinate by more than a tenth of this, relative to max(1, size) of the
+    /// What hides in all the others moves no coordinate by more than a tenth of this, relative to the size of the
     /// coordinate.
     #[serde(rename = "gaps_accuracy")]
     pub accuracy: f64,
@@ -115,7 +115,7 @@ struct Hidden {
     share: f64,
 }
 
-/// The accuracy with which gaps of a run are explained, from its error relative to max(1, size) of its coordinates.
+/// The accuracy with which gaps of a run are explained, from its error relative to the sizes of its coordinates.
 fn accuracy(error: Option<f64>) -> f64 {
     let [least, most] = ERRORS;
     // NaN is no error that is known.
@@ -146,7 +146,7 @@ fn look(
 
 impl Gaps {
     /// Looks at the gaps of `line`, whose space-time is `rough` in `f64`. `error` is its estimated error relative to
-    /// max(1, size) of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
+    /// the sizes of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
     pub fn new<S: Real>(line: &WorldLine<S>, rough: &Geometry, error: Option<f64>) -> Self {
         let (accuracy, length) = (accuracy(error), line.length.to_f64());
         let mut between = BetweenNodes::new(line, rough);

@@ -208,27 +208,33 @@ fn what_may_hide_counts_with_the_length_of_its_gap_and_of_the_run() {
 /// As much is explained of the same motion in other units.
 #[test]
 fn what_may_hide_in_a_scene_counts_in_the_units_of_its_coordinates() {
-    // `mass` scales V and with it p, and `shift` the size of x, of which an error is a share.
-    let explained = |mass: f64, shift: f64, t: f64| {
+    // `mass` scales V and with it p, `shift` the size of x, of which an error is a share, and `unit` all lengths.
+    let explained = |mass: f64, shift: f64, t: f64, unit: f64| {
         critical(|height| {
             let text = format!(
                 "potential = {{ coordinates = [\"x\", \"y\"], \
-                 formula = \"{:?}*exp(-((x-({:?}))/1e-5)^2)\" }}\n\
+                 formula = \"{:?}*exp(-((x-({:?}))/{:?})^2)\" }}\n\
                  particle = {{ law = \"newtonian\", mass = {mass:?} }}\n\
-                 initial = {{ t = {t:?}, x = {shift:?}, y = 0.0, x_dot = 0.01, y_dot = 0.001 }}\n\
+                 initial = {{ t = {t:?}, x = {:?}, y = 0.0, x_dot = {:?}, y_dot = {:?} }}\n\
                  grid = {{ gamma_f = 64.0, n_gamma = 65 }}\nscheme.sbp = \"SBP42\"\n",
-                mass * height,
-                shift + 0.074
+                unit * unit * mass * height,
+                unit * (shift + 0.074),
+                unit * 1e-5,
+                unit * shift,
+                unit * 0.01,
+                unit * 0.001
             );
             let case = Case::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
             of_scene::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
         })
     };
-    let first = explained(1.0, 0.0, 0.0);
+    let first = explained(1.0, 0.0, 0.0, 1.0);
     for (what, other, factor) in [
-        ("a mass", explained(4.0, 0.0, 0.0), 1.0),
-        ("a large coordinate", explained(1.0, 1000.0, 0.0), 1000.0),
-        ("a late start", explained(1.0, 0.0, 1e6), 1.0),
+        ("a mass", explained(4.0, 0.0, 0.0, 1.0), 1.0),
+        ("a coordinate of 1000 in place of 0.64", explained(1.0, 1000.0, 0.0, 1.0), 1000.0 / 0.64),
+        ("a late start", explained(1.0, 0.0, 1e6, 1.0), 1.0),
+        ("a small unit", explained(1.0, 0.0, 0.0, 1e-9), 1.0),
+        ("a large unit", explained(1.0, 0.0, 0.0, 1e9), 1.0),
     ] {
         assert!((other / first / factor - 1.0).abs() < 0.05, "{what}: {other:e} and {first:e}");
     }
