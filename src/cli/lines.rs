@@ -49,11 +49,11 @@ pub(super) fn listed(told: impl Iterator<Item = String>) -> String {
     told.iter().map(|one| unbroken(one)).collect::<Vec<_>>().join(", ")
 }
 
-/// A number with six significant decimals at most.
+/// A number with six decimals at most, or with four digits and an exponent.
 pub(super) fn short(number: f64) -> String {
     let number = if number == 0.0 { 0.0 } else { number };
     if !is_readable(number) {
-        return format!("{number:.5e}");
+        return format!("{number:.3e}");
     }
     let text = format!("{number:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

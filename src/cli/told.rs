@@ -175,9 +175,9 @@ pub(super) fn doubt(Reason { reason, remedy, .. }: &Reason) -> String {
 
 /// A sum of many terms by its first and its last one.
 fn shortened(formula: &str) -> String {
-    let terms: Vec<&str> = formula.split_inclusive(" + ").collect();
+    let terms: Vec<&str> = formula.split(" + ").collect();
     match terms[..] {
-        [first, _, _, .., last] => format!("{first}... + {last}"),
+        [first, _, _, .., last] => format!("{first} + … + {last}"),
         _ => formula.to_owned(),
     }
 }

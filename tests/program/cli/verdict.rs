@@ -25,6 +25,7 @@ fn the_first_line_and_the_summary_of_every_kind_of_run_say_the_same() {
         ("quartic --set solver.accuracy=1e-8", 1e-8, 8),
         ("quartic --sample-gamma 0:1:0.5 --samples-only", 2e-3, 3),
         ("kepler", 1e-11, 11),
+        ("outer-planets", 1e-12, 11),
         ("kerr-inclined --set solver.accuracy=1e-7", 1e-7, 6),
     ] {
         let (line, others, summary) = verdict(&folder, arguments);
