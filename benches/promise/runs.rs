@@ -52,6 +52,10 @@ pub(crate) fn run(
             return Err("TooLong".to_owned());
         }
     }
+    // Such a run is doubtful, and promises nothing.
+    if engine.unproved() > 0 {
+        return Err("Unproved".to_owned());
+    }
     run.estimate = engine.error_estimate().unwrap_or(0.0);
     Ok(run)
 }
@@ -104,10 +108,16 @@ impl<'r> Interpolation<'r> {
 }
 
 /// The largest differences of a run from the reference, and of the two references there, relative to sizes so far.
-pub(crate) fn errors(run: &Run, points: usize, references: [&Run; 2], origin: &[f64], sizes: &[f64]) -> [f64; 2] {
+pub(crate) fn errors(
+    run: &Run,
+    points: usize,
+    references: [(&Run, usize); 2],
+    origin: &[f64],
+    sizes: &[f64],
+) -> [f64; 2] {
     let (nodes, _) = lobatto(points);
     let n = origin.len();
-    let [mut first, mut second] = [Interpolation::new(references[0], 16), Interpolation::new(references[1], 8)];
+    let [mut first, mut second] = references.map(|(reference, points)| Interpolation::new(reference, points));
     let (mut one, mut two, mut sizes) = (vec![0.0; n], vec![0.0; n], sizes.to_vec());
     let (mut error, mut doubt) = (0.0_f64, 0.0_f64);
     for (window, &(gamma, h)) in run.windows.iter().enumerate() {
