@@ -58,8 +58,7 @@ pub struct Gaps {
     /// The number of those that are not explained.
     #[serde(rename = "gaps_unproved")]
     pub unproved: usize,
-    /// What hides in all the others moves no coordinate by more than a tenth of this, relative to the size of the
-    /// coordinate.
+    /// All the others together move no coordinate by more than a tenth of this, relative to its size.
     #[serde(rename = "gaps_accuracy")]
     pub accuracy: f64,
     /// The first that is not explained.

@@ -6,9 +6,9 @@ use super::page::At;
 
 /// A line is drawn to this part of a pixel.
 const FLAT: f64 = 0.1;
-/// Of a line of more points than this,
+/// A line of more points than this is drawn in strokes.
 const MANY: usize = 20_000;
-/// those that follow each other within this part of a pixel are a stroke from the lowest to the highest. A curve that
+/// Points that follow each other within this part of a pixel are a stroke from the lowest to the highest. A curve that
 /// turns back in x would have corners there.
 const COLUMN: f64 = 0.5;
 

@@ -82,7 +82,7 @@ fn mistakes_in_bodies_are_said() {
     }
 }
 
-/// What `check` prints is the same case.
+/// The case that `check` prints is the same.
 #[test]
 fn the_effective_case_has_the_same_bodies() {
     let case = Case::parse("bodies", BODIES, &[]).unwrap();
