@@ -1,7 +1,7 @@
 //! The step controller: from the errors of a window to the length of the next one.
 
 use super::tuning::{
-    AIM, ALONE, HIDDEN, KINK, LARGEST_CUT, LARGEST_GROWTH, LEAST_KINK, MOST_IDLE, PATIENCE, ROUNDED, SHARE, UNSOLVED,
+    AIM, ALONE, HIDDEN, KINK, LARGEST_CUT, LARGEST_GROWTH, LEAST_KINK, MOST_IDLE, PATIENCE, SHARE, UNSOLVED,
 };
 
 /// Chooses rungs of the ladder of window lengths.
@@ -95,7 +95,7 @@ impl Shares {
             return ALONE * self.accuracy;
         }
         let part = length / self.length;
-        (SHARE * self.accuracy * part * part.sqrt()).max(ROUNDED)
+        SHARE * self.accuracy * part * part.sqrt()
     }
 }
 

@@ -17,8 +17,8 @@ pub(super) const LOOSEST: f64 = 1e-4;
 /// But where rounding has used that up, a run goes on until it has used up what was asked for, at most this: errors
 /// that are larger do not add up linearly.
 pub(super) const LOOSEST_KEPT: f64 = 1e-3;
-/// No share is smaller than this. Rounding of large values adds more at every window, but that of values that come near
-/// 0 does not.
+/// No window has to add less than this. Rounding of large values adds more at every window, but that of values that come
+/// near 0 does not: sweeps leave less there.
 pub(super) const ROUNDED: f64 = 1e-20;
 /// A window with a kink in it may add this part of a, but no less than that: its error falls only like its length.
 pub(super) const KINK: f64 = 1e-3;
@@ -96,7 +96,8 @@ pub(super) const END: [f64; 2] = [4.0, 2.0];
 
 // Sweeps.
 
-/// Two changes in turn below this, relative to sizes, are rounding errors;
+/// Two changes in turn below this are rounding errors, the first relative to sizes, the second one to the values in the
+/// window: near a pole of coordinates a change by what rounding makes of large values is a change of the motion;
 pub(super) const NOISE_OF_SWEEPS: f64 = 2.5e-16;
-/// and so is a change below this that does not contract.
+/// and so is a change below this, relative to sizes, that does not contract.
 pub(super) const STALLED: f64 = 1e-12;

@@ -5,7 +5,7 @@ use crate::engine::Failure;
 use crate::engine::between::Seen;
 use crate::engine::kernel::LocalErrors;
 use crate::engine::ladder::Ladder;
-use crate::engine::tuning::{INSIDE, INSIDE_MARGIN, LEAST, LEFT, MOST_LANDINGS, RESOLVED, STRETCH};
+use crate::engine::tuning::{INSIDE, INSIDE_MARGIN, LEAST, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH};
 
 /// A window to try.
 struct Trial {
@@ -74,10 +74,12 @@ impl<const N: usize> Adaptive<'_, N> {
 
     /// Returns true if the errors of the window that was solved are small enough, and adapts the step.
     fn is_accurate(&mut self, mut local: LocalErrors, inside: f64, share: f64, seen: Option<Seen>) -> bool {
-        let mut allowed = share;
+        let mut allowed = share.max(ROUNDED);
         if let Some(Seen { decay, .. }) = seen {
             local.end = self.solver.with_unseen(local, decay.powi(N as i32 - 1));
-            allowed = if decay == 1.0 { share.max(self.shares().of_kink()) } else { share };
+            if decay == 1.0 {
+                allowed = allowed.max(self.shares().of_kink());
+            }
         }
         if local.roughness < RESOLVED {
             self.control.accepts(inside / (INSIDE * self.accuracy), local.end / allowed)

@@ -145,6 +145,7 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
         let mut changes = [f64::INFINITY; 3];
         for sweeps in 1..=self.most_sweeps {
             let mut change = Lanes::splat(s, 0.0);
+            let (was_small, mut is_rounding) = (changes[2] <= NOISE_OF_SWEEPS, true);
             for pass in self.passes {
                 carry_out(s, &pass.steps, self.registers);
                 self.mend();
@@ -154,11 +155,17 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
                     {
                         self.correct(s, low, pass.first + k, pass.slopes[k]);
                     }
-                    change = change.max(self.update(s, pass.first + k, pass.slopes[k], pass.unknowns[k]));
+                    let (row, unknown) = (pass.first + k, pass.unknowns[k]);
+                    let of_row = self.update(s, row, pass.slopes[k], unknown);
+                    change = change.max(of_row * self.rows[row].inverse_size);
+                    if was_small {
+                        let largest = Lanes::new(s, &self.registers[unknown]).abs().largest();
+                        is_rounding &= of_row.largest() <= NOISE_OF_SWEEPS * largest;
+                    }
                 }
             }
             changes = [changes[1], changes[2], change.largest()];
-            let left = left(changes);
+            let left = if was_small && is_rounding { 0.0 } else { left(changes) };
             if left <= self.threshold {
                 carry_out(s, self.others, self.registers);
                 self.mend();
@@ -216,7 +223,7 @@ impl<const N: usize> Sweeps<'_, N> {
         self.rows[row].low = multiply(s, low, &self.registers[slope], [Lanes::splat(s, 0.0); 2]).nodes();
     }
 
-    /// x = start + (offset + M ẋ) for a row. Returns by how much that changes x, relative to size.
+    /// x = start + (offset + M ẋ) for a row. Returns by how much that changes x.
     #[inline(always)]
     fn update<S: Simd>(&mut self, s: S, row: usize, slope: Register, unknown: Register) -> Lanes<S, N> {
         let row = &mut self.rows[row];
@@ -229,20 +236,20 @@ impl<const N: usize> Sweeps<'_, N> {
         row.increment = increments.last();
         let new = increments + row.start.high;
         let x = &mut self.registers[unknown];
-        let change = (new - Lanes::new(s, x)).abs() * row.inverse_size;
+        let change = (new - Lanes::new(s, x)).abs();
         *x = new.nodes();
         change
     }
 }
 
 /// The error that is left after three changes, the last one last: a geometric series with the slower one of their two
-/// contractions, as the first change belongs to the guess. Nothing is missing if two changes in turn are rounding
-/// errors. Before there are three of them it is the last change.
+/// contractions, as the first change belongs to the guess. Nothing is missing if a change that small does not contract.
+/// Before there are three of them it is the last change.
 #[inline(always)]
 fn left([first, second, last]: [f64; 3]) -> f64 {
     let [one, other] = [last / second, second / first];
     let contraction = if one > other || one.is_nan() { one } else { other };
-    if last <= NOISE_OF_SWEEPS && second <= NOISE_OF_SWEEPS || last <= STALLED && contraction > 0.5 {
+    if last <= STALLED && contraction > 0.5 {
         0.0
     } else if first.is_finite() && contraction < 0.5 {
         last * contraction / (1.0 - contraction)

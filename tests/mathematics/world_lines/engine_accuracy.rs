@@ -103,6 +103,28 @@ fn accuracies_are_kept_in_scenes() {
     assert_kept(&cases, &[8, 16], &[4, 6, 8, 10]);
 }
 
+/// A straight line in polar coordinates passes the pole at a millionth of r and less. There a change of r by what
+/// rounding makes of its largest value is a change of the motion.
+#[test]
+fn accuracies_are_kept_past_the_pole_of_polar_coordinates() {
+    let text =
+        "[metric]\ncoordinates = [\"r\", \"phi\"]\n[metric.components]\n\"r r\" = \"1\"\n\"phi phi\" = \"r^2\"\n";
+    for (phi_dot, length) in [(2e-7, 3e6), (1e-6, 10.0), (1e-5, 1e4), (1e-3, 1e6), (0.1, 30.0)] {
+        let (r, r_dot) = (1.005, -0.53);
+        let start = format!("initial = {{ r = {r}, phi = 0.0, r_dot = {r_dot}, phi_dot = {phi_dot} }}\n");
+        let (geometry, start) = scene(&format!("{metric}{start}grid.gamma_f = 1.0\n"));
+        for points in [8, 16] {
+            let run = run(&geometry, &start, length, 1e-10, points).unwrap();
+            let off = run.nodes.iter().map(|(gamma, q)| {
+                let exact = (r + r_dot * gamma).hypot(r * phi_dot * gamma);
+                (q[0] - exact).abs()
+            });
+            let (off, size) = (off.fold(0.0, f64::max), run.nodes.iter().fold(0.0, |size: f64, (_, q)| size.max(q[0])));
+            assert!(off <= 1e-10 * size, "{phi_dot}, {points} nodes: {:e}", off / size);
+        }
+    }
+}
+
 /// A shipped case of one coordinate.
 fn shipped(name: &str) -> (Geometry, Start) {
     let case = case::Case::parse(name, builtin::text(name).unwrap(), &[]).unwrap();
