@@ -17,8 +17,8 @@ pub(super) const LOOSEST: f64 = 1e-4;
 /// But where rounding has used that up, a run goes on until it has used up what was asked for, at most this: errors
 /// that are larger do not add up linearly.
 pub(super) const LOOSEST_KEPT: f64 = 1e-3;
-/// No window has to add less than this. Rounding of large values adds more at every window, but that of values that come
-/// near 0 does not: sweeps leave less there.
+/// No window has to add less than this. Rounding of large values adds more at every window; sweeps leave less where
+/// values are near 0.
 pub(super) const ROUNDED: f64 = 1e-20;
 /// A window with a kink in it may add this part of a, but no less than that: its error falls only like its length.
 pub(super) const KINK: f64 = 1e-3;
