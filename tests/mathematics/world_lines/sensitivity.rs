@@ -147,13 +147,14 @@ fn megno_tends_to_two_on_a_regular_orbit() {
     assert!((megno - 2.0).abs() < 0.01 && lyapunov < 1e-3, "{lyapunov} {megno}");
 }
 
-/// J. H. Skokos and others give about 0.047 for this orbit. |δ| would be e^900 at the end.
+/// After the first few hundred γ rounding errors choose the orbit: heyoka finds an exponent of 0.044 after 6000, and this
+/// program one of 0.049. |δ| would be e^1000 at the end.
 #[test]
 fn chaos_has_a_positive_exponent_and_overflows_nowhere() {
     let line = run("henon-heiles-megno", &["potential.parameters.y_i=-0.25", "grid.gamma_f=20000"]);
     let found = sensitivity(&line);
     let [lyapunov, megno] = [found.lyapunov(), found.megno()];
-    assert!((0.042..0.054).contains(&lyapunov), "{lyapunov}");
+    assert!((0.04..0.06).contains(&lyapunov), "{lyapunov}");
     assert!((0.8..1.25).contains(&(megno / (0.5 * 20_000.0 * lyapunov))), "{megno}");
     let joints = found.joints();
     assert!((line.windows.len() / 2..line.windows.len()).contains(&joints.len()));
