@@ -11,11 +11,11 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernel::{Evaluate, inverse};
+use super::kernel::{Evaluate, Row, inverse};
 use super::linear::Linear;
 use super::rule::{Order, Rule, Tables};
 use super::sensitivity::Sensitivity;
-use super::window::Solver;
+use super::system::System;
 use crate::geometry::{Geometry, Start};
 use crate::number::vector::{Lanes, Level, Nodes, Twofold, multiply};
 
@@ -72,37 +72,48 @@ impl<'g, const N: usize> Tangents<'g, N> {
     }
 
     /// Carries small changes over the finished window.
-    pub(super) fn follow(&mut self, solver: &Solver<'g, N>, sensitivity: &mut Sensitivity) {
+    pub(super) fn follow(&mut self, window: &Finished<'_, 'g, N>, sensitivity: &mut Sensitivity) {
         let n = 2 * self.active;
         if sensitivity.inverse_sizes.is_empty() {
-            sensitivity.set_sizes((0..n).map(|k| self.inverse_size(solver, k)).collect());
+            sensitivity.set_sizes((0..n).map(|k| self.inverse_size(window, k)).collect());
         }
         let inverse_sizes = &sensitivity.inverse_sizes;
         let weight = |at: usize| inverse_sizes[at % self.rows] / inverse_sizes[at / self.rows];
         self.weights.clear();
         self.weights.extend((0..self.rows * n).map(weight));
-        Level::Best.dispatch(Follow { tangents: self, solver, sensitivity });
+        Level::Best.dispatch(Follow { tangents: self, window, sensitivity });
     }
 
     /// 1/size of an unknown, which is 1 where it never moves. A momentum is as large as velocities make it.
-    fn inverse_size(&self, solver: &Solver<'g, N>, k: usize) -> f64 {
-        let own = |k: usize| solver.unknown(k, 1.0).inverse_size;
+    fn inverse_size(&self, Finished { rows, metric, .. }: &Finished<'_, 'g, N>, k: usize) -> f64 {
         let m = self.active;
         let found = match (k.checked_sub(m), self.linear.order) {
             (Some(place), Order::Second) => {
-                let by = &solver.metric[place * m..][..m];
-                inverse((0..m).map(|b| by[b].abs() * inverse(own(m + b))).fold(0.0, f64::max))
+                let parts = rows.iter().zip(&metric[place * m..]).map(|(row, g)| g.abs() * inverse(row.inverse_speed));
+                inverse(parts.fold(0.0, f64::max))
             }
-            _ => own(k),
+            _ => rows[k].inverse_size,
         };
         if found > 0.0 { found } else { 1.0 }
     }
 }
 
+/// A finished window of length `h`.
+pub(super) struct Finished<'a, 'g, const N: usize> {
+    pub(super) system: &'a System<'g, N>,
+    pub(super) rule: &'a Rule<N>,
+    pub(super) rows: &'a [Row<N>],
+    /// g_ab of active coordinates by rows, where velocities are unknowns.
+    pub(super) metric: &'a [f64],
+    pub(super) h: f64,
+    /// True where values are to be mended.
+    pub(super) is_mended: bool,
+}
+
 /// Solves the equations, and carries a sensitivity to the end of the window.
 struct Follow<'a, 'g, const N: usize> {
     tangents: &'a mut Tangents<'g, N>,
-    solver: &'a Solver<'g, N>,
+    window: &'a Finished<'a, 'g, N>,
     sensitivity: &'a mut Sensitivity,
 }
 
@@ -134,13 +145,15 @@ impl<const N: usize> Follow<'_, '_, N> {
     #[inline(always)]
     fn evaluate<S: Simd>(&mut self, s: S) {
         let Tangents { linear, rows, jacobian, .. } = &mut *self.tangents;
-        for k in 0..*rows {
-            linear.registers[linear.unknowns[k]] = *self.solver.unknown_nodes(k);
+        let Finished { system, h, is_mended, .. } = self.window;
+        let nodes = system.positions.iter().chain(&system.momenta);
+        for (&to, &from) in linear.unknowns.iter().zip(nodes).take(*rows) {
+            linear.registers[to] = system.registers[from];
         }
-        linear.is_mended = self.solver.is_mended;
+        linear.is_mended = *is_mended;
         Evaluate { registers: &mut linear.registers, steps: linear.steps }.with_simd(s);
         linear.mend();
-        let scale = linear.order.power_of(self.solver.length);
+        let scale = linear.order.power_of(*h);
         for (entry, term) in jacobian.iter_mut().zip(&linear.rows) {
             *entry = (Lanes::new(s, &linear.registers[term.register]) * (term.factor * scale)).nodes();
         }
@@ -150,12 +163,12 @@ impl<const N: usize> Follow<'_, '_, N> {
     #[inline(always)]
     fn begin<S: Simd>(&mut self, s: S) {
         let Tangents { linear, active, rows, bases, deltas, .. } = &mut *self.tangents;
-        let Solver { geometry, rule, length, .. } = self.solver;
+        let Finished { system: System { geometry, .. }, rule, h, .. } = self.window;
         for (at, base) in bases.iter_mut().enumerate() {
             let (column, row) = (at / *rows, at % *rows);
             *base = match (linear.order, column.checked_sub(*active), geometry.separable()) {
                 (Order::Second, Some(place), Some(inverse)) => {
-                    (Lanes::new(s, &rule.nodes[0]) * (length * inverse[row * *active + place])).nodes()
+                    (Lanes::new(s, &rule.nodes[0]) * (h * inverse[row * *active + place])).nodes()
                 }
                 _ => Nodes([f64::from(u8::from(row == column)); N]),
             };
@@ -199,7 +212,7 @@ impl<const N: usize> Follow<'_, '_, N> {
     #[inline(always)]
     fn end<S: Simd>(&mut self, s: S) {
         let Tangents { linear, active, rows, tables, slopes, matrix, .. } = &mut *self.tangents;
-        let Solver { geometry, metric, length, .. } = self.solver;
+        let Finished { system: System { geometry, .. }, metric, h, .. } = self.window;
         let (m, n) = (*active, 2 * *active);
         let [single, double] = [&tables.weights, &tables.end_weights].map(|weights| Lanes::new(s, &weights.high));
         for column in 0..n {
@@ -209,14 +222,14 @@ impl<const N: usize> Follow<'_, '_, N> {
                 match (linear.order, row.checked_sub(m)) {
                     (Order::Second, None) => {
                         if let (Some(place), Some(inverse)) = (column.checked_sub(m), geometry.separable()) {
-                            entry = length * inverse[row * m + place];
+                            entry = h * inverse[row * m + place];
                         }
                         entry += double.dot(Lanes::new(s, &slopes[row]));
                     }
                     (Order::Second, Some(place)) => {
                         for b in 0..m {
                             let gain = single.dot(Lanes::new(s, &slopes[b]));
-                            entry += metric[place * m + b] / length * gain;
+                            entry += metric[place * m + b] / h * gain;
                         }
                     }
                     (Order::First, _) => entry += single.dot(Lanes::new(s, &slopes[row])),
@@ -231,18 +244,18 @@ impl<const N: usize> Follow<'_, '_, N> {
     fn lengths<S: Simd>(&self, s: S) -> Nodes<N> {
         let Tangents { linear, active, rows, deltas, slopes, .. } = &*self.tangents;
         let Sensitivity { tangent, inverse_sizes, .. } = &*self.sensitivity;
-        let (m, zero) = (*active, Lanes::splat(s, 0.0));
+        let (m, zero, Finished { rule, metric, h, .. }) = (*active, Lanes::splat(s, 0.0), self.window);
         let mut square = zero;
         for k in 0..2 * m {
             let value = match (k.checked_sub(m), linear.order) {
                 (Some(place), Order::Second) => {
                     let mut force = zero;
                     for b in 0..m {
-                        let g = self.solver.metric[place * m + b];
+                        let g = metric[place * m + b];
                         force = combined(s, tangent, &slopes[b..], *rows).scale_add(g, force);
                     }
-                    let start = Lanes::splat(s, self.solver.length * tangent[k]);
-                    multiply(s, &self.solver.rule.integral, &force.nodes(), [start, zero]) * self.solver.length.recip()
+                    let start = Lanes::splat(s, h * tangent[k]);
+                    multiply(s, &rule.integral, &force.nodes(), [start, zero]) * h.recip()
                 }
                 _ => combined(s, tangent, &deltas[k..], *rows),
             };
@@ -256,7 +269,7 @@ impl<const N: usize> Follow<'_, '_, N> {
     #[inline(always)]
     fn grow<S: Simd>(&mut self, s: S, lengths: Nodes<N>) {
         let Tangents { tables, matrix, .. } = &*self.tangents;
-        let Solver { rule, length: h, .. } = self.solver;
+        let Finished { rule, h, .. } = self.window;
         let Sensitivity { gamma, growth, integral, mean, .. } = &mut *self.sensitivity;
         let (zero, weights) = (Lanes::splat(s, 0.0), Lanes::new(s, &tables.weights.high));
         let logarithms = Lanes::new(s, &lengths) + *growth;

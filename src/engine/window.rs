@@ -11,7 +11,7 @@ use super::sensitivity::Sensitivity;
 use super::sizes::Sizes;
 use super::solved::Solved;
 use super::system::System;
-use super::tangents::Tangents;
+use super::tangents::{Finished, Tangents};
 use super::{Failure, State};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
@@ -325,7 +325,9 @@ impl<const N: usize> Solved for Solver<'_, N> {
             Box::new(Tangents::new(self.geometry, &self.rule, charges))
         };
         let mut tangents = self.tangents.take().unwrap_or_else(new);
-        tangents.follow(self, sensitivity);
+        let Self { system, rule, rows, metric, length: h, is_mended, .. } = &*self;
+        let window = Finished { system, rule, rows, metric, h: *h, is_mended: *is_mended };
+        tangents.follow(&window, sensitivity);
         self.tangents = Some(tangents);
     }
 
