@@ -544,7 +544,7 @@ def solve(case):
     """The coordinates at the end, and gamma there."""
     is_newtonian = "body" in case or case.get("particle", {}).get("law") == "newtonian"
     grid, scheme, solver = case["grid"], case.get("scheme", {}), case.get("solver", {})
-    is_spectral = "accuracy" in solver or scheme["sbp"].startswith("GLL")
+    is_spectral = {"accuracy", "tolerance"} & solver.keys() or scheme["sbp"].startswith("GLL")
     mp.dps = DIGITS if is_spectral else COLLOCATION_DIGITS
     scene = Newtonian(case) if is_newtonian else Hamiltonian(case)
     number, until = scene.formulas.number, None

@@ -40,6 +40,7 @@ export -f job g
 # number of windows is for jobs that do not bring their own, also of cases that only ask for an accuracy.
 declare -A short=(
     [arenstorf]="t_f=1" [fish-eye]="gamma_f=2" [henon-heiles]="gamma_f=20" [horizon-near]="gamma_f=1.5"
+    [henon-heiles-megno]="gamma_f=20"
     [kepler-eccentric]="t_f=2" [kepler-polar]="gamma_f=2" [kerr-inclined]="gamma_f=60" [kerr-mino]="gamma_f=2"
     [kerr-periodic]="gamma_f=40" [kerr-photon]="gamma_f=60" [light-capture]="gamma_f=35" [long-run]="gamma_f=62.84"
     [mercury]="t_f=4e12" [pleiades]="t_f=0.5" [quartic-windows]="gamma_f=10" [schwarzschild-orbit]="gamma_f=300"
@@ -55,7 +56,9 @@ case_jobs() {
     local case=$1 group=$2 sample="--sample-gamma 0:1:0.125" scheme nodes
     local cut=${short[$1]:+--set grid.${short[$1]}} grid=${windows[$1]:+--set grid.windows=${windows[$1]}}
     local weak="--set scheme.form=weak --set grid.windows=${windows[$1]:-$([[ $group == scene ]] && echo 24 || echo 8)}"
-    if "$program" init "$case" | grep -q '^accuracy'; then grid="--set scheme.sbp=GLL16 $weak"; fi
+    if "$program" init "$case" | grep -qE '^(accuracy|sensitivity)'; then
+        grid="--set scheme.sbp=GLL16 $weak --set solver.sensitivity=false"
+    fi
     case $case in
         gamma-short | tiny-units | units) sample="" ;;
         arenstorf | kepler-eccentric | pleiades) sample="--sample-gamma 0:0.05:0.01" ;;

@@ -97,6 +97,7 @@ shipped![
         "dry-friction",
         "duffing",
         "henon-heiles",
+        "henon-heiles-megno",
         "kepler",
         "kepler-eccentric",
         "kepler-levi-civita",

@@ -50,6 +50,9 @@ impl Case {
         fill(solver, "system", "physical-limit");
         fill(solver, "digits", i64::from(self.solver.digits));
         fill(solver, "max_iterations", self.solver.max_iterations as i64);
+        if self.solver.chooses_windows() {
+            fill(solver, "sensitivity", false);
+        }
         for event in &self.events {
             let events = table(root, "events");
             let entry = table(events, &event.name);

@@ -113,6 +113,13 @@ pub const KEYS: &[Key] = &[
         "sizes of coordinates below which accuracy and tolerance are absolute: { phi = 1e-6 }",
     ),
     key(
+        "solver.sensitivity",
+        "true or false",
+        "false",
+        "true, with accuracy or tolerance: also how small changes of the start grow, in sensitivity.csv, with the \
+         Lyapunov exponent and MEGNO.",
+    ),
+    key(
         "expect.status",
         "string",
         "\"converged\"",

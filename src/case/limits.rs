@@ -31,6 +31,9 @@ pub(super) const ONE_OF_THEM: &str =
 pub(super) const CHOSEN_WINDOWS: &str =
     "the program chooses operator and windows itself: leave n_gamma and windows out";
 pub(super) const IN_F64: &str = "windows are chosen in double precision; for more digits give scheme and grid";
+pub(super) const SENSITIVITY: &str = "solver.sensitivity needs solver.accuracy or solver.tolerance";
+pub(super) const CARRIED_ON_WINDOWS: &str =
+    "small changes are carried on windows that the program chooses: give solver.tolerance in place of scheme and grid";
 
 /// Refuses numbers of nodes that do not fit the operator (if it is given) or the memory.
 pub(super) fn check_nodes(sbp: Option<SbpName>, n_gamma: usize, windows: usize) -> Result<(), Invalid> {

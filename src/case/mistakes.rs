@@ -75,6 +75,7 @@ const KINDS: &[(&str, Check)] = &[
     ("solver.accuracy", |field| chosen("accuracy", field).map(drop)),
     ("solver.tolerance", |field| chosen("tolerance", field).map(drop)),
     ("solver.floor.*", FORMULA),
+    ("solver.sensitivity", FLAG),
     ("expect.status", |field| field.word::<Status>().map(drop)),
     ("expect.gamma_final", FORMULA),
     ("expect.tolerance", FORMULA),

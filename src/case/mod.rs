@@ -255,11 +255,11 @@ impl Case {
 
     /// The settings by which its world-line is computed.
     pub fn settings(&self) -> Settings {
-        let Solver { system, digits, max_iterations, .. } = self.solver;
+        let Solver { system, digits, max_iterations, sensitivity, .. } = self.solver;
         let Scheme { sbp, form, .. } = self.scheme;
         let Grid { n_gamma, windows, .. } = self.grid;
         let accuracy = self.solver.wanted(|number| self.value(number));
-        Settings { sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy }
+        Settings { sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy, sensitivity }
     }
 
     /// Returns true if the case asks for more digits than `f64` has.

@@ -1,7 +1,10 @@
 //! `[grid]`, `[scheme]`, `[solver]` and `[expect]`.
 
 use super::initial::check_number;
-use super::limits::{ACCURACY_AND_TOLERANCE, CHOSEN_WINDOWS, IN_F64, ONE_OF_THEM, check_nodes, check_spacing};
+use super::limits::{
+    ACCURACY_AND_TOLERANCE, CARRIED_ON_WINDOWS, CHOSEN_WINDOWS, IN_F64, ONE_OF_THEM, SENSITIVITY, check_nodes,
+    check_spacing,
+};
 use super::names;
 use super::observables::Formulas;
 use super::quantity::Quantity;
@@ -58,6 +61,8 @@ pub struct Solver {
     pub tolerance: Option<Quantity>,
     /// Sizes of coordinates, by their index, below which either of them is absolute.
     pub floor: Vec<(usize, Quantity)>,
+    /// True if small changes of the start are carried along the run.
+    pub sensitivity: bool,
 }
 
 impl Solver {
@@ -147,8 +152,8 @@ pub(super) fn scheme(mut section: Section<'_>, solver: &Solver) -> Result<Scheme
 pub(super) fn solver(mut section: Section<'_>) -> Result<(Solver, Section<'_>), CaseError> {
     let floor = section.section("floor")?;
     let (system, digits) = (section.take("system"), section.take("digits"));
-    let [max_iterations, accuracy, tolerance] =
-        ["max_iterations", "accuracy", "tolerance"].map(|key| section.take(key));
+    let [max_iterations, accuracy, tolerance, sensitivity] =
+        ["max_iterations", "accuracy", "tolerance", "sensitivity"].map(|key| section.take(key));
     let needs = |field: &Option<Field<'_>>, message: &str, help: &str| match field {
         Some(field) => Err(field.error(message).with_help(help.to_owned())),
         None => Err(section.error(message).with_help(help.to_owned())),
@@ -172,7 +177,13 @@ pub(super) fn solver(mut section: Section<'_>) -> Result<(Solver, Section<'_>), 
         return needs(&digits_field, &format!("solver.{name} and solver.digits exclude each other"), IN_F64);
     }
     let max_iterations = max_iterations.as_ref().map_or(Ok(MAX_ITERATIONS), at_least_one)?;
-    Ok((Solver { system, digits, max_iterations, accuracy, tolerance, floor: Vec::new() }, floor))
+    let sensitivity_field = sensitivity;
+    let sensitivity = sensitivity_field.as_ref().map_or(Ok(false), Field::is_true)?;
+    if sensitivity && !is_chosen {
+        return needs(&sensitivity_field, SENSITIVITY, CARRIED_ON_WINDOWS);
+    }
+    let solver = Solver { system, digits, max_iterations, accuracy, tolerance, floor: Vec::new(), sensitivity };
+    Ok((solver, floor))
 }
 
 /// Reads `solver.floor`.

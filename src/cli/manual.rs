@@ -10,12 +10,13 @@ use geodesic_ivp::case::{KEYS, SCENE_KEYS};
 use super::{Cli, report, stdout};
 
 /// The files that commands write: the command, the name of the file, and what is in it.
-const FILES: [(&str, &str, &str); 18] = [
+const FILES: [(&str, &str, &str); 19] = [
     ("run", "trajectory.csv", "the world-line at the nodes"),
     ("run", "residuals.csv", "charges and residuals of the geodesic equations at the nodes"),
     ("run", "branches.csv", "forward and backward branch of the doubled system"),
     ("run", "samples.csv", "the world-line at the values asked for with --sample-t or --sample-gamma"),
     ("run", "events.csv", "the events of a scene"),
+    ("run", "sensitivity.csv", "with solver.sensitivity: how changes of the start grow"),
     ("run", "until_failure.csv", "after a failure: the rows before it"),
     ("run", "case.toml", "the effective case, with every default and what --set changed"),
     ("run --plot", "world_line.svg, t_dot.svg, trajectory.svg, delta_q_t.svg, delta_g.svg", "pictures"),

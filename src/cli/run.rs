@@ -13,7 +13,7 @@ use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::{
     CASE, OutputSet, SUMMARY, StreamedTable, Summary, write_branches, write_events, write_residuals, write_samples,
-    write_trajectory,
+    write_sensitivity, write_trajectory,
 };
 use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
@@ -33,6 +33,7 @@ const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
 const BRANCHES: &str = "branches.csv";
 const SAMPLES: &str = "samples.csv";
+const SENSITIVITY: &str = "sensitivity.csv";
 const EVENTS: &str = "events.csv";
 const UNTIL_FAILURE: &str = "until_failure.csv";
 
@@ -317,12 +318,13 @@ pub(super) fn event_names(case: &Case) -> Vec<&str> {
 
 /// The files that a run writes.
 fn file_names(case: &Case, args: &RunArgs) -> Vec<&'static str> {
-    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, EVENTS, UNTIL_FAILURE, SUMMARY, CASE];
+    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SENSITIVITY, EVENTS, UNTIL_FAILURE, SUMMARY, CASE];
     names.extend(picture_names(case));
     names.retain(|name| match *name {
         TRAJECTORY | RESIDUALS => !args.samples.only(),
         BRANCHES => !args.samples.only() && case.settings().system == System::Doubled,
         SAMPLES => args.samples.wanted(),
+        SENSITIVITY => !args.samples.only() && case.settings().sensitivity,
         EVENTS => !case.events().is_empty(),
         SUMMARY | CASE | UNTIL_FAILURE => true,
         _ => args.plot,
@@ -385,6 +387,9 @@ fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &R
     });
     trajectory.with_context(cannot(TRAJECTORY))?;
     residuals.with_context(cannot(RESIDUALS))?;
+    if line.sensitivity.is_some() {
+        write_sensitivity(files.writer(SENSITIVITY), line).with_context(cannot(SENSITIVITY))?;
+    }
     if line.is_doubled() {
         write_branches(files.writer(BRANCHES), line, args.every).with_context(cannot(BRANCHES))?;
     }

@@ -38,6 +38,7 @@ impl<S: Real> Told<'_, S> {
         lines.extend(self.exact().map(|text| row("exact", &text)));
         lines.push(row("drift", &self.drift()));
         lines.extend(self.motion().map(|text| row("motion", &text)));
+        lines.extend(self.growth().map(|text| row("growth", &text)));
         lines.extend(self.events().map(|text| row("events", &text)));
         lines.extend(self.between().map(|text| row("between", &text)));
         lines.push(row("written", &format!("{} ({})", folder.display(), scheme(&self.run.line, self.summary))));
@@ -146,6 +147,13 @@ impl<S: Real> Told<'_, S> {
         };
         let is_told = deviation > NOT_NEWTONIAN && self.judged.verdict.reasons.is_empty();
         is_told.then(|| format!("relativistic: up to {} off Newton's{remedy}", percent(deviation)))
+    }
+
+    /// The growth of small changes, if they were carried along.
+    fn growth(&self) -> Option<String> {
+        let sensitivity = self.run.line.sensitivity.as_ref()?;
+        let [lyapunov, megno] = [sensitivity.lyapunov(), sensitivity.megno()].map(short);
+        Some(format!("largest Lyapunov exponent {lyapunov}, MEGNO {megno} (2: regular)"))
     }
 
     /// The number of times that each event was met.

@@ -27,6 +27,7 @@
 //! view         what is known of it when it is finished
 //! dense        a window between its nodes
 //! certificate  the gradient of the action at a window
+//! tangents     how small changes at its start change its end, which `sensitivity` adds up
 //! march        windows of one length
 //! control      from the errors of a window to the length of the next one
 //! accuracy     what is asked of a run
@@ -63,11 +64,13 @@ mod plane;
 mod reason;
 mod resume;
 mod rule;
+mod sensitivity;
 mod sizes;
 mod solved;
 mod steps;
 mod stop;
 mod system;
+mod tangents;
 mod target;
 #[cfg(test)]
 mod tests;
@@ -80,6 +83,7 @@ pub use self::accuracy::Accuracy;
 pub use self::dense::Dense;
 pub use self::failure::Failure;
 pub use self::handed::{Handed, Marched};
+pub use self::sensitivity::Sensitivity;
 pub use self::solved::{State, Window, WindowNodes};
 
 use std::ops::ControlFlow;

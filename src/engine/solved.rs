@@ -2,6 +2,7 @@
 
 use super::dense::Dense;
 use super::handed::Handed;
+use super::sensitivity::Sensitivity;
 use crate::number::Compensated;
 
 /// The state at the start or the end of a window, in sums that lose nothing.
@@ -91,6 +92,8 @@ pub(super) trait Solved {
     fn handed(&self) -> Handed;
     /// The largest entry of the gradient of its action; `None` if it is no critical point of one.
     fn gradient_norm(&mut self) -> Option<f64>;
+    /// Carries a sensitivity from its start to its end.
+    fn carry(&mut self, sensitivity: &mut Sensitivity);
     /// The places of the nodes, as fractions.
     fn fractions(&self) -> &[f64];
     /// q^a on the nodes; of an ignorable coordinate from the start of the window.
@@ -127,6 +130,16 @@ impl Window<'_> {
     /// no action.
     pub fn gradient_norm(&mut self) -> Option<f64> {
         self.solved.gradient_norm()
+    }
+
+    /// Carries a sensitivity from its start to its end; with the first window it begins.
+    pub fn carry(&mut self, sensitivity: &mut Sensitivity) {
+        if self.index == 0 {
+            sensitivity.begin();
+        }
+        if !sensitivity.is_empty() {
+            self.solved.carry(sensitivity);
+        }
     }
 
     /// Its nodes, of which some values are computed when they are first asked for.

@@ -7,9 +7,11 @@ use super::dense::Dense;
 use super::handed::Handed;
 use super::kernel::{Ends, LocalErrors, Row, Sweeps, Swept, grow, integrated, inverse, plus};
 use super::rule::{Order, Rule, Tables};
+use super::sensitivity::Sensitivity;
 use super::sizes::Sizes;
 use super::solved::Solved;
 use super::system::System;
+use super::tangents::{Finished, Tangents};
 use super::{Failure, State};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
@@ -47,6 +49,8 @@ pub(super) struct Solver<'g, const N: usize> {
     highest_modes: Option<[Nodes<N>; 4]>,
     /// From the first certificate on.
     certificate: Option<Box<Certificate<'g, N>>>,
+    /// From the first window on over which changes are carried.
+    tangents: Option<Box<Tangents<'g, N>>>,
     most_sweeps: usize,
     /// True while slow sweeps are to go on, as a shorter window is no way out.
     pub(super) is_patient: bool,
@@ -87,6 +91,7 @@ impl<'g, const N: usize> Solver<'g, N> {
             gains: vec![Twofold::ZERO; ignorable],
             highest_modes: measures.then(|| rule.highest_modes()),
             certificate: None,
+            tangents: None,
             most_sweeps: MOST_SWEEPS[usize::from(!measures)],
             is_patient: false,
             is_mended: false,
@@ -312,6 +317,18 @@ impl<const N: usize> Solved for Solver<'_, N> {
         let norm = certificate.of(Solution { system, rule, start, elapsed, h: *h, is_mended: *is_mended });
         self.certificate = Some(certificate);
         Some(norm)
+    }
+
+    fn carry(&mut self, sensitivity: &mut Sensitivity) {
+        let new = || {
+            let charges = (0..self.geometry.dimension()).map(|a| self.system.charge(a)).collect();
+            Box::new(Tangents::new(self.geometry, &self.rule, charges))
+        };
+        let mut tangents = self.tangents.take().unwrap_or_else(new);
+        let Self { system, rule, rows, metric, length: h, is_mended, .. } = &*self;
+        let window = Finished { system, rule, rows, metric, h: *h, is_mended: *is_mended };
+        tangents.follow(&window, sensitivity);
+        self.tangents = Some(tangents);
     }
 
     fn dense(&self) -> Dense {

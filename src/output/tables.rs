@@ -8,6 +8,7 @@ use std::io::{Seek, Write};
 use csv::{ByteRecord, Writer, WriterBuilder};
 
 use crate::diagnostics::Diagnostics;
+use crate::engine::Sensitivity;
 use crate::number::{DecimalRoom, Real};
 use crate::solve::WorldLine;
 use crate::trajectory::{Crossing, Sample};
@@ -148,6 +149,31 @@ pub fn write_events<S: Real>(
     table.writer.write_record(std::iter::once("event".to_owned()).chain(state_header(names)))?;
     for Crossing { watch, sample } in crossings {
         table.row(Some(events[*watch]), numbers(sample), None)?;
+    }
+    table.finish()
+}
+
+/// Writes `sensitivity.csv`: gamma, and for all active coordinates and momenta `A` and `B` in the columns `d_A_d_B` by
+/// how much A changes there with B at the start. The rows are the joints of windows. A run without a sensitivity has no
+/// rows.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn write_sensitivity<S: Real>(mut out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
+    let (geometry, mut table) = (run.geometry(), Table::new(&mut out, run.digits));
+    let (names, active) = (geometry.names(), geometry.active());
+    let positions = active.iter().map(|&a| names[a].clone());
+    let unknowns: Vec<String> = positions.chain(active.iter().map(|&a| format!("p_{}", names[a]))).collect();
+    let cells = unknowns.iter().flat_map(|a| unknowns.iter().map(move |b| format!("d_{a}_d_{b}")));
+    table.writer.write_record(std::iter::once("gamma".to_owned()).chain(cells))?;
+    let gammas = std::iter::once(S::ZERO).chain(run.windows.iter().map(|window| window.gamma[1]));
+    let joints = run.sensitivity.iter().flat_map(Sensitivity::joints);
+    let (m, n) = (active.len(), unknowns.len());
+    for (gamma, matrix) in gammas.zip(joints) {
+        // Momenta of the reversed motion have the other sign.
+        let is_crossed = |at: usize| (at / n < m) != (at % n < m);
+        let entry = |(at, &value)| if is_crossed(at) { run.signed(S::from(value)) } else { S::from(value) };
+        table.row(None, std::iter::once(run.gamma_at(gamma)).chain(matrix.iter().enumerate().map(entry)), None)?;
     }
     table.finish()
 }

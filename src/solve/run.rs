@@ -11,7 +11,7 @@ use super::setup::{Settings, Setup, System};
 use super::status::{InitialGuess, Iterations, Status};
 use super::window::Window as Problem;
 use super::world_line::{Joint, Place, Window, WorldLine};
-use crate::engine::{GOOD_DIGITS, Handed};
+use crate::engine::{GOOD_DIGITS, Handed, Sensitivity};
 use crate::geometry::{Geometry, Start};
 use crate::number::{Compensated, Real};
 use crate::sbp::SbpOperator;
@@ -56,6 +56,7 @@ impl<'o, S: Real> Run<'o, S> {
         let (place, origin, gamma_i, is_backward) = (place.clone(), *origin, *gamma_i, *is_backward);
         let n = place.start.q.len();
         let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.active().len());
+        let is_sensitive = settings.accuracy.is_some() && settings.sensitivity;
         let line = WorldLine {
             joints: Vec::with_capacity(4 * n),
             place,
@@ -74,6 +75,7 @@ impl<'o, S: Real> Run<'o, S> {
             error_estimate: None,
             sizes: Vec::new(),
             windows_unproved: None,
+            sensitivity: is_sensitive.then(|| Sensitivity::new(m, observer.is_none())),
             accuracy: None,
             good_until: [0.0; GOOD_DIGITS.len()],
             ended_by: None,

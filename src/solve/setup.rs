@@ -73,6 +73,8 @@ pub struct Settings {
     /// The accuracy that operator and windows are chosen for, if they are to be: the operator, the form, the number of
     /// nodes and of windows say nothing then. Such a solve is one of the physical limit in `f64`.
     pub accuracy: Option<Accuracy>,
+    /// True if such a solve also carries small changes of the start along.
+    pub sensitivity: bool,
 }
 
 impl Settings {

@@ -6,7 +6,7 @@ use super::operator::{Operators, WindowGrid};
 use super::setup::origin_of;
 use super::status::Iterations;
 use crate::action::Form;
-use crate::engine::{Accuracy, GOOD_DIGITS, Handed};
+use crate::engine::{Accuracy, GOOD_DIGITS, Handed, Sensitivity};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::{SbpName, SbpOperator};
@@ -97,6 +97,8 @@ pub struct WorldLine<S = f64> {
     pub sizes: Vec<f64>,
     /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
     pub windows_unproved: Option<usize>,
+    /// The growth of small changes of the start, if it was asked for.
+    pub sensitivity: Option<Sensitivity>,
     /// The accuracy that the windows were chosen for, if they were.
     pub accuracy: Option<Accuracy>,
     /// γ − γ_i until which that estimate is below each of [`GOOD_DIGITS`].
@@ -139,6 +141,7 @@ impl<S: Copy> Clone for WorldLine<S> {
             error_estimate: self.error_estimate,
             sizes: self.sizes.clone(),
             windows_unproved: self.windows_unproved,
+            sensitivity: self.sensitivity.clone(),
             accuracy: self.accuracy,
             good_until: self.good_until,
             ended_by: self.ended_by,

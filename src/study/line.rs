@@ -57,6 +57,7 @@ impl Line {
             system: System::PhysicalLimit,
             digits: f64::MOST_DIGITS,
             accuracy: None,
+            sensitivity: false,
             windows: 1,
             max_iterations: MAX_ITERATIONS,
             ..own.settings

@@ -246,7 +246,8 @@ fn place<S: Arithmetic>(text: &GeometryText, q: &[&str], q_dot: &[&str]) -> Plac
 /// The physical limit on one window.
 fn settings((sbp, form, n_gamma): (SbpName, Form, usize), digits: u32) -> Settings {
     let system = System::PhysicalLimit;
-    Settings { sbp, form, n_gamma, windows: 1, system, digits, max_iterations: 50, accuracy: None }
+    let (windows, max_iterations, accuracy, sensitivity) = (1, 50, None, false);
+    Settings { sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy, sensitivity }
 }
 
 /// A scene that starts at `q` with `q_dot`, on one window of `n_gamma` nodes.

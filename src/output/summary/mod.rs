@@ -109,6 +109,9 @@ struct Solved {
     /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     windows_unproved: Option<usize>,
+    /// With a sensitivity: the largest Lyapunov exponent and MEGNO.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sensitivity: Option<Value>,
     /// The gaps between nodes, if they were looked at.
     #[serde(flatten)]
     gaps: Option<Gaps>,
@@ -129,6 +132,7 @@ impl Summary {
             error_estimate: line.error_estimate,
             good_until: good_until(line),
             windows_unproved: line.windows_unproved,
+            sensitivity: line.sensitivity.as_ref().map(|it| json!({"lyapunov": it.lyapunov(), "megno": it.megno()})),
             gaps: judged.gaps.clone(),
         };
         // With an accuracy the scheme is the one that was chosen.

@@ -165,6 +165,7 @@ pub(super) fn append<S: Real>(
         let failure = NoSolution::marched(Status::OutsideDomain, places::place_of_overflow(line.geometry(), gamma, q));
         return Err(NoSolution { residual: gradient_norm, ..failure });
     }
+    line.sensitivity.iter_mut().for_each(|sensitivity| window.carry(sensitivity));
     let nodes = window.nodes();
     run.begin_window(operator, end, joint, Vec::new());
     let line = &mut run.line;

@@ -47,7 +47,8 @@ pub struct End {
     pub q: Vec<String>,
     /// dq/dγ of every coordinate with which the world-line can be continued.
     pub q_dot: Vec<String>,
-    /// Largest deviations on the way, with their names: those of [`maxima_of`](End::maxima_of).
+    /// Largest deviations on the way, and the growth of small changes, if it was asked for, with their names: those of
+    /// [`maxima_of`](End::maxima_of).
     pub maxima: Vec<(String, String)>,
     /// The estimated error, if an accuracy was asked for.
     pub error_estimate: Option<f64>,
@@ -67,18 +68,18 @@ pub struct Found {
 }
 
 impl End {
-    /// The names of the largest deviations that a run of `case` has.
+    /// The names of the largest deviations and of the growth that a run of `case` has.
     pub fn maxima_of(case: &Case) -> Vec<String> {
         let geometry: Geometry = case.geometry();
         let charges: Vec<&str> = geometry.ignorable().map(|a| geometry.names()[a].as_str()).collect();
         let invariants: Vec<&str> = case.invariants().iter().map(|(name, _)| name.as_str()).collect();
-        names_of_maxima(&charges, case.is_lifted(), &invariants)
+        names_of_maxima(&charges, case.is_lifted(), &invariants, case.settings().sensitivity)
     }
 }
 
-/// The names of deviations: those of the charges, of the equations, of K or the energy, of invariants. They are the
-/// keys of `summary.json`, those of a charge with its coordinate.
-fn names_of_maxima(charges: &[&str], is_lifted: bool, invariants: &[&str]) -> Vec<String> {
+/// The names of deviations: those of the charges, of the equations, of K or the energy, of invariants; last those of
+/// the growth, if there is one. They are the keys of `summary.json`, those of a charge with its coordinate.
+fn names_of_maxima(charges: &[&str], is_lifted: bool, invariants: &[&str], is_sensitive: bool) -> Vec<String> {
     let of_charge = |name: &&str| ["interior", "last", "corrected"].map(|at| format!("max_abs_delta_q_{name}_{at}"));
     let k = if is_lifted { "energy" } else { "k" };
     let mut names: Vec<String> = charges.iter().flat_map(of_charge).collect();
@@ -86,6 +87,7 @@ fn names_of_maxima(charges: &[&str], is_lifted: bool, invariants: &[&str]) -> Ve
     names.extend(["", "_ends"].map(|at| format!("max_abs_delta_{k}{at}")));
     names.extend(invariants.iter().map(|name| format!("max_abs_delta_{name}")));
     names.push("gradient_norm".to_owned());
+    names.extend(["lyapunov", "megno"].into_iter().filter(|_| is_sensitive).map(str::to_owned));
     names
 }
 
@@ -128,9 +130,10 @@ fn maxima<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Vec<(St
     values.extend(energy.map_or([norm.max_interior, norm.max_ends], |energy| [energy.max, energy.max_ends]));
     values.extend(invariants.iter().map(|invariant| invariant.max));
     values.push(line.gradient_norm);
+    values.extend(line.sensitivity.iter().flat_map(|it| [it.lyapunov(), it.megno()]).map(S::from));
     let charges: Vec<&str> = charges.iter().map(|charge| names[charge.terms[0].0].as_str()).collect();
     let further: Vec<&str> = invariants.iter().map(|invariant| invariant.name.as_str()).collect();
-    let names = names_of_maxima(&charges, energy.is_some(), &further).into_iter();
+    let names = names_of_maxima(&charges, energy.is_some(), &further, line.sensitivity.is_some()).into_iter();
     names.zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
 }
 

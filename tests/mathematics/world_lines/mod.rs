@@ -22,6 +22,7 @@ mod overflow;
 mod reasons;
 mod samples;
 mod schwarzschild;
+mod sensitivity;
 mod shipped_scenes;
 mod stops;
 mod tolerance;

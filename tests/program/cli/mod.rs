@@ -16,6 +16,7 @@ mod restart;
 mod run;
 mod samples;
 mod scenes;
+mod sensitivity;
 mod stability;
 #[cfg(unix)]
 mod streams;

@@ -1,0 +1,298 @@
+//! The linearised equations of a window on its own nodes: how small changes of its start change its end.
+//!
+//! ```text
+//! first order    δ = δ₀ + h A J δ
+//! second order   δq = δq₀ + h c δq̇₀ + h² A² J δq,    δq̇ = δq̇₀ + h A J δq
+//! ```
+//!
+//! for a unit vector δ₀ of each unknown, positions and momenta, where J is the Jacobian of the slopes on the nodes of
+//! the solved window. It is evaluated once, and sweeps solve these equations as they solve those of the motion. The
+//! ends of all δ are the columns of Φ, the derivative of the end of the window with respect to its start.
+
+use pulp::{Simd, WithSimd};
+
+use super::kernel::{Evaluate, Row, inverse};
+use super::linear::Linear;
+use super::rule::{Order, Rule, Tables};
+use super::sensitivity::Sensitivity;
+use super::system::System;
+use crate::geometry::{Geometry, Start};
+use crate::number::vector::{Lanes, Level, Nodes, Twofold, multiply};
+
+/// The sweeps of the motion converged, and these do at the same pace.
+const MOST_SWEEPS: usize = 200;
+/// Sweeps end where this part of the largest δ is left, relative to sizes, or where changes are rounding errors.
+const LEFT: f64 = 0.25 * f64::EPSILON;
+const NOISE: f64 = 4.0 * f64::EPSILON;
+
+/// The solutions for all unit vectors.
+pub(super) struct Tangents<'g, const N: usize> {
+    linear: Linear<'g, N>,
+    /// Number m of active coordinates, and of rows that sweeps iterate.
+    active: usize,
+    rows: usize,
+    /// The tables of a window of length 1.
+    tables: Tables<N>,
+    /// Where the terms of each row begin; terms are sorted by rows.
+    first: Vec<usize>,
+    /// h J or h² J, in the order of the terms.
+    jacobian: Vec<Nodes<N>>,
+    /// The rows of each δ on the nodes without, and with their slopes, and the slopes, δ by δ.
+    bases: Vec<Nodes<N>>,
+    deltas: Vec<Nodes<N>>,
+    slopes: Vec<Nodes<N>>,
+    /// By row and δ, size of the unit vector / size of the row.
+    weights: Vec<f64>,
+    /// Φ by rows.
+    matrix: Vec<f64>,
+}
+
+impl<'g, const N: usize> Tangents<'g, N> {
+    /// No solutions yet. `charges` are the momenta of ignorable coordinates by all coordinates.
+    pub(super) fn new(geometry: &'g Geometry, rule: &Rule<N>, charges: Vec<f64>) -> Self {
+        let mut linear = Linear::new(geometry);
+        linear.begin(&Start { q: Vec::new(), q_dot: Vec::new(), p: charges });
+        linear.rows.sort_by_key(|term| term.row);
+        let active = geometry.active().len();
+        let rows = if linear.order == Order::First { 2 * active } else { active };
+        let room = || vec![Nodes::ZERO; rows * 2 * active];
+        Self {
+            active,
+            rows,
+            tables: rule.tables(linear.order, Twofold::from(1.0), false),
+            first: (0..=rows).map(|row| linear.rows.partition_point(|term| term.row < row)).collect(),
+            jacobian: vec![Nodes::ZERO; linear.rows.len()],
+            bases: room(),
+            deltas: room(),
+            slopes: room(),
+            weights: Vec::new(),
+            matrix: vec![0.0; 4 * active * active],
+            linear,
+        }
+    }
+
+    /// Carries small changes over the finished window.
+    pub(super) fn follow(&mut self, window: &Finished<'_, 'g, N>, sensitivity: &mut Sensitivity) {
+        let n = 2 * self.active;
+        if sensitivity.inverse_sizes.is_empty() {
+            sensitivity.set_sizes((0..n).map(|k| self.inverse_size(window, k)).collect());
+        }
+        let inverse_sizes = &sensitivity.inverse_sizes;
+        let weight = |at: usize| inverse_sizes[at % self.rows] / inverse_sizes[at / self.rows];
+        self.weights.clear();
+        self.weights.extend((0..self.rows * n).map(weight));
+        Level::Best.dispatch(Follow { tangents: self, window, sensitivity });
+    }
+
+    /// 1/size of an unknown, which is 1 where it never moves. A momentum is as large as velocities make it.
+    fn inverse_size(&self, Finished { rows, metric, .. }: &Finished<'_, 'g, N>, k: usize) -> f64 {
+        let m = self.active;
+        let found = match (k.checked_sub(m), self.linear.order) {
+            (Some(place), Order::Second) => {
+                let parts = rows.iter().zip(&metric[place * m..]).map(|(row, g)| g.abs() * inverse(row.inverse_speed));
+                inverse(parts.fold(0.0, f64::max))
+            }
+            _ => rows[k].inverse_size,
+        };
+        if found > 0.0 { found } else { 1.0 }
+    }
+}
+
+/// A finished window of length `h`.
+pub(super) struct Finished<'a, 'g, const N: usize> {
+    pub(super) system: &'a System<'g, N>,
+    pub(super) rule: &'a Rule<N>,
+    pub(super) rows: &'a [Row<N>],
+    /// g_ab of active coordinates by rows, where velocities are unknowns.
+    pub(super) metric: &'a [f64],
+    pub(super) h: f64,
+    /// True where values are to be mended.
+    pub(super) is_mended: bool,
+}
+
+/// Solves the equations, and carries a sensitivity to the end of the window.
+struct Follow<'a, 'g, const N: usize> {
+    tangents: &'a mut Tangents<'g, N>,
+    window: &'a Finished<'a, 'g, N>,
+    sensitivity: &'a mut Sensitivity,
+}
+
+impl<const N: usize> WithSimd for Follow<'_, '_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, s: S) {
+        self.evaluate(s);
+        self.begin(s);
+        let (mut before, mut most) = (0.0, 1.0);
+        for _ in 0..MOST_SWEEPS {
+            let change;
+            (change, most) = self.sweep(s, most);
+            // The next change is at most as much smaller as this one is.
+            if change * change <= LEFT * most * before || change <= NOISE * most {
+                break;
+            }
+            before = change;
+        }
+        self.end(s);
+        let lengths = self.lengths(s);
+        self.grow(s, lengths);
+    }
+}
+
+impl<const N: usize> Follow<'_, '_, N> {
+    /// The Jacobian on the nodes.
+    #[inline(always)]
+    fn evaluate<S: Simd>(&mut self, s: S) {
+        let Tangents { linear, rows, jacobian, .. } = &mut *self.tangents;
+        let Finished { system, h, is_mended, .. } = self.window;
+        let nodes = system.positions.iter().chain(&system.momenta);
+        for (&to, &from) in linear.unknowns.iter().zip(nodes).take(*rows) {
+            linear.registers[to] = system.registers[from];
+        }
+        linear.is_mended = *is_mended;
+        Evaluate { registers: &mut linear.registers, steps: linear.steps }.with_simd(s);
+        linear.mend();
+        let scale = linear.order.power_of(*h);
+        for (entry, term) in jacobian.iter_mut().zip(&linear.rows) {
+            *entry = (Lanes::new(s, &linear.registers[term.register]) * (term.factor * scale)).nodes();
+        }
+    }
+
+    /// Every δ as if there were no slopes.
+    #[inline(always)]
+    fn begin<S: Simd>(&mut self, s: S) {
+        let Tangents { linear, active, rows, bases, deltas, .. } = &mut *self.tangents;
+        let Finished { system: System { geometry, .. }, rule, h, .. } = self.window;
+        for (at, base) in bases.iter_mut().enumerate() {
+            let (column, row) = (at / *rows, at % *rows);
+            *base = match (linear.order, column.checked_sub(*active), geometry.separable()) {
+                (Order::Second, Some(place), Some(inverse)) => {
+                    (Lanes::new(s, &rule.nodes[0]) * (h * inverse[row * *active + place])).nodes()
+                }
+                _ => Nodes([f64::from(u8::from(row == column)); N]),
+            };
+        }
+        deltas.copy_from_slice(bases);
+    }
+
+    /// One sweep over all δ, momenta first. Returns the largest change and the largest δ, relative to sizes.
+    #[inline(always)]
+    fn sweep<S: Simd>(&mut self, s: S, most: f64) -> (f64, f64) {
+        let Tangents { linear, active, rows, tables, first, jacobian, bases, deltas, slopes, weights, .. } =
+            &mut *self.tangents;
+        let zero = Lanes::splat(s, 0.0);
+        let (mut change, mut largest) = (zero, Lanes::splat(s, most));
+        let columns = 2 * *active;
+        for turn in 0..*rows {
+            let row = (turn + *active) % *rows;
+            for column in 0..columns {
+                let delta = &mut deltas[column * *rows..][..*rows];
+                let mut slope = zero;
+                for k in first[row]..first[row + 1] {
+                    let other = Lanes::new(s, &delta[linear.rows[k].column]);
+                    slope = Lanes::new(s, &jacobian[k]).mul_add(other, slope);
+                }
+                let at = column * *rows + row;
+                slopes[at] = slope.nodes();
+                let base = Lanes::new(s, &bases[at]);
+                let new = multiply(s, &tables.collocation, &slopes[at], [base, zero]);
+                let weight = weights[at];
+                change = change.max((new - Lanes::new(s, &delta[row])).abs() * weight);
+                largest = largest.max(new.abs() * weight);
+                delta[row] = new.nodes();
+            }
+        }
+        (change.largest(), largest.largest())
+    }
+}
+
+impl<const N: usize> Follow<'_, '_, N> {
+    /// Φ from the slopes.
+    #[inline(always)]
+    fn end<S: Simd>(&mut self, s: S) {
+        let Tangents { linear, active, rows, tables, slopes, matrix, .. } = &mut *self.tangents;
+        let Finished { system: System { geometry, .. }, metric, h, .. } = self.window;
+        let (m, n) = (*active, 2 * *active);
+        let [single, double] = [&tables.weights, &tables.end_weights].map(|weights| Lanes::new(s, &weights.high));
+        for column in 0..n {
+            let slopes = &slopes[column * *rows..][..*rows];
+            for row in 0..n {
+                let mut entry = f64::from(u8::from(row == column));
+                match (linear.order, row.checked_sub(m)) {
+                    (Order::Second, None) => {
+                        if let (Some(place), Some(inverse)) = (column.checked_sub(m), geometry.separable()) {
+                            entry = h * inverse[row * m + place];
+                        }
+                        entry += double.dot(Lanes::new(s, &slopes[row]));
+                    }
+                    (Order::Second, Some(place)) => {
+                        for b in 0..m {
+                            let gain = single.dot(Lanes::new(s, &slopes[b]));
+                            entry += metric[place * m + b] / h * gain;
+                        }
+                    }
+                    (Order::First, _) => entry += single.dot(Lanes::new(s, &slopes[row])),
+                }
+                matrix[row * n + column] = entry;
+            }
+        }
+    }
+
+    /// ln |δ| on the nodes, of the tangent that the sensitivity carries.
+    #[inline(always)]
+    fn lengths<S: Simd>(&self, s: S) -> Nodes<N> {
+        let Tangents { linear, active, rows, deltas, slopes, .. } = &*self.tangents;
+        let Sensitivity { tangent, inverse_sizes, .. } = &*self.sensitivity;
+        let (m, zero, Finished { rule, metric, h, .. }) = (*active, Lanes::splat(s, 0.0), self.window);
+        let mut square = zero;
+        for k in 0..2 * m {
+            let value = match (k.checked_sub(m), linear.order) {
+                (Some(place), Order::Second) => {
+                    let mut force = zero;
+                    for b in 0..m {
+                        let g = metric[place * m + b];
+                        force = combined(s, tangent, &slopes[b..], *rows).scale_add(g, force);
+                    }
+                    let start = Lanes::splat(s, h * tangent[k]);
+                    multiply(s, &rule.integral, &force.nodes(), [start, zero]) * h.recip()
+                }
+                _ => combined(s, tangent, &deltas[k..], *rows),
+            };
+            let relative = value * inverse_sizes[k];
+            square = relative.mul_add(relative, square);
+        }
+        Nodes(square.nodes().0.map(|square| 0.5 * square.ln()))
+    }
+
+    /// Carries the sensitivity to the end of the window.
+    #[inline(always)]
+    fn grow<S: Simd>(&mut self, s: S, lengths: Nodes<N>) {
+        let Tangents { tables, matrix, .. } = &*self.tangents;
+        let Finished { rule, h, .. } = self.window;
+        let Sensitivity { gamma, growth, integral, mean, .. } = &mut *self.sensitivity;
+        let (zero, weights) = (Lanes::splat(s, 0.0), Lanes::new(s, &tables.weights.high));
+        let logarithms = Lanes::new(s, &lengths) + *growth;
+        let integrals = multiply(s, &rule.integral, &logarithms.nodes(), [zero; 2]);
+        let integrals = integrals.scale_add(*h, Lanes::splat(s, *integral)).nodes();
+        let mut means = Nodes::ZERO;
+        for k in 0..rule.points() {
+            let place = *gamma + h * rule.nodes[0].0[k];
+            means.0[k] = if place > 0.0 { 2.0 * (lengths.0[k] + *growth - integrals.0[k] / place) } else { 0.0 };
+        }
+        *mean += h * weights.dot(Lanes::new(s, &means));
+        *integral += h * weights.dot(logarithms);
+        *gamma += h;
+        self.sensitivity.append(matrix);
+    }
+}
+
+/// Σ c_j v_j, of every so many values.
+#[inline(always)]
+fn combined<S: Simd, const N: usize>(s: S, factors: &[f64], values: &[Nodes<N>], every: usize) -> Lanes<S, N> {
+    let mut sum = Lanes::splat(s, 0.0);
+    for (j, &factor) in factors.iter().enumerate() {
+        sum = Lanes::new(s, &values[j * every]).scale_add(factor, sum);
+    }
+    sum
+}
