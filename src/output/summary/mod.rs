@@ -109,6 +109,9 @@ struct Solved {
     /// With an accuracy: windows of which it is not proved that nothing steep hides between their nodes.
     #[serde(skip_serializing_if = "Option::is_none")]
     windows_unproved: Option<usize>,
+    /// The number of events that have acted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    acting_events: Option<usize>,
     /// The gaps between nodes, if they were looked at.
     #[serde(flatten)]
     gaps: Option<Gaps>,
@@ -129,6 +132,7 @@ impl Summary {
             error_estimate: line.error_estimate,
             good_until: good_until(line),
             windows_unproved: line.windows_unproved,
+            acting_events: case.has_acting_events().then_some(run.acting_events),
             gaps: judged.gaps.clone(),
         };
         // With an accuracy the scheme is the one that was chosen.

@@ -41,7 +41,7 @@ pub(super) fn solve<S: Arithmetic>(
     let mut run = Run::new(setup, &Settings { sbp: SbpName::Gll(POINTS as u8), ..settings }, observer);
     run.line.accuracy = Some(wanted);
     let mut joint = JointOf::new(start);
-    let mut watches = Watches::new(geometry, start, &setup.until);
+    let mut watches = Watches::new(geometry, start, &setup.until, &setup.sides);
     let mut lengths = Lengths::default();
     loop {
         let mut window = match engine.next() {
@@ -59,15 +59,11 @@ pub(super) fn solve<S: Arithmetic>(
             watches.begin();
             (run.line.ended_by, run.line.ended_at) = (None, None);
         }
-        while let Some(change) = watches.change(&mut window).filter(|change| run.line.ended_by != Some(change.place)) {
-            let mut value = |state: &State| watches.at(change.place, state);
-            let is_found = engine.end_where(change.between, change.side, &mut value);
-            window = engine.window();
-            match is_found {
-                Ok(true) => run.line.ended_by = Some(change.place),
-                Ok(false) => break,
-                Err(failure) => return Err(failed(setup, (&engine, wanted), failure, &lengths)),
+        if !setup.until.is_empty() {
+            if let Err(failure) = cut(&mut engine, &mut watches, &mut run.line.ended_by) {
+                return Err(failed(setup, (&engine, wanted), failure, &lengths));
             }
+            window = engine.window();
         }
         watches.accept();
         if !window.is_last {
@@ -86,6 +82,23 @@ pub(super) fn solve<S: Arithmetic>(
     }
     run.line.handed = engine.window().handed();
     Ok(ended(setup, &engine, goal, run.line))
+}
+
+/// Cuts the window that was solved last where the first formula changes its sign, if one does.
+fn cut(engine: &mut Engine<'_>, watches: &mut Watches<'_>, ended_by: &mut Option<usize>) -> Result<(), Failure> {
+    let mut window = engine.window();
+    while let Some(change) = watches.change(&mut window).filter(|change| *ended_by != Some(change.place)) {
+        let near = watches.near(&change, &window);
+        let mut value = |state: &State| watches.at(change.place, state);
+        let mut end_where = |between| engine.end_where(between, change.side, &mut value);
+        let is_near = near.map_or(Ok(false), &mut end_where)?;
+        if !(is_near || end_where(change.between)?) {
+            break;
+        }
+        *ended_by = Some(change.place);
+        window = engine.window();
+    }
+    Ok(())
 }
 
 /// The engine at the start of the run.
@@ -240,14 +253,14 @@ fn failed<S: Real>(
     };
     let failure = NoSolution::adaptive(status, at);
     if status != Status::AccuracyNotReached {
-        return NoSolution { reasons: Box::new(Reasons { narrow: None, towards_zero }), ..failure };
+        return NoSolution { reasons: Box::new(Reasons { towards_zero, ..Reasons::default() }), ..failure };
     }
     let place = |gamma: f64, q: &[f64]| places::place(&setup.rough.geometry, setup.gamma_i.to_f64() + gamma, q);
     NoSolution {
         residual: engine.error_estimate().unwrap_or(f64::INFINITY),
         needed: engine.reachable().unwrap_or(0.0),
         asked: wanted.value(),
-        reasons: Box::new(Reasons { narrow: lengths.narrow(place), towards_zero }),
+        reasons: Box::new(Reasons { narrow: lengths.narrow(place), towards_zero, event: None }),
         ..failure
     }
 }
