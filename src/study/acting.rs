@@ -130,7 +130,7 @@ fn chain<S: Arithmetic>(
     let mut here = setup.clone();
     here.settings.accuracy = Some(accuracy);
     here.sides = Event::new(setup, &setup.rough.start, (reach(&here.limit, &here), &[])).sides;
-    let mut unresolved = 0;
+    let (mut unresolved, mut count) = (0, 0);
     loop {
         let mut line = match solve(&here) {
             Ok(line) => line,
@@ -138,12 +138,7 @@ fn chain<S: Arithmetic>(
         };
         add_up(&mut line, pieces.last());
         let first = line.ended_by.filter(|&place| here.until[place].change.is_some());
-        let rest = match here.limit {
-            Limit::Length(length) => Some(Limit::Length(length - line.length)),
-            limit @ Limit::Value { .. } => Some(limit),
-        };
-        let rest = rest.filter(|rest| !matches!(rest, Limit::Length(length) if *length <= S::ZERO));
-        let (Some(first), Some(limit)) = (first, rest) else {
+        let (Some(first), Some(limit)) = (first, rest_of(&here, &line)) else {
             // What acts at the end of the run changes nothing.
             line.ended_by = line.ended_by.filter(|_| first.is_none());
             pieces.push(Piece { line, setup: here, acted: Vec::new() });
@@ -155,16 +150,32 @@ fn chain<S: Arithmetic>(
         let shrinks = before.is_some_and(|(length, _)| line.length.to_f64() < length);
         let piles_up = unresolved > IN_TURN
             || is_same && shrinks && (unresolved > 0 || is_low(&here, &line, first))
-            || acting_events(&pieces) >= MOST_EVENTS;
+            || count >= MOST_EVENTS;
         let changed = if piles_up { Err(Status::EventsPileUp) } else { changed(&here, &line, first) };
         pieces.push(Piece { line, setup: here, acted: Vec::new() });
         let piece = pieces.last_mut().expect("it was added");
         match changed {
             Ok(event) => {
                 here = event.next(piece, limit, is_shaken);
+                count += event.acted.len();
                 piece.acted = event.acted;
             }
             Err(status) => return Err(stopped(setup, status, pieces, first)),
+        }
+    }
+}
+
+/// The way from the end of a piece to that of the run; `None` if it is no longer than the rounding of γ or of the
+/// coordinate.
+fn rest_of<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<Limit<S>> {
+    let is_left = |rest: S, size: S| rest.to_f64().abs() > SHORT * size.to_f64().abs();
+    match setup.limit {
+        Limit::Length(length) => {
+            let rest = length - line.length;
+            (rest > S::ZERO && is_left(rest, line.gamma_f())).then_some(Limit::Length(rest))
+        }
+        Limit::Value { coordinate, value } => {
+            is_left(value - line.last_joint().q[coordinate], value).then_some(setup.limit)
         }
     }
 }

@@ -19,6 +19,8 @@ use crate::sbp::SbpName;
 
 /// A coordinate that is below this part of its size may be on its way to 0.
 const SMALL: f64 = 1e-4;
+/// Changes of sign are at one place if they shorten a window by no more than this share of γ.
+const AT_ONE_PLACE: f64 = 1e-14;
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
 /// The most sweeps that a run may need: a day. At its pace a run that needs more is ended early.
@@ -86,8 +88,13 @@ pub(super) fn solve<S: Arithmetic>(
 
 /// Cuts the window that was solved last where the first formula changes its sign, if one does.
 fn cut(engine: &mut Engine<'_>, watches: &mut Watches<'_>, ended_by: &mut Option<usize>) -> Result<(), Failure> {
-    let mut window = engine.window();
+    let (mut window, mut length) = (engine.window(), f64::INFINITY);
     while let Some(change) = watches.change(&mut window).filter(|change| *ended_by != Some(change.place)) {
+        // Formulas that are zero at one place are behind each other by rounding, in turns.
+        if window.length + AT_ONE_PLACE * (window.gamma + window.length) >= length {
+            break;
+        }
+        length = if ended_by.is_some() { window.length } else { length };
         let near = watches.near(&change, &window);
         let mut value = |state: &State| watches.at(change.place, state);
         let mut end_where = |between| engine.end_where(between, change.side, &mut value);

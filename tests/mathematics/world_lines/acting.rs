@@ -48,7 +48,7 @@ fn solved(text: &str, settings: &[&str]) -> Result<Run, NoSolution> {
 /// The times of the bounces of the ball, and its speed after each.
 fn bounces(e: f64) -> impl Iterator<Item = (f64, f64)> {
     let first = (2.0 / 9.81_f64).sqrt();
-    let after = |(t, v): (f64, f64)| (t + 2.0 * v / 9.81, e * v);
+    let after = move |(t, v): (f64, f64)| (t + 2.0 * v / 9.81, e * v);
     std::iter::successors(Some((first, e * 9.81 * first)), move |&bounce| Some(after(bounce)))
 }
 

@@ -30,7 +30,9 @@ fn tables_have_the_rows_before_and_after_an_event() {
     let turns: Vec<_> = table.windows(2).filter(|pair| pair[0][0] == pair[1][0] && pair[0][2] != pair[1][2]).collect();
     assert_eq!(turns.len(), 8);
     for pair in &turns {
-        assert!(pair[0][1] == pair[1][1] && pair[1][2] == -0.9 * pair[0][2] && pair[1][3] == pair[0][3] + 1.0);
+        let [before, after] = [&pair[0], &pair[1]];
+        assert!((before[1] - after[1]).abs() < 1e-12 && (after[2] + 0.9 * before[2]).abs() < 1e-12, "{pair:?}");
+        assert_eq!(after[3], before[3] + 1.0);
     }
     assert_eq!(table.len(), rows(&out.join("residuals.csv"), &["gamma"]).len());
     let events = rows(&out.join("events.csv"), &["gamma"]);
