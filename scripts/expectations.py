@@ -438,6 +438,29 @@ def integrate(scene, length, until=None):
     return y, gone
 
 
+def with_events(scene, length, events):
+    """The same with the events that act, of Newton's law and of velocities alone, each after the one before."""
+    velocities, gone = [f"{name}_dot" for name in scene.coordinates], mpf(0)
+    state = lambda y: dict(zip(scene.coordinates, y)) | dict(zip(velocities, scene.velocity(y)))
+    names = lambda y: scene.formulas.parameters | state(y)
+    (event,) = events
+    when = parse(event["when"])[0]
+    sets = {scene.names.index(key.removesuffix("_dot")): parse(text)[0] for key, text in event["set"].items()}
+    first = len(scene.coordinates)
+    while gone < length:
+        y, part = integrate(scene, length - gone, lambda y: when(names(y)))
+        gone += part
+        if gone < length:
+            before, ahead = names(y), extrapolated_step(scene.rates, y, mpf("1e-6"))[0]
+            if (when(names(ahead)) < 0) == (event["direction"] == "down"):
+                for place, formula in sets.items():
+                    y[first + place] = formula(before)
+            # The zero itself is left behind.
+            y, gone = extrapolated_step(scene.rates, y, mpf("1e-6"))[0], gone + mpf("1e-6")
+        scene.state = y
+    return y, gone
+
+
 def without_whole_periods(scene, length):
     """What is left of a length when whole periods of a motion from rest in V(x) are taken out, and their t is put in:
     as long as it takes to rest again, at the other end, it takes to come back."""
@@ -572,6 +595,9 @@ def solve(case):
         formula, velocities = parse(grid["until"])[0], [f"{name}_dot" for name in scene.coordinates]
         names = lambda y: dict(zip(scene.coordinates, y)) | dict(zip(velocities, scene.velocity(y)))
         until = lambda y: formula(scene.formulas.parameters | names(y))
+    if acting := [event for event in case.get("events", {}).values() if "set" in event]:
+        y, gone = with_events(scene, length, acting)
+        return dict(zip(scene.coordinates, y)), gamma_i + gone
     left = without_whole_periods(scene, length) if grid.get("windows", 1) > MOST_WINDOWS else length
     y, gone = integrate(scene, left, until)
     return dict(zip(scene.coordinates, y)), gamma_i + gone + length - left

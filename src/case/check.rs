@@ -5,9 +5,10 @@ use super::initial::Initial;
 use super::reader::{Field, Section};
 use super::scenery::Scenery;
 use super::start::{self, NoStart, Solved};
-use super::{bodies, conformal, metric, potential};
+use super::{Case, bodies, conformal, metric, potential};
 use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText, Start, Tau};
 use crate::number::Real;
+use crate::solve::Quantity;
 
 /// Reads the one of `[metric]` and `[potential]` that is given.
 pub(super) fn geometry<'t>(
@@ -266,4 +267,41 @@ fn check_motion<S: Real>(
         return Err(initial.section.error(message).with_help(help));
     }
     if is_null { Ok(None) } else { scenery.tau(k, geometry.has_force()) }
+}
+
+/// Refuses events that act where they cannot.
+pub(super) fn acting(case: &Case, events: &Section<'_>) -> Result<(), CaseError> {
+    let is_conformal = match case.geometry_text() {
+        GeometryText::Metric(metric) => metric.conformal.is_some(),
+        GeometryText::Potential(potential) => potential.conformal.is_some(),
+    };
+    let names = case.coordinates();
+    for (event, field) in case.events().iter().zip(events.fields()).filter(|(event, _)| !event.set.is_empty()) {
+        let of = |quantity: Quantity| match quantity {
+            Quantity::Position(a) | Quantity::Velocity(a) | Quantity::Momentum(a) => (a, quantity),
+        };
+        let is_added = |a: usize| case.is_lifted() && (a == 0 || a + 1 == names.len());
+        let (message, help) = if !case.solver.chooses_windows() {
+            ("an event acts where windows end, and here they are given", "give solver.accuracy or solver.tolerance")
+        } else if case.is_backward() {
+            ("an event that acts cannot be undone, and the run goes backward", "begin at the other end")
+        } else if case.solver.sensitivity {
+            ("no sensitivity is carried through an event that acts", "leave solver.sensitivity out")
+        } else if is_conformal {
+            ("no event acts in a scene with a conformal factor, which changes the pace of gamma", "leave conformal out")
+        } else if event.set.iter().any(|(quantity, _)| is_added(of(*quantity).0)) {
+            ("with Newton's law t runs by itself, and s follows from the energy", "set the other coordinates")
+        } else if case.grid().t_f.is_some()
+            && event
+                .set
+                .iter()
+                .any(|(quantity, _)| matches!(of(*quantity), (a, Quantity::Position(_)) if names[a] == "t"))
+        {
+            ("an event sets t, by which the run ends", "end it at gamma_f")
+        } else {
+            continue;
+        };
+        return Err(field.key_error(format!("{message} ({})", field.path)).with_help(help.to_owned()));
+    }
+    Ok(())
 }

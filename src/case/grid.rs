@@ -34,6 +34,7 @@ pub fn on_grid<S: Real>(
         carried: None,
         limit: Limit::Length(length),
         until: Vec::new(),
+        sides: Vec::new(),
         settings: Settings { sbp, form, n_gamma, windows, accuracy: None, ..setup.settings },
         ..setup.clone()
     })

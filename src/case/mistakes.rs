@@ -84,6 +84,7 @@ const KINDS: &[(&str, Check)] = &[
     ("events.*.when", FORMULA),
     ("events.*.direction", |field| direction(field).map(drop)),
     ("events.*.until", FLAG),
+    ("events.*.set.*", FORMULA),
     ("plot.x", FORMULA),
     ("plot.y", FORMULA),
     ("tables.*.file", TEXT),

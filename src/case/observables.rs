@@ -10,6 +10,7 @@ use crate::formula::similar::nearest;
 use crate::formula::{Graph, Names, parse};
 use crate::geometry::{Direction, GeometryText, observed};
 use crate::number::spline::Table;
+use crate::solve::Quantity;
 
 /// An entry of `[events]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,6 +23,8 @@ pub struct Event {
     pub direction: Direction,
     /// True if the first one ends the run.
     pub until: bool,
+    /// What it sets, with the formulas of that: the state is changed, and the run goes on from there.
+    pub set: Vec<(Quantity, String)>,
 }
 
 /// `[plot]`: the axes of the picture of the orbit, as formulas of positions and velocities.
@@ -95,14 +98,56 @@ impl<'s> Formulas<'s> {
     fn event(&self, field: &Field<'_>) -> Result<Event, CaseError> {
         names::check_event(field)?;
         let mut section = field.section()?;
-        let (when, direction, until) = (section.take("when"), section.take("direction"), section.take("until"));
+        let [when, direction, until, set] = ["when", "direction", "until", "set"].map(|key| section.take(key));
         let when = when.ok_or_else(|| section.error(format!("the event '{}' has no `when`", field.key)))?;
+        let until = until.map_or(Ok(false), |field| field.is_true())?;
+        if let (true, Some(set)) = (until, &set) {
+            let help = "leave one of them out: an event ends the run, or the run goes on from what it sets";
+            return Err(set
+                .key_error(format!("the event '{}' has both until and set", field.key))
+                .with_help(help.to_owned()));
+        }
         Ok(Event {
             name: field.key.clone(),
             when: self.of_velocities(&when)?,
             direction: direction.map_or(Ok(Direction::default()), |field| self::direction(&field))?,
-            until: until.map_or(Ok(false), |field| field.is_true())?,
+            until,
+            set: set.map_or(Ok(Vec::new()), |field| self.set(&field))?,
         })
+    }
+
+    /// What an event sets.
+    fn set(&self, field: &Field<'_>) -> Result<Vec<(Quantity, String)>, CaseError> {
+        let fields = field.section()?.fields();
+        let set: Vec<(Quantity, String)> = (fields.iter())
+            .map(|field| Ok((self.quantity(field)?, self.of_velocities(field)?)))
+            .collect::<Result<_, CaseError>>()?;
+        let has = |of: fn(&Quantity) -> bool| set.iter().any(|(quantity, _)| of(quantity));
+        if has(|it| matches!(it, Quantity::Velocity(_))) && has(|it| matches!(it, Quantity::Momentum(_))) {
+            let help = "the others follow from the metric".to_owned();
+            return Err(field.key_error("an event sets velocities or momenta, not both").with_help(help));
+        }
+        if set.is_empty() {
+            return Err(field.key_error("an event that acts sets something: set is empty"));
+        }
+        Ok(set)
+    }
+
+    /// The quantity that the key of a field names: q, q_dot or p_q of a coordinate q.
+    fn quantity(&self, field: &Field<'_>) -> Result<Quantity, CaseError> {
+        let key = field.key.as_str();
+        if self.parameters.iter().any(|(name, _)| name == key) {
+            let help = "an event sets coordinates q, velocities q_dot or momenta p_q".to_owned();
+            return Err(field
+                .key_error(format!("'{key}' is a parameter, which is one number all the way"))
+                .with_help(help));
+        }
+        let (name, quantity): (&str, fn(usize) -> Quantity) = match (key.strip_suffix("_dot"), key.strip_prefix("p_")) {
+            (Some(name), _) => (name, Quantity::Velocity),
+            (None, Some(name)) => (name, Quantity::Momentum),
+            (None, None) => (key, Quantity::Position),
+        };
+        Ok(quantity(names::index_of(name, field, self.coordinates)?))
     }
 
     /// Reads `[plot]`.

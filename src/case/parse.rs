@@ -63,9 +63,8 @@ impl Case {
             let exact = check::start::<Extended>(&scenery, &initial, geometry, rounding(solver.digits))?;
             (found.is_double, found.tau) = (exact.is_double, exact.tau);
         }
-        let is_double = found.is_double;
-        let (start, compiled) = found.place(&mut scenery, &initial)?;
-        let (names, parameters) = (scenery.text.coordinates(), scenery.text.parameters());
+        let (is_double, (start, compiled)) = (found.is_double, found.place(&mut scenery, &initial)?);
+        let (names, parameters, events) = (scenery.text.coordinates(), scenery.text.parameters(), events?);
         let formulas = Formulas::of(&scenery.text, &names);
         let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
         let context = Context { gamma_i, source, names: &names, parameters, formulas: &formulas, start: &start };
@@ -75,7 +74,7 @@ impl Case {
             grid: settings::grid(grid?, operator, &context)?,
             expect: settings::expect(expect?, &context)?,
             invariants: formulas.invariants(&invariants?)?,
-            events: formulas.events(&events?)?,
+            events: formulas.events(&events)?,
             axes: formulas.axes(plot?)?,
             preset: scenery.preset.map(|preset| preset.name),
             is_of_x: source.is_of_x,
@@ -93,6 +92,7 @@ impl Case {
             tables: tables.files,
             text: source.text.clone(),
         };
+        check::acting(&case, &events)?;
         if let Some(preset) = scenery.preset {
             metric::check_use(preset, &scenery.fields, |name| case.is_used(name))?;
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Case, Event};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::number::Real;
-use crate::solve::{Continuation, Place, Setup, Until};
+use crate::solve::{Change, Continuation, Place, Setup, Until};
 use crate::trajectory::Watch;
 
 impl Case {
@@ -65,6 +65,31 @@ impl Case {
         self.events().iter().map(watch).collect()
     }
 
+    /// The events that act, with their indices.
+    fn acting(&self) -> impl Iterator<Item = (usize, &Event)> {
+        self.events().iter().enumerate().filter(|(_, event)| !event.set.is_empty())
+    }
+
+    /// Returns true if an event changes the state.
+    pub fn has_acting_events(&self) -> bool {
+        self.acting().next().is_some()
+    }
+
+    /// The indices of events that act, by the places of the formulas that end runs.
+    pub(crate) fn acting_watches(&self) -> Vec<Option<usize>> {
+        let ending = self.events().iter().filter(|event| event.until).count() + usize::from(self.until().is_some());
+        std::iter::repeat_n(None, ending).chain(self.acting().map(|(watch, _)| Some(watch))).collect()
+    }
+
+    /// The change of the state that an event makes.
+    fn change(&self, event: &Event) -> Change {
+        Change {
+            name: event.name.clone(),
+            set: event.set.iter().map(|(quantity, formula)| (*quantity, self.observable(formula))).collect(),
+            is_lifted: self.is_lifted(),
+        }
+    }
+
     /// A formula of what the solver computes.
     fn observable<S: Real>(&self, formula: &str) -> Observable<S> {
         let observable = observable(self.geometry_text(), formula);
@@ -78,14 +103,18 @@ impl Case {
 
     /// The settings of a solver.
     pub fn setup<S: Real>(&self) -> Setup<S> {
-        let ending =
-            self.events().iter().filter(|event| event.until).map(|event| (event.when.as_str(), event.direction));
-        let until = self.until().map(|formula| (formula, Direction::Both)).into_iter().chain(ending);
+        let ending = self.events().iter().filter(|event| event.until);
+        let ending = ending.map(|event| (event.when.as_str(), event.direction, None));
+        let acting = self.acting().map(|(_, event)| (event.when.as_str(), event.direction, Some(self.change(event))));
+        let until = self.until().map(|formula| (formula, Direction::Both, None)).into_iter();
+        // Where an event that acts meets one that ends the run, the run ends.
+        let until = until.chain(ending).chain(acting);
         let until = until
-            .map(|(formula, direction)| Until {
+            .map(|(formula, direction, change)| Until {
                 formula: self.observable(formula),
                 rough: self.observable(formula),
                 direction,
+                change,
             })
             .collect();
         let place: Place<S> = self.place();
@@ -103,6 +132,7 @@ impl Case {
             is_backward: self.is_backward(),
             limit: self.limit(),
             until,
+            sides: Vec::new(),
             regularised: self.scheme.regularised,
             floors: self.solver.floor.iter().map(|(a, size)| (*a, self.value(size))).collect(),
             settings: self.settings().within::<S>(),

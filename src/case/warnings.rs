@@ -101,6 +101,7 @@ impl Case {
         formulas.extend(self.grid.until.as_deref());
         formulas.extend(self.invariants.iter().map(|(_, text)| text.as_str()));
         formulas.extend(self.events.iter().map(|event| event.when.as_str()));
+        formulas.extend(self.events.iter().flat_map(|event| event.set.iter().map(|(_, text)| text.as_str())));
         formulas.extend(self.axes.iter().flat_map(|axes| [axes.x.as_str(), axes.y.as_str()]));
         formulas
     }

@@ -102,7 +102,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     if !args.case.is_given() {
         return base_cases::converge(args);
     }
-    let case = args.case.read()?;
+    let case = args.case.read_for_study()?;
     args.output.check_standard_output()?;
     let target = args.output.target(&args.case, COMMAND)?;
     let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };

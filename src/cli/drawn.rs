@@ -35,7 +35,8 @@ pub(super) fn picture_names(case: &Case) -> Vec<&'static str> {
 
 /// The pictures, in the order of their names.
 fn pictures<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
-    let Run { line, diagnostics, sums, events, .. } = run;
+    let Run { line, sums, events, .. } = run;
+    let parts = run.parts();
     let axes = |(name, Axes { x, y }): (String, Axes)| {
         let (formulas, is_lone) = ([&x, &y].map(|formula| case.axis(formula)), name.is_empty());
         let labels = if is_lone { [x, y] } else { ["x", "y"].map(str::to_owned) };
@@ -44,12 +45,12 @@ fn pictures<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
     };
     let orbits: Vec<(String, PlotAxes<S>)> = case.orbits(line.geometry()).into_iter().map(axes).collect();
     let mut drawn = vec![
-        pictures::orbit(title, line, &orbits),
-        pictures::charges(title, line, diagnostics, sums),
-        pictures::mesh(title, line),
+        pictures::orbit(title, &parts, &orbits),
+        pictures::charges(title, &parts, sums),
+        pictures::mesh(title, &parts),
     ];
     if !case.events().is_empty() {
-        drawn.push(pictures::section(title, line, &orbits[0].1, &event_names(case), events));
+        drawn.push(pictures::section(title, &parts, &orbits[0].1, &event_names(case), events));
     }
     if case.is_of_x() {
         drawn.extend(pictures_of_x(title, case, run));

@@ -103,6 +103,16 @@ impl CaseArgs {
         Ok(Case::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?)
     }
 
+    /// Reads a case for a study of schemes, of which none knows events that act.
+    pub(super) fn read_for_study(&self) -> anyhow::Result<Case> {
+        let case = self.read()?;
+        if case.has_acting_events() {
+            let help = "take their `set` out, or use run, run --vary and check";
+            return Err(Refusal::usage("this study of schemes knows no events that act").help(help).into());
+        }
+        Ok(case)
+    }
+
     /// Reads the text of a case, with the same note.
     pub(super) fn read_text(&self) -> anyhow::Result<String> {
         let name = self.name();

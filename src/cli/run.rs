@@ -12,8 +12,8 @@ use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::{
-    CASE, OutputSet, SUMMARY, StreamedTable, Summary, write_branches, write_events, write_residuals, write_samples,
-    write_sensitivity, write_trajectory,
+    CASE, OutputSet, SUMMARY, StreamedTable, Summary, write_branches, write_events, write_residuals_of, write_samples,
+    write_sensitivity, write_trajectory_of,
 };
 use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
@@ -301,6 +301,10 @@ fn check_options(case: &Case, args: &RunArgs) -> anyhow::Result<()> {
             .help(help)
             .into());
     }
+    if case.has_acting_events() && args.reference {
+        let help = "leave --reference out: such a run is compared with a second one in any case";
+        return Err(Refusal::usage("the Taylor method of --reference knows no events that act").help(help).into());
+    }
     Ok(())
 }
 
@@ -364,7 +368,7 @@ fn solved<S: Arithmetic>(
 /// Writes the tables. The two large ones are written in parallel: at a million nodes that is most of the work that is
 /// left after the solve.
 fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &Run<S>) -> anyhow::Result<()> {
-    let Run { line, diagnostics, samples, events, .. } = run;
+    let Run { line, samples, events, .. } = run;
     let (names, digits) = (line.geometry().names(), line.digits);
     let cannot = |name: &'static str| move || format!("cannot write {name}");
     if args.samples.wanted() {
@@ -377,10 +381,11 @@ fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &R
     if !run.is_whole {
         return Ok(());
     }
+    let parts = run.parts();
     let (trajectory, residuals) = scope(|scope| {
-        let write = || write_residuals(files.writer(RESIDUALS), line, diagnostics, args.every);
+        let write = || write_residuals_of(files.writer(RESIDUALS), &parts, args.every);
         let residuals = Builder::new().spawn_scoped(scope, write);
-        let trajectory = write_trajectory(files.writer(TRAJECTORY), line, diagnostics, args.every);
+        let trajectory = write_trajectory_of(files.writer(TRAJECTORY), &parts, args.every);
         // Where there is no room for a thread, one table follows the other.
         let join = |thread: ScopedJoinHandle<'_, _>| thread.join().expect("writing a table does not panic");
         (trajectory, residuals.map_or_else(|_| write(), join))

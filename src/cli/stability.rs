@@ -73,7 +73,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
-    let case = &args.case.read()?;
+    let case = &args.case.read_for_study()?;
     if !case.is_of_x() && !args.t_dot.is_empty() {
         let refusal = Refusal::usage("--t-dot is for cases of one coordinate");
         anyhow::bail!(refusal.help("the lengths of a scene are those of --gamma-f"));

@@ -119,7 +119,11 @@ impl<S: Real> Told<'_, S> {
             Form::Strong if most[1] > most[0] => format!(" ({:.1e} at the last node of the strong form)", most[1]),
             _ => String::new(),
         };
-        (!told.is_empty()).then(|| format!("{}, to {:.1e}{at_last}", listed(told.into_iter()), most[0]))
+        let pieces = match self.run.acting_events {
+            0 => String::new(),
+            count => format!(", in pieces between {count} events"),
+        };
+        (!told.is_empty()).then(|| format!("{}, to {:.1e}{at_last}{pieces}", listed(told.into_iter()), most[0]))
     }
 
     /// The quantities that are not built in and so measure the error: K or the energy, invariants, and the work of

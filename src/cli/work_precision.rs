@@ -89,7 +89,7 @@ fn length(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCode> {
-    let case = &args.case.read()?;
+    let case = &args.case.read_for_study()?;
     for warning in case.warnings() {
         report::warn(&warning);
     }

@@ -12,6 +12,8 @@ const IDLE: usize = 100;
 /// The place that the polynomial of a window tells is looked at first with so much room, relative to the distance of
 /// two nodes.
 const ROOM: f64 = 1e-4;
+/// A root is looked for again if it is nearer to the start of the run than this share of where it was looked for.
+const NEARER: f64 = 0.25;
 
 impl<const N: usize> Adaptive<'_, N> {
     /// Ends the run in the window that was accepted, if it gets to the target there.
@@ -109,10 +111,22 @@ fn root_between(
     if at_low * side <= 0.0 || at_high * side > 0.0 {
         return None;
     }
-    if at_high == 0.0 {
-        return Some(high);
+    loop {
+        if at_high == 0.0 {
+            return Some(high);
+        }
+        let root = try_root([low, at_low], [high, at_high], 2.0 * f64::EPSILON * (gamma + high), &mut value)?;
+        // A root near the start of a run has digits of its own.
+        let near = 2.0 * root;
+        if gamma + near > NEARER * (gamma + high) {
+            return Some(root);
+        }
+        let at_near = value(near)?;
+        if at_near * side > 0.0 {
+            return Some(root);
+        }
+        (high, at_high) = (near, at_near);
     }
-    try_root([low, at_low], [high, at_high], 2.0 * f64::EPSILON * (gamma + high), value)
 }
 
 #[cfg(test)]

@@ -56,12 +56,20 @@ struct Column<'c, S> {
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_trajectory<S: Real>(
-    mut out: impl Write,
+    out: impl Write,
     run: &WorldLine<S>,
     measured: &Diagnostics<S>,
     every: usize,
 ) -> csv::Result<()> {
-    write(run, measured, Contents::Trajectory, Rows::all(run, every), &mut out)
+    write_trajectory_of(out, &[(run, measured)], every)
+}
+
+/// The same of a run in pieces. Where an event has acted, two rows have the same gamma.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn write_trajectory_of<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
+    write_parts(parts, Contents::Trajectory, every, &mut out)
 }
 
 /// Writes `residuals.csv`: gamma; for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A` for
@@ -71,12 +79,37 @@ pub fn write_trajectory<S: Real>(
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_residuals<S: Real>(
-    mut out: impl Write,
+    out: impl Write,
     run: &WorldLine<S>,
     measured: &Diagnostics<S>,
     every: usize,
 ) -> csv::Result<()> {
-    write(run, measured, Contents::Residuals, Rows::all(run, every), &mut out)
+    write_residuals_of(out, &[(run, measured)], every)
+}
+
+/// The same of a run in pieces.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn write_residuals_of<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
+    write_parts(parts, Contents::Residuals, every, &mut out)
+}
+
+/// A piece of a run, and what was measured on it.
+type Part<'p, S> = (&'p WorldLine<S>, &'p Diagnostics<S>);
+
+/// The table of a run, piece by piece.
+fn write_parts<S: Real>(
+    parts: &[Part<'_, S>],
+    contents: Contents,
+    every: usize,
+    out: &mut dyn Write,
+) -> csv::Result<()> {
+    let has_windows = parts.last().is_some_and(|(run, _)| run.window_count > 1);
+    for (index, (run, measured)) in parts.iter().enumerate() {
+        write(run, measured, contents, Rows { has_header: index == 0, has_windows, every }, out)?;
+    }
+    Ok(())
 }
 
 /// The table of a run, whatever the number of its coordinates.

@@ -156,6 +156,9 @@ impl NoSolution {
         let Self { status, residual, needed, .. } = self;
         let count = self.iterations.count;
         let place = Point { gamma: self.gamma, point: &self.point };
+        if let Some(event) = &self.reasons.event {
+            return event.message(f, self, &place);
+        }
         match (status, &self.domain) {
             (Status::OutsideDomain, Domain::G00(g00)) => {
                 write!(f, "the geodesic leaves the domain at {place}: g00 = {g00:.3e} (iteration {count}")?;
@@ -264,7 +267,7 @@ impl NoSolution {
                 "ask for fewer solver.digits; if f64 is in difficulties too (solver.digits = 16), raise n_gamma or \
                  windows so that every turn of the motion is resolved"
             }
-            (Status::AccuracyNotReached | Status::EvaluationLimit | Status::TooManyNodes, _) => {
+            (Status::AccuracyNotReached | Status::EvaluationLimit | Status::TooManyNodes | Status::EventsPileUp, _) => {
                 self.advice_to_an_accuracy()
             }
             (Status::Stalled | Status::Singular, _) => {
@@ -291,9 +294,14 @@ impl NoSolution {
                 "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay \
                  away from the horizon, or raise c"
             }
+            (Status::OutsideDomain, _) if self.reasons.event.is_some() => "look at the formulas of its set there",
             (Status::OutsideDomain, _) => {
                 "end the run before this gamma, choose initial data that stay away from the place, or coordinates in \
                  which the metric is regular there"
+            }
+            (Status::EventsPileUp, _) => {
+                "end the run before, at an earlier gamma or by an event with until = true, where what remains of the \
+                 motion counts as rest"
             }
             (Status::EndTimeNotReached, Domain::G00(_) | Domain::Overflow(_)) => {
                 "give gamma_f or an earlier t_f: t hardly grows any more, or jumps over it"

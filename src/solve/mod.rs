@@ -25,6 +25,7 @@
 //! The reason of a failure has its place and an advice, and prints as a sentence.
 
 mod accuracy;
+mod acting;
 mod arithmetic;
 mod collocation;
 mod continuation;
@@ -55,6 +56,8 @@ mod status;
 mod window;
 mod world_line;
 
+pub(crate) use acting::{Beginning, MOST_EVENTS};
+pub use acting::{Change, LastEvent, Quantity};
 pub use arithmetic::Arithmetic;
 pub use continuation::{Carried, Continuation};
 pub use failure::{Domain, NoSolution};
@@ -76,6 +79,8 @@ use self::run::{Observer, Run};
 /// solved by Newton's method with a sparse LU, in time linear in N in practice.
 ///
 /// With [`Settings::accuracy`] the program chooses operator and windows itself, see [`WorldLine::error_estimate`].
+///
+/// A run with events that act ends at the first of them; [`crate::study::acting`] goes on from there.
 ///
 /// # Errors
 /// [`NoSolution`] says how the solve ended, where, and with what residual. An unconverged trajectory is never returned.

@@ -3,6 +3,7 @@
 
 use std::fmt;
 
+use super::acting::LastEvent;
 use super::failure::At;
 use super::point::Point;
 
@@ -34,6 +35,8 @@ pub struct Reasons {
     pub narrow: Option<Narrow>,
     /// The names of coordinates that come to 0 where it failed, if the motion has no rates there.
     pub towards_zero: Vec<String>,
+    /// The event at which it failed, if one acted there.
+    pub event: Option<LastEvent>,
 }
 
 /// The narrowest windows of a run so far.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::acting::Change;
 use super::continuation::Carried;
 use super::world_line::Place;
 use crate::action::Form;
@@ -44,12 +45,19 @@ pub struct Until<S = f64> {
     pub rough: Observable,
     /// Which changes count.
     pub direction: Direction,
+    /// The change of the state there, if it is not to end the whole run.
+    pub change: Option<Change>,
 }
 
 impl<S> Until<S> {
     /// The same in `f64`.
     fn in_f64(&self) -> Until {
-        Until { formula: self.rough.clone(), rough: self.rough.clone(), direction: self.direction }
+        Until {
+            formula: self.rough.clone(),
+            rough: self.rough.clone(),
+            direction: self.direction,
+            change: self.change.clone(),
+        }
     }
 }
 
@@ -110,6 +118,8 @@ pub struct Setup<S: Real = f64> {
     pub limit: Limit<S>,
     /// Formulas at whose first change of sign it ends before that.
     pub until: Vec<Until<S>>,
+    /// The signs of these at the start, if they are known.
+    pub sides: Vec<f64>,
     /// D̄ (true) or D (false) in the action.
     pub regularised: bool,
     /// Sizes of coordinates below which an accuracy is absolute.
@@ -129,6 +139,7 @@ impl<S: Real> Clone for Setup<S> {
             carried: self.carried.clone(),
             limit: self.limit,
             until: self.until.clone(),
+            sides: self.sides.clone(),
             regularised: self.regularised,
             floors: self.floors.clone(),
             settings: self.settings,
@@ -143,6 +154,11 @@ impl<S: Real> From<&Self> for Setup<S> {
 }
 
 impl<S: Real> Setup<S> {
+    /// Returns true if an event changes the state.
+    pub fn has_acting_events(&self) -> bool {
+        self.until.iter().any(|until| until.change.is_some())
+    }
+
     /// The same in `f64`.
     pub(super) fn in_f64(&self) -> Setup {
         Setup {
@@ -157,6 +173,7 @@ impl<S: Real> Setup<S> {
                 Limit::Value { coordinate, value } => Limit::Value { coordinate, value: value.to_f64() },
             },
             until: self.until.iter().map(Until::in_f64).collect(),
+            sides: self.sides.clone(),
             regularised: self.regularised,
             floors: self.floors.clone(),
             settings: self.settings.within::<f64>(),

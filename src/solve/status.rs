@@ -32,6 +32,8 @@ pub enum Status {
     EvaluationLimit,
     /// The run would have more nodes than memory holds.
     TooManyNodes,
+    /// Events that act follow each other faster than rounding resolves, or there are too many of them.
+    EventsPileUp,
 }
 
 impl Status {
@@ -48,6 +50,7 @@ impl Status {
             Self::EndTimeNotReached => "end-time-not-reached",
             Self::EvaluationLimit => "evaluation-limit",
             Self::TooManyNodes => "too-many-nodes",
+            Self::EventsPileUp => "events-pile-up",
         }
     }
 }

@@ -226,6 +226,11 @@ impl<S: Real> WorldLine<S> {
         self.q[0].len()
     }
 
+    /// Returns true if it begins where an event has changed the state, or the run.
+    pub(crate) fn begins_piece(&self) -> bool {
+        self.windows.first().is_some_and(|window| window.gamma[0] == S::ZERO)
+    }
+
     /// Returns true if both branches were solved for.
     pub fn is_doubled(&self) -> bool {
         !self.backward.is_empty()

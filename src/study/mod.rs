@@ -14,6 +14,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod acting;
 pub mod convergence;
 pub mod errors;
 mod line;

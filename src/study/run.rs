@@ -4,17 +4,20 @@ use std::time::Instant;
 
 use crate::case::Case;
 use crate::diagnostics::gaps::Gaps;
-use crate::diagnostics::verdict::Verdict;
+use crate::diagnostics::verdict::{Reason, Verdict};
 use crate::diagnostics::{Diagnostics, OfX};
-use crate::geometry::{ConservedSum, Geometry};
+use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
 use crate::solve::{Arithmetic, NoSolution, Setup, WorldLine, solve, solve_window_by_window};
+use crate::study::acting::{Acted, Piece, Stopped, acting_events, solve_acting};
 use crate::study::errors::{RunError, reference_error, run_error};
 use crate::study::verdict::of_run;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
 
 /// Conserved sums are looked at on so many nodes of a run.
 const PLACES_ALONG: usize = 64;
+/// The remedy where an event that acts was not seen.
+const SMALLER: &str = "ask for a smaller accuracy or tolerance, whose windows are shorter";
 
 /// An observer, which sees a run part by part, with what is measured on each part alone. A part that contains the first
 /// window begins the run again.
@@ -33,6 +36,9 @@ pub struct Wanted<'o, S: Real = f64> {
     pub observer: Option<Observer<'o, S>>,
 }
 
+/// A piece of a run, and what was measured on its nodes.
+pub type Part<S> = (WorldLine<S>, Diagnostics<S>);
+
 /// Why there is no run.
 #[derive(Debug)]
 pub enum NoRun<S> {
@@ -45,8 +51,11 @@ pub enum NoRun<S> {
 /// A run with what was measured on it.
 #[derive(Debug)]
 pub struct Run<S: Real = f64> {
-    /// The world-line, or its last window if no more was to be kept.
+    /// The world-line, or its last window if no more was to be kept; where events have acted, its piece behind the last
+    /// of them.
     pub line: WorldLine<S>,
+    /// The pieces before that, each up to an event that acted.
+    pub before: Vec<Part<S>>,
     /// True if it is the whole.
     pub is_whole: bool,
     /// Conserved sums of momenta.
@@ -57,6 +66,12 @@ pub struct Run<S: Real = f64> {
     pub samples: Vec<Sample<S>>,
     /// The events of the case, in the order of γ.
     pub events: Vec<Crossing<S>>,
+    /// The number of events that have acted.
+    pub acting_events: usize,
+    /// The number of changes of sign at which an event should have acted, and has not.
+    pub missed: usize,
+    /// The error of a run in which events have acted.
+    pub error: Option<RunError>,
     /// Seconds spent in measuring.
     pub seconds: f64,
 }
@@ -74,8 +89,109 @@ pub struct Judged {
     pub suspicions: Vec<String>,
 }
 
+/// The measures of a run, part by part.
+struct Measures<'m, 'o, S: Real> {
+    /// The terms of conserved sums.
+    terms: Vec<Vec<(usize, S)>>,
+    observables: Vec<(String, Observable<S>)>,
+    is_lifted: bool,
+    events: EventSearch<'m, S>,
+    samples: Option<SampleStream<S>>,
+    observer: Option<Observer<'o, S>>,
+    measured: Option<Diagnostics<S>>,
+}
+
+impl<S: Real> Measures<'_, '_, S> {
+    fn see(&mut self, part: &WorldLine<S>) {
+        let here = Diagnostics::of(part, &self.terms, &mut self.observables, self.is_lifted);
+        if let Some(observer) = &mut self.observer {
+            observer(part, &here);
+        }
+        let before = self.measured.take().filter(|_| part.window_count > part.windows.len());
+        self.measured = Some(match before {
+            Some(before) => before.followed_by(here),
+            None => here,
+        });
+        self.events.see(part);
+        self.samples.iter_mut().for_each(|samples| samples.see(part));
+    }
+
+    /// Sees the pieces of a run with events that act, and returns all but the last with their rows. `watches` are the
+    /// indices of these events among what is watched, by their places in the setup.
+    fn see_pieces(&mut self, pieces: Vec<Piece<S>>, watches: &[Option<usize>]) -> Vec<Part<S>> {
+        let mut parts = Vec::with_capacity(pieces.len());
+        for Piece { line, acted, .. } in pieces {
+            self.see(&line);
+            let acted: Vec<usize> = acted.into_iter().filter_map(|place| watches[place]).collect();
+            self.events.act(&line, &acted, watches);
+            // The rows of joined measures are those of the last part.
+            parts.extend(self.measured.clone().map(|rows| (line, rows)));
+        }
+        parts
+    }
+
+    /// Sees the windows before a failure, which a run with events that act has not kept.
+    fn see_stopped(&mut self, pieces: Vec<Piece<S>>, next: Option<Setup<S>>, watches: &[Option<usize>])
+    where
+        S: Arithmetic,
+    {
+        let before = pieces.last().map_or(0, |piece| piece.line.window_count);
+        self.see_pieces(pieces, watches);
+        let mut windows: Vec<WorldLine<S>> = Vec::new();
+        let Some(next) = next else { return };
+        // A run that begins again shows its windows again.
+        let _ = solve_window_by_window(next, &mut |window| {
+            if window.window_count == 1 {
+                windows.clear();
+            }
+            windows.push(WorldLine { window_count: before + window.window_count, ..window.clone() });
+        });
+        windows.iter().for_each(|window| self.see(window));
+    }
+}
+
+/// A solved run, before it is measured to its end.
+struct Solved<S: Real> {
+    line: WorldLine<S>,
+    before: Vec<Part<S>>,
+    acting_events: usize,
+    error: Option<RunError>,
+}
+
+/// Solves a setup, and shows the run to its measures.
+fn solved<S: Arithmetic>(
+    setup: &Setup<S>,
+    is_streamed: bool,
+    watches: &[Option<usize>],
+    measures: &mut Measures<'_, '_, S>,
+) -> Result<Solved<S>, NoSolution> {
+    let whole = |line| Solved { line, before: Vec::new(), acting_events: 0, error: None };
+    if !setup.has_acting_events() {
+        return if is_streamed {
+            solve_window_by_window(setup, &mut |part| measures.see(part)).map(whole)
+        } else {
+            solve(setup).map(whole)
+        };
+    }
+    match solve_acting(setup) {
+        Ok(Acted { pieces, error }) => {
+            let acting_events = acting_events(&pieces);
+            let mut parts = measures.see_pieces(pieces, watches);
+            let (line, _) = parts.pop().expect("a run has a piece");
+            Ok(Solved { line, before: parts, acting_events, error })
+        }
+        Err(stopped) => {
+            let Stopped { failure, pieces, next } = *stopped;
+            if is_streamed {
+                measures.see_stopped(pieces, next, watches);
+            }
+            Err(failure)
+        }
+    }
+}
+
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
-/// is streamed they contain those of measuring.
+/// is streamed, or has events that act, they contain those of measuring.
 pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let rough = &setup.rough;
     let sums = if wanted.sums && !case.is_of_x() {
@@ -83,55 +199,65 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
     } else {
         Vec::new()
     };
-    let terms: Vec<Vec<(usize, S)>> =
-        sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect();
-    let (mut observables, is_lifted) = (case.observables(), case.is_lifted());
     let mut watches = case.watches();
-    let (mut events, mut samples) = (EventSearch::new(&mut watches), wanted.samples);
-    let mut observer = wanted.observer;
-    let mut measured: Option<Diagnostics<S>> = None;
-    let mut see = |part: &WorldLine<S>| {
-        let here = Diagnostics::of(part, &terms, &mut observables, is_lifted);
-        if let Some(observer) = &mut observer {
-            observer(part, &here);
-        }
-        let before = measured.take().filter(|_| part.window_count > part.windows.len());
-        measured = Some(match before {
-            Some(before) => before.followed_by(here),
-            None => here,
-        });
-        events.see(part);
-        samples.iter_mut().for_each(|samples| samples.see(part));
+    let mut measures = Measures {
+        terms: sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect(),
+        observables: case.observables(),
+        is_lifted: case.is_lifted(),
+        events: EventSearch::new(&mut watches),
+        samples: wanted.samples,
+        observer: wanted.observer,
+        measured: None,
     };
     let start = Instant::now();
-    let solved = if wanted.is_streamed { solve_window_by_window(setup, &mut see) } else { solve(setup) };
+    let solved = solved(setup, wanted.is_streamed, &case.acting_watches(), &mut measures);
     let solve_seconds = start.elapsed().as_secs_f64();
-    let line = match solved {
-        Ok(line) => line,
+    let Solved { line, mut before, acting_events, error } = match solved {
+        Ok(solved) => solved,
         Err(mut failure) => {
             if setup.is_backward {
                 let gamma_i = setup.gamma_i.to_f64();
                 failure.gamma = gamma_i - (failure.gamma - gamma_i);
             }
-            return (Err(NoRun::Unsolved(failure, events.found())), solve_seconds);
+            return (Err(NoRun::Unsolved(failure, measures.events.found())), solve_seconds);
         }
     };
     let start = Instant::now();
-    if !wanted.is_streamed {
-        see(&line);
+    if !wanted.is_streamed && !setup.has_acting_events() {
+        measures.see(&line);
     }
+    let Measures { events, samples, measured, .. } = measures;
+    let missed = events.missed();
     let events = events.finish(&line);
     let mut diagnostics = measured.unwrap_or_else(|| Diagnostics::new(&line));
-    let measured = sums.into_iter().zip(std::mem::take(&mut diagnostics.sums));
-    let (sums, of_sums) = measured.filter(|(sum, _)| holds_along(&line, &rough.geometry, sum)).unzip();
-    diagnostics.sums = of_sums;
+    let sums = kept_along(sums, &rough.geometry, (&line, &mut diagnostics), &mut before);
     let samples = match samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
         Ok(samples) => samples,
         Err(none) => return (Err(NoRun::Unsampled(none)), solve_seconds),
     };
     let is_whole = !wanted.is_streamed;
     let seconds = start.elapsed().as_secs_f64();
-    (Ok(Run { line, is_whole, sums, diagnostics, samples, events, seconds }), solve_seconds)
+    let run = Run { line, before, is_whole, sums, diagnostics, samples, events, acting_events, missed, error, seconds };
+    (Ok(run), solve_seconds)
+}
+
+/// The sums that are conserved where the run has come to, too. The measures of others are dropped.
+fn kept_along<S: Real>(
+    sums: Vec<ConservedSum>,
+    geometry: &Geometry,
+    (line, diagnostics): (&WorldLine<S>, &mut Diagnostics<S>),
+    before: &mut [Part<S>],
+) -> Vec<ConservedSum> {
+    let holds = |sum: &ConservedSum| {
+        before.iter().map(|(line, _)| line).chain([line]).all(|line| holds_along(line, geometry, sum))
+    };
+    let is_kept: Vec<bool> = sums.iter().map(holds).collect();
+    let measures = before.iter_mut().map(|(_, rows)| rows).chain([diagnostics]);
+    measures.for_each(|rows| {
+        let mut kept = is_kept.iter();
+        rows.sums.retain(|_| kept.next().is_some_and(|is_kept| *is_kept));
+    });
+    sums.into_iter().zip(&is_kept).filter(|(_, is_kept)| **is_kept).map(|(sum, _)| sum).collect()
 }
 
 /// Returns true if a sum is conserved where the run has come to, too: a formula may be another one there.
@@ -143,6 +269,12 @@ fn holds_along<S: Real>(line: &WorldLine<S>, geometry: &Geometry, sum: &Conserve
 }
 
 impl<S: Real> Run<S> {
+    /// The pieces of the run in order, one if no event acted, with the rows that were measured on them.
+    pub fn parts(&self) -> Vec<(&WorldLine<S>, &Diagnostics<S>)> {
+        let before = self.before.iter().map(|(line, rows)| (line, rows));
+        before.chain([(&self.line, &self.diagnostics)]).collect()
+    }
+
     /// The warnings without those of a look between the nodes.
     pub fn warnings(&self) -> Vec<String> {
         let newtonian = self.diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
@@ -157,7 +289,11 @@ impl<S: Real> Run<S> {
         let samples = if self.is_whole { &[] } else { self.samples.as_slice() };
         let reference = if reference { reference_error(setup, line, samples) } else { None };
         let has_estimate = line.error_estimate.is_some();
-        let estimate = if has_estimate || reference.is_none() { run_error(setup, line, samples) } else { None };
+        let estimate = match &self.error {
+            Some(error) => Some(error.clone()),
+            None if has_estimate || reference.is_none() => run_error(setup, line, samples),
+            None => None,
+        };
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
         let mut verdict = of_run(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
         let is_reason = |warning: &String| verdict.reasons.iter().any(|reason| reason.to_string() == *warning);
@@ -169,6 +305,10 @@ impl<S: Real> Run<S> {
         if let Some(reason) = gaps.as_ref().and_then(Gaps::reason) {
             suspicions.push(reason.to_string());
             verdict.doubt(reason);
+        }
+        if self.missed > 0 {
+            let finding = format!("{} times an event that acts was stepped over between two nodes", self.missed);
+            verdict.doubt(Reason::new(finding, SMALLER));
         }
         Judged { error: reference.or(estimate), gaps, verdict, suspicions }
     }

@@ -23,6 +23,8 @@ pub struct SampleStream<S = f64> {
     /// True if that is the reverse of the requested order.
     reversed: bool,
     samples: Vec<Sample<S>>,
+    /// The value at the start of the run.
+    first: S,
     /// True if the coordinate turned round in what was seen.
     has_turned: bool,
     tables: Tables<S>,
@@ -50,6 +52,9 @@ impl<S: Real> SampleStream<S> {
             Coordinate::Gamma => (solution.gamma_i, solution.signed(last.gamma[1])),
             Coordinate::Value(a) => ends(solution, a),
         };
+        if solution.window_count == solution.windows.len() {
+            self.first = origin;
+        }
         if let Coordinate::Value(a) = self.coordinate {
             let turns = |view: WindowNodes<'_, S>| {
                 let change = view.end.q[a] - view.start.q[a];
@@ -80,14 +85,14 @@ impl<S: Real> SampleStream<S> {
         let mut sampler = Sampler::with_tables(last, self.tables);
         for &value in &self.values[self.samples.len()..] {
             let sample = sampler.at(self.coordinate, value).map_err(|_| {
-                let range = match self.coordinate {
-                    Coordinate::Gamma if last.is_backward => (last.gamma_f(), last.gamma_i),
-                    Coordinate::Gamma => (last.gamma_i, last.gamma_f()),
-                    Coordinate::Value(a) => match ends(last, a) {
-                        (first, change) if change < S::ZERO => (first + change, first),
-                        (first, change) => (first, first + change),
-                    },
+                let end = match self.coordinate {
+                    Coordinate::Gamma => last.gamma_f(),
+                    Coordinate::Value(a) => {
+                        let (first, change) = ends(last, a);
+                        first + change
+                    }
                 };
+                let range = if end < self.first { (end, self.first) } else { (self.first, end) };
                 NoSamples::Outside(OutsideRun { range })
             })?;
             self.samples.push(sample);
@@ -108,7 +113,15 @@ impl<S: Real> SampleStream<S> {
         if reversed {
             values.reverse();
         }
-        Self { coordinate, values, reversed, samples: Vec::new(), has_turned: false, tables: Tables::default() }
+        Self {
+            coordinate,
+            values,
+            reversed,
+            samples: Vec::new(),
+            first: S::ZERO,
+            has_turned: false,
+            tables: Tables::default(),
+        }
     }
 }
 

@@ -27,6 +27,9 @@ const ENDS: Look = Look { colour: [0, 0, 0], shape: Shape::Circle };
 /// Steps that differ by less are equal.
 const EVEN: f64 = 1.0 + 1e-6;
 
+/// A piece of a run, and what was measured on it.
+type Part<'p, S> = (&'p WorldLine<S>, &'p Diagnostics<S>);
+
 /// A picture of deviations along the world-line, on a logarithmic scale.
 fn deviations(title: &str, of: &str, y_label: &str, series: Vec<Series>) -> Chart {
     Chart { y_scale: Scale::Log, ..Chart::new(title, of, ["γ", y_label], series) }
@@ -173,21 +176,30 @@ fn norm<S: Real>(line: &WorldLine<S>) -> S {
     line.geometry().norm(&line.place.start.q, &line.place.start.q_dot)
 }
 
-/// So many points of the orbit, evenly in γ.
-fn points<S: Real>(line: &WorldLine<S>, axes: &mut PlotAxes<S>, count: usize) -> Vec<(f64, f64)> {
-    let (norm, mut sampler) = (norm(line), Sampler::new(line));
-    let step = line.length / S::from((count - 1) as f64);
-    let gammas = (0..count).map(|k| line.gamma_at(S::from(k as f64) * step));
-    gammas.filter_map(|gamma| sampler.at_gamma(gamma).ok()).map(|sample| axes.point(&sample, norm)).collect()
+/// So many points of the orbit, evenly in γ of each piece, which have numbers of them by their lengths.
+fn points<S: Real>(parts: &[Part<'_, S>], axes: &mut PlotAxes<S>, count: usize) -> Vec<(f64, f64)> {
+    let whole: f64 = parts.iter().map(|(line, _)| line.length.to_f64()).sum();
+    let mut points = Vec::new();
+    for (line, _) in parts {
+        let share = if parts.len() == 1 { 1.0 } else { line.length.to_f64() / whole };
+        let count = ((count as f64 * share).ceil() as usize).max(2);
+        let (norm, mut sampler) = (norm(line), Sampler::new(line));
+        let step = line.length / S::from((count - 1) as f64);
+        let gammas = (0..count).map(|k| line.gamma_at(S::from(k as f64) * step));
+        let samples = gammas.filter_map(|gamma| sampler.at_gamma(gamma).ok());
+        points.extend(samples.map(|sample| axes.point(&sample, norm)));
+    }
+    points
 }
 
 /// The orbit in the plane of its axes, with its start and its end; of several bodies each has a name.
-pub fn orbit<S: Real>(of: &str, line: &WorldLine<S>, orbits: &[(String, PlotAxes<S>)]) -> Chart {
-    let count = (line.nodes() / NODES_PER_POINT).clamp(LEAST_POINTS, MOST_POINTS);
+pub fn orbit<S: Real>(of: &str, parts: &[Part<'_, S>], orbits: &[(String, PlotAxes<S>)]) -> Chart {
+    let nodes: usize = parts.iter().map(|(line, _)| line.nodes()).sum();
+    let count = (nodes / NODES_PER_POINT).clamp(LEAST_POINTS, MOST_POINTS);
     let mut series = Vec::new();
     let (mut starts, mut ends) = (Vec::new(), Vec::new());
     for (name, axes) in orbits {
-        let points = points(line, &mut axes.clone(), count);
+        let points = points(parts, &mut axes.clone(), count);
         starts.extend(points.first().copied());
         ends.extend(points.last().copied());
         series.push(Series::new(name.clone(), Mark::Line, points));
@@ -207,13 +219,13 @@ pub fn orbit<S: Real>(of: &str, line: &WorldLine<S>, orbits: &[(String, PlotAxes
 /// The events in the plane of `axes`. `names` are those of what was watched.
 pub fn section<S: Real>(
     of: &str,
-    line: &WorldLine<S>,
+    parts: &[Part<'_, S>],
     axes: &PlotAxes<S>,
     names: &[&str],
     crossings: &[Crossing<S>],
 ) -> Chart {
-    let (mut axes, norm) = (axes.clone(), norm(line));
-    let (x, y): (Vec<f64>, Vec<f64>) = points(line, &mut axes, LEAST_POINTS).into_iter().unzip();
+    let (mut axes, norm) = (axes.clone(), parts.first().map_or(S::ZERO, |(line, _)| norm(line)));
+    let (x, y): (Vec<f64>, Vec<f64>) = points(parts, &mut axes, LEAST_POINTS).into_iter().unzip();
     let grains = [x, y].map(|values| ROUNDING * extent(values.into_iter()));
     let events: Vec<(f64, f64)> = crossings.iter().map(|crossing| axes.point(&crossing.sample, norm)).collect();
     let (mut x, mut y): (Vec<f64>, Vec<f64>) = events.into_iter().unzip();
@@ -250,10 +262,34 @@ fn level(values: &mut [f64], grain: f64) {
 }
 
 /// |ΔQ| of every charge and conserved sum, and the deviations of K, or of Newton's energy, and of the invariants.
-pub fn charges<S: Real>(of: &str, line: &WorldLine<S>, diagnostics: &Diagnostics<S>, sums: &[ConservedSum]) -> Chart {
+pub fn charges<S: Real>(of: &str, parts: &[Part<'_, S>], sums: &[ConservedSum]) -> Chart {
+    let mut series: Vec<Series> = Vec::new();
+    for (line, diagnostics) in parts {
+        let rows = rows_of_charges(line, diagnostics, sums).into_iter();
+        let rows = rows.map(|(label, row)| deviation(label, line, row));
+        if series.is_empty() {
+            series = rows.collect();
+        } else {
+            series.iter_mut().zip(rows).for_each(|(all, row)| all.points.extend(row.points));
+        }
+    }
+    let title = match parts.first().map(|(line, _)| line.form) {
+        Some(Form::Strong) => "Charges are exact but at the ends of windows; the others show the error",
+        _ if parts.len() > 1 => "Charges are exact between events; what is not a charge shows the error",
+        _ => "Charges are exact; what is not a charge shows the error",
+    };
+    deviations(title, of, "|deviation from the start|", series)
+}
+
+/// The rows of that picture, with their names.
+fn rows_of_charges<'d, S: Real>(
+    line: &WorldLine<S>,
+    diagnostics: &'d Diagnostics<S>,
+    sums: &[ConservedSum],
+) -> Vec<(String, &'d [S])> {
     let names = line.geometry().names();
     // What only measures is drawn first: the charges are below it, and are to be seen.
-    let mut rows: Vec<(String, &[S])> =
+    let mut rows: Vec<(String, &'d [S])> =
         diagnostics.invariants.iter().map(|invariant| (invariant.name.clone(), &*invariant.delta)).collect();
     rows.push(match &diagnostics.delta_energy {
         Some(energy) => ("energy".to_owned(), energy),
@@ -262,24 +298,23 @@ pub fn charges<S: Real>(of: &str, line: &WorldLine<S>, diagnostics: &Diagnostics
     let charges = diagnostics.charges.iter().map(|charge| (format!("p_{}", names[charge.terms[0].0]), charge));
     let sums = sums.iter().zip(&diagnostics.sums).map(|(sum, charge)| (sum.formula(names), charge));
     rows.extend(charges.chain(sums).map(|(name, charge)| (written(&name, "γ"), &*charge.delta)));
-    let title = match line.form {
-        Form::Strong => "Charges are exact but at the ends of windows; the others show the error",
-        Form::Weak => "Charges are exact; what is not a charge shows the error",
-    };
-    let series = rows.into_iter().map(|(label, row)| deviation(label, line, row)).collect();
-    deviations(title, of, "|deviation from the start|", series)
+    rows
 }
 
 /// The steps between nodes along the run, in γ and, where it is another one, in t. In windows of spectral elements,
 /// whose nodes crowd at the ends, the mean step of a window takes their place.
-pub fn mesh<S: Real>(of: &str, line: &WorldLine<S>) -> Chart {
-    let gamma: Vec<f64> = line.gamma().map(S::to_f64).collect();
-    let t = line.geometry().names().iter().position(|name| name == "t");
-    let t: Option<Vec<f64>> = t.map(|t| line.q(t).map(S::to_f64).collect());
-    let is_averaged = line.windows.len() > 1 && !line.sbp().is_equidistant();
-    let pairs: Vec<[usize; 2]> = (line.grids())
+pub fn mesh<S: Real>(of: &str, parts: &[Part<'_, S>]) -> Chart {
+    let lines = || parts.iter().map(|(line, _)| *line);
+    let gamma: Vec<f64> = lines().flat_map(WorldLine::gamma).map(S::to_f64).collect();
+    let t = lines().next().and_then(|line| line.geometry().names().iter().position(|name| name == "t"));
+    let t: Option<Vec<f64>> = t.map(|t| lines().flat_map(|line| line.q(t)).map(S::to_f64).collect());
+    let windows: usize = lines().map(|line| line.windows.len()).sum();
+    let is_averaged = windows > 1 && lines().all(|line| !line.sbp().is_equidistant());
+    let mut begun = 0;
+    let pairs: Vec<[usize; 2]> = (lines().flat_map(WorldLine::grids))
         .flat_map(|grid| {
-            let nodes = grid.nodes();
+            let nodes = begun..begun + grid.points();
+            begun = nodes.end;
             match is_averaged {
                 true => vec![[nodes.start, nodes.end - 1]],
                 false => nodes.clone().skip(1).map(|k| [k - 1, k]).collect(),

@@ -112,6 +112,9 @@ struct Solved {
     /// With a sensitivity: the largest Lyapunov exponent and MEGNO.
     #[serde(skip_serializing_if = "Option::is_none")]
     sensitivity: Option<Value>,
+    /// The number of events that have acted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    acting_events: Option<usize>,
     /// The gaps between nodes, if they were looked at.
     #[serde(flatten)]
     gaps: Option<Gaps>,
@@ -133,6 +136,7 @@ impl Summary {
             good_until: good_until(line),
             windows_unproved: line.windows_unproved,
             sensitivity: line.sensitivity.as_ref().map(|it| json!({"lyapunov": it.lyapunov(), "megno": it.megno()})),
+            acting_events: case.has_acting_events().then_some(run.acting_events),
             gaps: judged.gaps.clone(),
         };
         // With an accuracy the scheme is the one that was chosen.

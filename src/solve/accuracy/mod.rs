@@ -19,6 +19,8 @@ use crate::sbp::SbpName;
 
 /// A coordinate that is below this part of its size may be on its way to 0.
 const SMALL: f64 = 1e-4;
+/// Changes of sign are at one place if they shorten a window by no more than this share of γ.
+const AT_ONE_PLACE: f64 = 1e-14;
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
 /// The most sweeps that a run may need: a day. At its pace a run that needs more is ended early.
@@ -41,7 +43,7 @@ pub(super) fn solve<S: Arithmetic>(
     let mut run = Run::new(setup, &Settings { sbp: SbpName::Gll(POINTS as u8), ..settings }, observer);
     run.line.accuracy = Some(wanted);
     let mut joint = JointOf::new(start);
-    let mut watches = Watches::new(geometry, start, &setup.until);
+    let mut watches = Watches::new(geometry, start, &setup.until, &setup.sides);
     let mut lengths = Lengths::default();
     loop {
         let mut window = match engine.next() {
@@ -59,15 +61,11 @@ pub(super) fn solve<S: Arithmetic>(
             watches.begin();
             (run.line.ended_by, run.line.ended_at) = (None, None);
         }
-        while let Some(change) = watches.change(&mut window).filter(|change| run.line.ended_by != Some(change.place)) {
-            let mut value = |state: &State| watches.at(change.place, state);
-            let is_found = engine.end_where(change.between, change.side, &mut value);
-            window = engine.window();
-            match is_found {
-                Ok(true) => run.line.ended_by = Some(change.place),
-                Ok(false) => break,
-                Err(failure) => return Err(failed(setup, (&engine, wanted), failure, &lengths)),
+        if !setup.until.is_empty() {
+            if let Err(failure) = cut(&mut engine, &mut watches, &mut run.line.ended_by) {
+                return Err(failed(setup, (&engine, wanted), failure, &lengths));
             }
+            window = engine.window();
         }
         watches.accept();
         if !window.is_last {
@@ -86,6 +84,28 @@ pub(super) fn solve<S: Arithmetic>(
     }
     run.line.handed = engine.window().handed();
     Ok(ended(setup, &engine, goal, run.line))
+}
+
+/// Cuts the window that was solved last where the first formula changes its sign, if one does.
+fn cut(engine: &mut Engine<'_>, watches: &mut Watches<'_>, ended_by: &mut Option<usize>) -> Result<(), Failure> {
+    let (mut window, mut length) = (engine.window(), f64::INFINITY);
+    while let Some(change) = watches.change(&mut window).filter(|change| *ended_by != Some(change.place)) {
+        // Formulas that are zero at one place are behind each other by rounding, in turns.
+        if window.length + AT_ONE_PLACE * (window.gamma + window.length) >= length {
+            break;
+        }
+        length = if ended_by.is_some() { window.length } else { length };
+        let near = watches.near(&change, &window);
+        let mut value = |state: &State| watches.at(change.place, state);
+        let mut end_where = |between| engine.end_where(between, change.side, &mut value);
+        let is_near = near.map_or(Ok(false), &mut end_where)?;
+        if !(is_near || end_where(change.between)?) {
+            break;
+        }
+        *ended_by = Some(change.place);
+        window = engine.window();
+    }
+    Ok(())
 }
 
 /// The engine at the start of the run.
@@ -241,14 +261,14 @@ fn failed<S: Real>(
     };
     let failure = NoSolution::adaptive(status, at);
     if status != Status::AccuracyNotReached {
-        return NoSolution { reasons: Box::new(Reasons { narrow: None, towards_zero }), ..failure };
+        return NoSolution { reasons: Box::new(Reasons { towards_zero, ..Reasons::default() }), ..failure };
     }
     let place = |gamma: f64, q: &[f64]| places::place(&setup.rough.geometry, setup.gamma_i.to_f64() + gamma, q);
     NoSolution {
         residual: engine.error_estimate().unwrap_or(f64::INFINITY),
         needed: engine.reachable().unwrap_or(0.0),
         asked: wanted.value(),
-        reasons: Box::new(Reasons { narrow: lengths.narrow(place), towards_zero }),
+        reasons: Box::new(Reasons { narrow: lengths.narrow(place), towards_zero, event: None }),
         ..failure
     }
 }

@@ -1,11 +1,20 @@
 //! Formulas at whose first change of sign a run ends.
 
-use crate::engine::{State, Window};
+use crate::engine::{Dense, State, Window};
 use crate::geometry::{Direction, Geometry, Observable, Point, Start};
+use crate::number::root::root;
 use crate::solve::setup::Until;
 
 /// A value at the start of a run counts as zero if it is this part of that at the next node.
 const AT_START: f64 = 1e-6;
+/// A parabola through three nodes comes near to zero if its extremum is below this share of the least of its values.
+const NEAR_ZERO: f64 = 0.5;
+/// The lengths next to a change are off from it by this share of its distance from the node before.
+const ROOM: f64 = 1e-6;
+/// A change near the start of a run is looked for in ever shorter parts of the window.
+const MOST_TIMES_NEARER: usize = 60;
+/// Parabolas through ever closer points that look for the extremum.
+const STEPS_TO_EXTREMUM: usize = 4;
 
 /// A change of sign between two lengths of the window.
 pub(super) struct Change {
@@ -23,6 +32,10 @@ pub(super) struct Watches<'g> {
     geometry: &'g Geometry,
     formulas: Vec<Observable>,
     directions: Vec<Direction>,
+    /// True if what lies between nodes may not be missed, as the formula belongs to an event that acts.
+    acts: Vec<bool>,
+    /// The signs at the start of the run, if they are known.
+    known: Vec<f64>,
     /// Signs at the start of the window, and at the end of the one that was looked at; 0 as long as a value was 0.
     sides: Vec<f64>,
     sides_at_end: Vec<f64>,
@@ -35,10 +48,12 @@ pub(super) struct Watches<'g> {
 }
 
 impl<'g> Watches<'g> {
-    pub(super) fn new<S>(geometry: &'g Geometry, start: &Start, until: &[Until<S>]) -> Self {
+    pub(super) fn new<S>(geometry: &'g Geometry, start: &Start, until: &[Until<S>], known: &[f64]) -> Self {
         Self {
             formulas: until.iter().map(|until| until.rough.clone()).collect(),
             directions: until.iter().map(|until| until.direction).collect(),
+            acts: until.iter().map(|until| until.change.is_some()).collect(),
+            known: known.to_vec(),
             sides: vec![0.0; until.len()],
             sides_at_end: vec![0.0; until.len()],
             norm: geometry.norm(&start.q, &start.q_dot),
@@ -53,6 +68,7 @@ impl<'g> Watches<'g> {
     /// The run begins.
     pub(super) fn begin(&mut self) {
         self.sides.fill(0.0);
+        self.sides[..self.known.len()].copy_from_slice(&self.known);
     }
 
     /// The window that was looked at is a part of the run.
@@ -89,7 +105,7 @@ impl<'g> Watches<'g> {
         let (h, begin, end) = (window.length, window.start().clone(), window.end().clone());
         let nodes = window.nodes();
         let last = nodes.points() - 1;
-        let mut first: Option<Change> = None;
+        let (mut first, mut dips): (Option<Change>, Vec<Dip>) = (None, Vec::new());
         for place in 0..self.formulas.len() {
             let at = |watches: &mut Self, node: usize| {
                 if node == last {
@@ -104,23 +120,29 @@ impl<'g> Watches<'g> {
                 watches.value(place)
             };
             let (mut side, mut before) = (self.sides[place], self.at(place, &begin));
-            if side == 0.0 {
+            if side == 0.0 && self.known.is_empty() {
                 // The start of a run. A root there is none.
                 let (now, next) = (before, at(self, 1));
                 let now = if now.abs() < AT_START * next.abs() { next } else { now };
                 side = if now == 0.0 { 0.0 } else { now.signum() };
             }
+            let mut earlier = [f64::NAN; 2];
             for node in 1..=last {
                 let here = at(self, node);
+                let [from, to] = [node - 1, node].map(|node| nodes.fractions()[node]);
                 let is_change = here * side < 0.0 || here == 0.0 && side != 0.0;
                 if is_change && self.directions[place].counts(side < 0.0) {
-                    let between = [node - 1, node].map(|node| nodes.fractions()[node] * h);
                     let share = if before * here < 0.0 { before / (before - here) } else { 1.0 };
-                    let near = between[0] + share * (between[1] - between[0]);
+                    let near = h * (from + share * (to - from));
                     if first.as_ref().is_none_or(|first| near < first.near) {
-                        first = Some(Change { place, between, side, near });
+                        first = Some(Change { place, between: [from * h, to * h], side, near });
                     }
                     break;
+                }
+                if self.acts[place] {
+                    let dip = Dip { place, points: [earlier, [from, before], [to, here]], side };
+                    dips.extend((!is_change && dip.comes_near()).then_some(dip));
+                    earlier = [from, before];
                 }
                 before = here;
                 if here != 0.0 {
@@ -129,6 +151,105 @@ impl<'g> Watches<'g> {
             }
             self.sides_at_end[place] = side;
         }
-        first
+        if dips.is_empty() {
+            return first;
+        }
+        let dense = window.dense();
+        let changes = dips.into_iter().filter_map(|dip| self.change_in(dip, &dense, h));
+        first.into_iter().chain(changes).min_by(|one, other| one.near.total_cmp(&other.near))
+    }
+
+    /// Lengths next to a change of an event that acts, by the motion inside the window: there are many events, and each
+    /// length that is tried is a window that is solved.
+    pub(super) fn near(&mut self, change: &Change, window: &Window<'_>) -> Option<[f64; 2]> {
+        let Change { place, between, side, .. } = *change;
+        if !self.acts[place] {
+            return None;
+        }
+        let (dense, h, m) = (window.dense(), window.length, self.geometry.active().len());
+        let mut momenta = vec![0.0; m];
+        let mut at = |length: f64| {
+            dense.at(length / h, &mut self.q, &mut momenta);
+            self.set_momenta(&momenta);
+            self.value(place)
+        };
+        let [low, mut high] = between;
+        let mut at_high = at(high);
+        let at_low = if low > 0.0 { at(low) } else { side * at_high.abs() };
+        if at_low * side <= 0.0 {
+            return None;
+        }
+        for _ in 0..MOST_TIMES_NEARER {
+            if at_high * side >= 0.0 {
+                return None;
+            }
+            let root = root([low, at_low], [high, at_high], f64::EPSILON * high, &mut at);
+            if 2.0 * root > 0.5 * high || low > 0.0 {
+                let room = ROOM * (root - low).min(high - low);
+                return Some([root - room, (root + room).min(h)]);
+            }
+            high = 2.0 * root;
+            at_high = at(high);
+        }
+        None
+    }
+
+    /// The change of sign that counts between nodes at which a formula has one sign.
+    fn change_in(&mut self, mut dip: Dip, dense: &Dense, h: f64) -> Option<Change> {
+        let (place, side, m) = (dip.place, dip.side, self.geometry.active().len());
+        let mut momenta = vec![0.0; m];
+        let [first, .., last] = dip.points.map(|point| point[0]);
+        let lowest = (0..STEPS_TO_EXTREMUM).find_map(|_| {
+            let at = dip.extremum()?;
+            dense.at(at, &mut self.q, &mut momenta);
+            self.set_momenta(&momenta);
+            let here = self.value(place);
+            dip.narrow([at, here]);
+            (here * side < 0.0).then_some(at)
+        })?;
+        let is_first = self.directions[place].counts(side < 0.0);
+        let (ends, side) = if is_first { ([first, lowest], side) } else { ([lowest, last], -side) };
+        let between = ends.map(|fraction| fraction * h);
+        Some(Change { place, between, side, near: between[0] })
+    }
+}
+
+/// Three points at which a formula has one sign, where a parabola comes near to zero between them.
+struct Dip {
+    place: usize,
+    points: [[f64; 2]; 3],
+    side: f64,
+}
+
+impl Dip {
+    /// Where the parabola is nearest to zero, if that is between the points.
+    fn extremum(&self) -> Option<f64> {
+        let [[a, at_a], [b, at_b], [c, at_c]] = self.points;
+        let [left, right] = [(at_b - at_a) / (b - a), (at_c - at_b) / (c - b)];
+        let curvature = (right - left) / (c - a);
+        let at = 0.5 * (a + b) - 0.5 * left / curvature;
+        (curvature * self.side > 0.0 && at > a && at < c).then_some(at)
+    }
+
+    /// Returns true if the parabola is much nearer to zero there than at the points.
+    fn comes_near(&self) -> bool {
+        let [[a, at_a], [b, at_b], [c, at_c]] = self.points;
+        let Some(at) = self.extremum() else { return false };
+        let left = (at_b - at_a) / (b - a);
+        let curvature = ((at_c - at_b) / (c - b) - left) / (c - a);
+        let lowest = self.side * (at_a + left * (at - a) + curvature * (at - a) * (at - b));
+        lowest < NEAR_ZERO * self.points.iter().fold(f64::INFINITY, |least, [_, value]| least.min(value.abs()))
+    }
+
+    /// Takes in the value at another place between the points.
+    fn narrow(&mut self, point: [f64; 2]) {
+        let [low, middle, high] = &mut self.points;
+        let is_lower = (point[1] - middle[1]) * self.side < 0.0;
+        match (is_lower, point[0] < middle[0]) {
+            (true, true) => (*high, *middle) = (*middle, point),
+            (true, false) => (*low, *middle) = (*middle, point),
+            (false, true) => *low = point,
+            (false, false) => *high = point,
+        }
     }
 }

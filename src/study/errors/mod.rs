@@ -5,12 +5,14 @@
 //! last digits is compared with the Taylor series of [`crate::reference`] in the same precision, and so is any run for
 //! which that is wanted.
 
+mod chain;
 mod points;
 mod run_error;
 mod second_solve;
 mod stepped_over;
 mod taylor;
 
+pub(crate) use chain::chain_error;
 pub use run_error::{Judge, RunError};
 
 use self::points::Points;

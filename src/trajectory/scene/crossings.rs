@@ -64,6 +64,9 @@ impl<'w, S: Real> EventSearch<'w, S> {
         }
         if line.window_count == line.windows.len() {
             self.walk = Some(Walk::new(line, self.watches));
+        } else if let (Some(walk), true) = (&mut self.walk, line.begins_piece()) {
+            let Walk { found, missed, .. } = std::mem::replace(walk, Walk::new(line, self.watches));
+            (walk.from, walk.found, walk.missed) = (found.len(), found, missed);
         }
         let Self { watches, walk: Some(walk), tables } = self else { return };
         let mut sampler = Sampler::new(line);
@@ -95,12 +98,36 @@ impl<'w, S: Real> EventSearch<'w, S> {
         self.walk.map_or_else(Vec::new, Walk::in_order)
     }
 
+    /// The piece that was seen last ends, where the events `acted` change the state. `watches` has the indices
+    /// of all that may do so.
+    pub fn act(&mut self, line: &WorldLine<S>, acted: &[usize], watches: &[Option<usize>]) {
+        self.close(line);
+        let Some(walk) = &mut self.walk else { return };
+        let Some(end) = end_of(line) else { return };
+        // Events that act are met at the ends of pieces only, and there to the last bits.
+        let is_met = |crossing: &Crossing<S>| watches.contains(&Some(crossing.watch));
+        let of_piece: Vec<Crossing<S>> = walk.found.drain(walk.from..).collect();
+        let inside = |crossing: &&Crossing<S>| is_met(crossing) && crossing.sample.gamma != end.gamma;
+        walk.missed += of_piece.iter().filter(inside).count();
+        walk.found.extend(of_piece.into_iter().filter(|crossing| !is_met(crossing)));
+        walk.found.extend(acted.iter().map(|&watch| Crossing { watch, sample: end.clone() }));
+    }
+
+    /// The number of changes of sign at which an event should have acted, and has not.
+    pub fn missed(&self) -> usize {
+        self.walk.as_ref().map_or(0, |walk| walk.missed)
+    }
+
     /// Every change of sign that was found, in the order of γ. `last` is the last part of the run that was seen.
-    pub fn finish(self, last: &WorldLine<S>) -> Vec<Crossing<S>> {
-        let Some(mut walk) = self.walk else { return Vec::new() };
-        let Some(window) = last.windows.len().checked_sub(1) else { return Vec::new() };
-        let end = Sampler::new(last).in_window(window, last.windows[window].length());
-        for crossing in &mut walk.found {
+    pub fn finish(mut self, last: &WorldLine<S>) -> Vec<Crossing<S>> {
+        self.close(last);
+        self.found()
+    }
+
+    /// Looks at the end of a piece.
+    fn close(&mut self, last: &WorldLine<S>) {
+        let (Some(walk), Some(end)) = (&mut self.walk, end_of(last)) else { return };
+        for crossing in &mut walk.found[walk.from..] {
             if (end.gamma - crossing.sample.gamma).abs() <= walk.nowhere {
                 crossing.sample = end.clone();
             }
@@ -113,10 +140,16 @@ impl<'w, S: Real> EventSearch<'w, S> {
                 slope != S::ZERO && walk.signs[watch] == Some(!is_positive) && watched.direction.counts(is_positive);
             if is_change && walk.is_at_zero(half, value, slope) {
                 walk.found.push(Crossing { watch, sample: end.clone() });
+                walk.signs[watch] = Some(is_positive);
             }
         }
-        walk.in_order()
     }
+}
+
+/// The end of a world-line.
+fn end_of<S: Real>(line: &WorldLine<S>) -> Option<Sample<S>> {
+    let window = line.windows.len().checked_sub(1)?;
+    Some(Sampler::new(line).in_window(window, line.windows[window].length()))
 }
 
 fn value<S: Real>(watched: &mut Watch<S>, sample: &Sample<S>, norm: S) -> S {
@@ -153,6 +186,10 @@ struct Walk<S> {
     /// The value and the slope of each formula at the end of the last cell, and half of that cell's length.
     ends: Vec<[S; 3]>,
     found: Vec<Crossing<S>>,
+    /// The index of the first of these in the current piece.
+    from: usize,
+    /// The number of changes of sign at which an event should have acted.
+    missed: usize,
 }
 
 impl<S: Real> Walk<S> {
@@ -177,6 +214,8 @@ impl<S: Real> Walk<S> {
             signs: vec![None; watches.len()],
             ends: vec![[S::ZERO; 3]; watches.len()],
             found: Vec::new(),
+            from: 0,
+            missed: 0,
         }
     }
 

@@ -22,6 +22,7 @@ fn plunge<S: Arithmetic>(length: f64, until: Option<&str>) -> Setup<S> {
         formula: Observable::new(formula, &text, Place::Potential).unwrap(),
         rough: Observable::new(formula, &text, Place::Potential).unwrap(),
         direction: Direction::Both,
+        change: None,
     });
     Setup { until: until.into_iter().collect(), ..common::in_windows(setup, 40) }
 }

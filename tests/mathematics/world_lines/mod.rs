@@ -1,6 +1,7 @@
 //! Critical points in scenes of n coordinates.
 
 mod accuracy;
+mod acting;
 mod atlas;
 mod backward;
 mod bodies;

@@ -1,5 +1,6 @@
 //! The command line, as a user meets it: every test runs the program in a folder of its own.
 
+mod acting;
 mod base_cases;
 mod built_in_cases;
 mod enclose;

@@ -1,0 +1,186 @@
+//! Events that act: where a formula changes its sign the state is changed, and another run goes on from there.
+//!
+//! A formula that is zero where a run goes on has no sign there. The motion tells it: a step along its rates, as short
+//! as the formula resolves, and straight, so that the next zero of a flight however short is not passed.
+
+use std::fmt;
+
+use super::failure::NoSolution;
+use super::places;
+use super::point::Point;
+use super::status::Status;
+use crate::geometry::{Geometry, Observable, Start};
+
+/// A formula is zero if it is no more than this multiple of what rounding of the state makes of it.
+const NOWHERE: f64 = 4.0;
+/// Rounding of the state, relative to each number.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// The most events that may act in a run.
+pub(crate) const MOST_EVENTS: usize = 100_000;
+/// Steps along the rates are at most so many powers of ten shorter than the run before.
+const SHORTEST: i32 = 16;
+
+/// A quantity of the state, by the index of its coordinate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// q^a.
+    Position(usize),
+    /// dq^a/dγ.
+    Velocity(usize),
+    /// p_a.
+    Momentum(usize),
+}
+
+/// The change of the state that an event makes. What is not set stays: positions and velocities or, where momenta are
+/// set, the other momenta.
+#[derive(Debug, Clone)]
+pub struct Change {
+    /// The name of the event.
+    pub name: String,
+    /// The quantities that are set, and their formulas in the state before.
+    pub set: Vec<(Quantity, Observable)>,
+    /// True in the lift of Newton's law, where the velocity of the last coordinate, s, keeps K at 0.
+    pub is_lifted: bool,
+}
+
+impl Change {
+    /// The state after the event, where K was `norm` at the start of the run; `None` outside of the domain.
+    pub(crate) fn of(&mut self, geometry: &Geometry, before: &Start, norm: f64) -> Option<Start> {
+        let Start { mut q, mut q_dot, mut p } = before.clone();
+        let values: Vec<f64> =
+            self.set.iter_mut().map(|(_, formula)| formula.at(&before.q, &before.q_dot, &before.p, norm)).collect();
+        let set = || self.set.iter().map(|(quantity, _)| *quantity).zip(values.iter().copied());
+        let has_momenta = set().any(|(quantity, _)| matches!(quantity, Quantity::Momentum(_)));
+        for (quantity, value) in set() {
+            match quantity {
+                Quantity::Position(a) => q[a] = value,
+                Quantity::Velocity(a) => q_dot[a] = value,
+                Quantity::Momentum(a) => p[a] = value,
+            }
+        }
+        if has_momenta {
+            q_dot = geometry.velocities(&q, &p).ok()?;
+        }
+        if self.is_lifted {
+            let s = q.len() - 1;
+            let mut k = |s_dot: f64| {
+                q_dot[s] = s_dot;
+                geometry.norm(&q, &q_dot)
+            };
+            let (at_zero, at_one) = (k(0.0), k(1.0));
+            q_dot[s] = -at_zero / (at_one - at_zero);
+        }
+        if self.is_lifted || !has_momenta {
+            p = geometry.momenta(&q, &q_dot);
+        }
+        let is_finite = q.iter().chain(&q_dot).chain(&p).all(|value| value.is_finite());
+        (is_finite && geometry.point().evaluate(&q, &p).is_ok()).then_some(Start { q, q_dot, p })
+    }
+}
+
+/// A formula at the beginning of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Beginning {
+    /// The sign that it has right behind the start; 0 if neither its value nor its slope is above rounding.
+    pub(crate) side: f64,
+    /// True if it is zero at the start up to rounding.
+    pub(crate) is_zero: bool,
+    /// The part that rounding of the state has in its value.
+    pub(crate) noise: f64,
+}
+
+impl Beginning {
+    /// Looks at a formula at a start, which is known up to rounding of the length `before` of γ. A value of the size of
+    /// `zero` counts as none.
+    pub(crate) fn new(
+        (geometry, start): (&Geometry, &Start),
+        formula: &mut Observable,
+        norm: f64,
+        (before, zero): (f64, f64),
+    ) -> Self {
+        let (active, mut point) = (geometry.active(), geometry.point());
+        let mut q_dot = start.q_dot.clone();
+        let mut at = |q: &[f64], p: &[f64]| {
+            if point.evaluate(q, p).is_err() {
+                return f64::NAN;
+            }
+            q_dot.iter_mut().enumerate().for_each(|(a, q_dot)| *q_dot = point.q_dot(a));
+            formula.at(q, &q_dot, p, norm)
+        };
+        let (mut q, mut p) = (start.q.clone(), start.p.clone());
+        let here = at(&q, &p);
+        let mut noise = 0.0;
+        for a in 0..q.len() {
+            q[a] *= 1.0 + ROUNDING;
+            noise += (at(&q, &p) - here).abs();
+            q[a] = start.q[a];
+            p[a] *= 1.0 + ROUNDING;
+            noise += (at(&q, &p) - here).abs();
+            p[a] = start.p[a];
+        }
+        let mut rates = geometry.point();
+        let slope = rates.evaluate(&start.q, &start.p).ok().and_then(|()| {
+            (1..=SHORTEST).find_map(|power| {
+                let step = before * 10.0_f64.powi(power - SHORTEST - 1);
+                q.iter_mut().enumerate().for_each(|(a, q)| *q = start.q[a] + step * rates.q_dot(a));
+                active.iter().enumerate().for_each(|(place, &a)| p[a] = start.p[a] + step * rates.p_dot(place));
+                let change = at(&q, &p) - here;
+                (change.abs() > NOWHERE * noise).then_some(change / step)
+            })
+        });
+        let slope = slope.unwrap_or(0.0);
+        let late = 4.0 * ROUNDING * before * slope.abs();
+        let is_zero = here.abs() <= NOWHERE * (noise + zero) + late;
+        let sign = |value: f64| if value == 0.0 { 0.0 } else { value.signum() };
+        Self { side: if is_zero { sign(slope) } else { sign(here) }, is_zero, noise }
+    }
+}
+
+/// The event at which a run cannot go on, and how many there were.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LastEvent {
+    /// Its name.
+    pub name: String,
+    /// The number of events that have acted.
+    pub count: usize,
+}
+
+impl LastEvent {
+    /// Says why a run could not go on from the event, or not be trusted behind it.
+    pub(super) fn message(&self, f: &mut fmt::Formatter<'_>, failure: &NoSolution, place: &Point<'_>) -> fmt::Result {
+        let Self { name, count } = self;
+        let NoSolution { asked, residual, .. } = failure;
+        match failure.status {
+            Status::OutsideDomain => {
+                write!(f, "the event '{name}' sets a state outside of the domain, or no number, at {place}")
+            }
+            Status::AccuracyNotReached if residual.is_finite() => write!(
+                f,
+                "the accuracy {asked:e} is not reached: through {count} events the error grows to {residual:.1e} at \
+                 {place}"
+            ),
+            Status::AccuracyNotReached => write!(
+                f,
+                "the accuracy {asked:e} is not reached: on the way to {place} other events act if the last digits are \
+                 others"
+            ),
+            _ if *count >= MOST_EVENTS => {
+                write!(f, "stopped at {place} by the event '{name}': {count} have acted, the most of a run")
+            }
+            _ => write!(
+                f,
+                "events do not end at {place}: '{name}' comes again sooner than rounding resolves, after {count} that \
+                 have acted"
+            ),
+        }
+    }
+}
+
+impl NoSolution {
+    /// The failure of a run at an event, at this γ and q^a.
+    pub(crate) fn at_event(status: Status, geometry: &Geometry, gamma: f64, q: &[f64], event: LastEvent) -> Self {
+        let mut failure = Self::adaptive(status, places::place(geometry, gamma, q));
+        failure.reasons.event = Some(event);
+        failure
+    }
+}

@@ -1,0 +1,318 @@
+//! Runs with events that act: a chain of runs, each of which starts from what an event has made of the end of the one
+//! before.
+//!
+//! An error before an event becomes one after it, by an error of the time of the event too. So the chain is solved a
+//! second time, as accurately as doubles allow, with its states shaken by their last digits, and compared. If errors
+//! grow beyond the accuracy asked for, the first chain gets a smaller one.
+
+use std::sync::Arc;
+
+use super::errors::{RunError, chain_error};
+use crate::engine::{Accuracy, Handed};
+use crate::geometry::Start;
+use crate::number::Real;
+use crate::solve::{
+    Arithmetic, Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Setup, Status, Until,
+    WorldLine, solve,
+};
+use crate::trajectory::Sampler;
+
+/// The accuracy of the windows of the second chain.
+const SECOND: f64 = 1e-13;
+/// The second chain is shaken by this, relative to every number of the state.
+const SHAKE: f64 = 2.0 * f64::EPSILON;
+/// The two chains may err alike: errors are taken to be so many times their difference.
+const MARGIN: f64 = 2.0;
+/// Where errors are too large, an accuracy is divided by this, down to the least one.
+const TIGHTER: f64 = 10.0;
+const LEAST: f64 = 1e-15;
+/// A piece is not resolved if it is shorter than this multiple of the rounding of γ,
+const SHORT: f64 = 64.0 * f64::EPSILON;
+/// or if the formula of its event is, in its middle, below this multiple of rounding.
+const LOW: f64 = 64.0;
+/// So many pieces in turn that are not resolved end a run whose events are not the same.
+const IN_TURN: usize = 16;
+
+/// A piece of a run, from one event to the next.
+#[derive(Debug)]
+pub struct Piece<S: Real = f64> {
+    /// Its world-line, whose γ counts from its own start.
+    pub line: WorldLine<S>,
+    /// The setup that it solves.
+    pub setup: Setup<S>,
+    /// The places in [`Setup::until`] of the events that acted at its end.
+    pub acted: Vec<usize>,
+}
+
+/// A run with events that act.
+#[derive(Debug)]
+pub struct Acted<S: Real = f64> {
+    /// Its pieces in order.
+    pub pieces: Vec<Piece<S>>,
+    /// Its error; `None` if no event acted, so that the estimate of its only piece is that of the run.
+    pub error: Option<RunError>,
+}
+
+/// A run that did not come to its end.
+#[derive(Debug)]
+pub struct Stopped<S: Real = f64> {
+    /// The reason.
+    pub failure: NoSolution,
+    /// The pieces before.
+    pub pieces: Vec<Piece<S>>,
+    /// The setup of the piece that failed, if one did.
+    pub next: Option<Setup<S>>,
+}
+
+/// Solves a setup with events that act, to its accuracy or its tolerance.
+///
+/// # Errors
+/// [`Stopped`], if the run does not come to its end, or not as accurately as was asked for.
+///
+/// # Panics
+/// If the setup has neither an accuracy nor a tolerance.
+pub fn solve_acting<S: Arithmetic>(setup: &Setup<S>) -> Result<Acted<S>, Box<Stopped<S>>> {
+    let wanted = setup.settings.accuracy.expect("events act in runs to an accuracy");
+    let mut pieces = chain(setup, wanted, false)?;
+    if pieces.len() == 1 {
+        return Ok(Acted { pieces, error: None });
+    }
+    let second = chain(setup, Accuracy::Estimated(SECOND), true).ok();
+    let (mut accuracy, mut least) = (wanted.value(), f64::INFINITY);
+    loop {
+        let found = second.as_ref().and_then(|second| chain_error(&pieces, second, MARGIN));
+        let estimate = found.as_ref().map_or(f64::INFINITY, |found| found.estimate);
+        least = least.min(estimate);
+        if !wanted.is_promised() || estimate <= wanted.value() {
+            let line = &mut pieces.last_mut().expect("a chain has pieces").line;
+            (line.accuracy, line.error_estimate) = (Some(wanted), Some(estimate));
+            line.good_until = found.as_ref().map_or(line.good_until.map(|_| 0.0), |found| found.good_until);
+            return Ok(Acted { pieces, error: found.map(|found| found.error) });
+        }
+        accuracy /= TIGHTER;
+        let tighter = if accuracy < LEAST { None } else { chain(setup, Accuracy::Promised(accuracy), false).ok() };
+        let Some(tighter) = tighter else { return Err(refused(setup, &pieces, (wanted.value(), least))) };
+        pieces = tighter;
+    }
+}
+
+/// The refusal of an accuracy that events do not leave.
+fn refused<S: Real>(setup: &Setup<S>, pieces: &[Piece<S>], (asked, least): (f64, f64)) -> Box<Stopped<S>> {
+    let line = &pieces.last().expect("a chain has pieces").line;
+    let q: Vec<f64> = line.end().q.iter().map(|q| q.to_f64()).collect();
+    let (name, count) = (last_name(setup, pieces), acting_events(pieces));
+    let event = LastEvent { name, count };
+    let geometry = &setup.rough.geometry;
+    let failure = NoSolution::at_event(Status::AccuracyNotReached, geometry, line.gamma_f().to_f64(), &q, event);
+    let failure = NoSolution { residual: least, needed: least, asked, ..failure };
+    Box::new(Stopped { failure, pieces: Vec::new(), next: None })
+}
+
+/// The number of events that acted.
+pub fn acting_events<S: Real>(pieces: &[Piece<S>]) -> usize {
+    pieces.iter().map(|piece| piece.acted.len()).sum()
+}
+
+/// The name of the event that acted last.
+fn last_name<S: Real>(setup: &Setup<S>, pieces: &[Piece<S>]) -> String {
+    let last = pieces.iter().rev().find_map(|piece| piece.acted.last());
+    let change = last.and_then(|&place| setup.until[place].change.as_ref());
+    change.map_or_else(String::new, |change| change.name.clone())
+}
+
+/// The pieces of a run to an accuracy. A chain that `is_shaken` is off by its last digits at every event.
+fn chain<S: Arithmetic>(
+    setup: &Setup<S>,
+    accuracy: Accuracy,
+    is_shaken: bool,
+) -> Result<Vec<Piece<S>>, Box<Stopped<S>>> {
+    let mut pieces: Vec<Piece<S>> = Vec::new();
+    let mut here = setup.clone();
+    here.settings.accuracy = Some(accuracy);
+    here.sides = Event::new(setup, &setup.rough.start, (reach(&here.limit, &here), &[])).sides;
+    let (mut unresolved, mut count) = (0, 0);
+    loop {
+        let mut line = match solve(&here) {
+            Ok(line) => line,
+            Err(failure) => return Err(Box::new(Stopped { failure, pieces, next: Some(here) })),
+        };
+        add_up(&mut line, pieces.last());
+        let first = line.ended_by.filter(|&place| here.until[place].change.is_some());
+        let (Some(first), Some(limit)) = (first, rest_of(&here, &line)) else {
+            // What acts at the end of the run changes nothing.
+            line.ended_by = line.ended_by.filter(|_| first.is_none());
+            pieces.push(Piece { line, setup: here, acted: Vec::new() });
+            return Ok(pieces);
+        };
+        let before = pieces.last().map(|piece| (piece.line.length.to_f64(), piece.acted.as_slice()));
+        unresolved = if is_short(&line) { unresolved + 1 } else { 0 };
+        let is_same = before.is_some_and(|(_, acted)| acted.contains(&first));
+        let shrinks = before.is_some_and(|(length, _)| line.length.to_f64() < length);
+        let piles_up = unresolved > IN_TURN
+            || is_same && shrinks && (unresolved > 0 || is_low(&here, &line, first))
+            || count >= MOST_EVENTS;
+        let changed = if piles_up { Err(Status::EventsPileUp) } else { changed(&here, &line, first) };
+        pieces.push(Piece { line, setup: here, acted: Vec::new() });
+        let piece = pieces.last_mut().expect("it was added");
+        match changed {
+            Ok(event) => {
+                here = event.next(piece, limit, is_shaken);
+                count += event.acted.len();
+                piece.acted = event.acted;
+            }
+            Err(status) => return Err(stopped(setup, status, pieces, first)),
+        }
+    }
+}
+
+/// The way from the end of a piece to that of the run; `None` if it is no longer than the rounding of γ or of the
+/// coordinate.
+fn rest_of<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<Limit<S>> {
+    let is_left = |rest: S, size: S| rest.to_f64().abs() > SHORT * size.to_f64().abs();
+    match setup.limit {
+        Limit::Length(length) => {
+            let rest = length - line.length;
+            (rest > S::ZERO && is_left(rest, line.gamma_f())).then_some(Limit::Length(rest))
+        }
+        Limit::Value { coordinate, value } => {
+            is_left(value - line.last_joint().q[coordinate], value).then_some(setup.limit)
+        }
+    }
+}
+
+/// A run that ends at the event `place`, which was the last one.
+fn stopped<S: Real>(setup: &Setup<S>, status: Status, pieces: Vec<Piece<S>>, place: usize) -> Box<Stopped<S>> {
+    let line = &pieces.last().expect("it ends with a piece").line;
+    let q: Vec<f64> = line.end().q.iter().map(|q| q.to_f64()).collect();
+    let name = setup.until[place].change.as_ref().map_or_else(String::new, |change| change.name.clone());
+    let event = LastEvent { name, count: acting_events(&pieces) };
+    let failure = NoSolution::at_event(status, &setup.rough.geometry, line.gamma_f().to_f64(), &q, event);
+    Box::new(Stopped { failure, pieces, next: None })
+}
+
+/// The length of γ that the start is looked at with.
+fn reach<S: Real>(limit: &Limit<S>, setup: &Setup<S>) -> f64 {
+    let start = &setup.rough.start;
+    match *limit {
+        Limit::Length(length) => length.to_f64(),
+        Limit::Value { coordinate: a, value } => ((value.to_f64() - start.q[a]) / start.q_dot[a]).abs(),
+    }
+}
+
+/// Counts windows, iterations and what is not proved from the start of the run on.
+fn add_up<S: Real>(line: &mut WorldLine<S>, before: Option<&Piece<S>>) {
+    let Some(Piece { line: before, .. }) = before else { return };
+    line.window_count += before.window_count;
+    line.iterations.count += before.iterations.count;
+    line.gradient_norm = line.gradient_norm.max(before.gradient_norm);
+    line.windows_unproved = line.windows_unproved.zip(before.windows_unproved).map(|(one, other)| one + other);
+}
+
+/// Returns true if a piece is so short that γ hardly changes.
+fn is_short<S: Real>(line: &WorldLine<S>) -> bool {
+    let (length, gamma) = (line.length.to_f64(), line.gamma_f().to_f64().abs().max(line.gamma_i.to_f64().abs()));
+    length <= SHORT * gamma
+}
+
+/// Returns true if the formula of an event that began and ended a piece is zero in its middle, up to rounding.
+fn is_low<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, place: usize) -> bool {
+    let end = in_f64(&line.end_inside());
+    let mut formula = setup.until[place].rough.clone();
+    let norm = setup.rough.geometry.norm(&setup.rough.start.q, &setup.rough.start.q_dot);
+    let at_end = Beginning::new((&setup.rough.geometry, &end), &mut formula, norm, (line.length.to_f64(), 0.0));
+    let middle = Sampler::new(line).at_gamma(line.gamma_i + line.length.half());
+    middle.is_ok_and(|middle| {
+        let [q, q_dot, p] = [&middle.q, &middle.q_dot, &middle.p].map(|row| numbers(row));
+        formula.at(&q, &q_dot, &p, norm).abs() <= LOW * at_end.noise
+    })
+}
+
+fn numbers<S: Real>(row: &[S]) -> Vec<f64> {
+    row.iter().map(|value| value.to_f64()).collect()
+}
+
+fn in_f64<S: Real>(start: &Start<S>) -> Start {
+    Start { q: numbers(&start.q), q_dot: numbers(&start.q_dot), p: numbers(&start.p) }
+}
+
+/// The state after an event.
+struct Event {
+    start: Start,
+    /// The signs that formulas have behind it.
+    sides: Vec<f64>,
+    /// Those of formulas that are zero there, and change their sign in a direction that counts.
+    here: Vec<usize>,
+    acted: Vec<usize>,
+}
+
+/// The state that the events at the end of a piece make of it, of which `first` ended it. Others whose formulas are
+/// zero there too, and are about to change their sign, act after it, each once.
+fn changed<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, first: usize) -> Result<Event, Status> {
+    let (geometry, begin) = (&setup.rough.geometry, &setup.rough.start);
+    let norm = geometry.norm(&begin.q, &begin.q_dot);
+    let (mut start, mut acted, mut next) = (in_f64(&line.end_inside()), Vec::new(), Some(first));
+    let mut event = None;
+    while let Some(place) = next {
+        let Until { rough, change, .. } = &setup.until[place];
+        let value = rough.clone().at(&start.q, &start.q_dot, &start.p, norm);
+        let mut change: Change = change.clone().ok_or(Status::OutsideDomain)?;
+        start = change.of(geometry, &start, norm).ok_or(Status::OutsideDomain)?;
+        acted.push((place, value));
+        let found = Event::new(setup, &start, (line.length.to_f64(), &acted));
+        next = found.here.iter().copied().find(|other| !acted.iter().any(|(place, _)| place == other));
+        event = Some(found);
+    }
+    let acted = acted.into_iter().map(|(place, _)| place).collect();
+    event.map(|event| Event { acted, ..event }).ok_or(Status::OutsideDomain)
+}
+
+impl Event {
+    /// Looks at all formulas at a state behind a piece of this length, at whose end these events acted where their
+    /// formulas had these values.
+    fn new<S: Real>(setup: &Setup<S>, start: &Start, (before, acted): (f64, &[(usize, f64)])) -> Self {
+        let geometry = &setup.rough.geometry;
+        let norm = geometry.norm(&start.q, &start.q_dot);
+        let (mut sides, mut here) = (Vec::new(), Vec::new());
+        for (place, until) in setup.until.iter().enumerate() {
+            let zero = acted.iter().find(|(other, _)| *other == place).map_or(0.0, |(_, value)| value.abs());
+            let found = Beginning::new((geometry, start), &mut until.rough.clone(), norm, (before, zero));
+            let is_here = found.is_zero && found.side != 0.0 && until.direction.counts(found.side > 0.0);
+            here.extend((is_here && until.change.is_some()).then_some(place));
+            sides.push(found.side);
+        }
+        Self { start: start.clone(), sides, here, acted: Vec::new() }
+    }
+
+    /// The setup of the run that goes on from here, up to `limit`, after a piece.
+    fn next<S: Real>(&self, piece: &Piece<S>, limit: Limit<S>, is_shaken: bool) -> Setup<S> {
+        let (Piece { setup, line, .. }, mut start) = (piece, self.start.clone());
+        let geometry = &setup.rough.geometry;
+        if is_shaken {
+            let mut is_up = line.window_count % 2 == 0;
+            for value in start.q.iter_mut().chain(&mut start.q_dot) {
+                *value *= 1.0 + if is_up { SHAKE } else { -SHAKE };
+                is_up = !is_up;
+            }
+            start.p = geometry.momenta(&start.q, &start.q_dot);
+        }
+        // What an event leaves as it is keeps what rounding took from it.
+        let end = line.end_inside();
+        let keeps = |a: usize| end.q[a].to_f64() == start.q[a];
+        let low = |(a, &low): (usize, &f64)| if keeps(a) { low } else { 0.0 };
+        let q_low: Vec<f64> = line.handed.q_low.iter().enumerate().map(low).collect();
+        let handed = Handed { q_low, ..Handed::default() };
+        let of = |values: &[f64]| values.iter().map(|&value| S::from(value)).collect();
+        let exact = Start { q: of(&start.q), q_dot: of(&start.q_dot), p: of(&start.p) };
+        Setup {
+            place: Place { geometry: Arc::clone(&setup.place.geometry), start: Arc::new(exact) },
+            rough: Place { geometry: Arc::clone(geometry), start: Arc::new(start) },
+            gamma_i: line.gamma_f(),
+            carried: Some(Carried { sums: Vec::new(), handed }),
+            limit,
+            sides: self.sides.clone(),
+            // Errors are relative to sizes of the whole run.
+            floors: line.sizes.iter().copied().enumerate().filter(|(_, size)| *size > 0.0).collect(),
+            ..setup.clone()
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! Runs with events that act, against closed forms.
+
+use geodesic_ivp::diagnostics::verdict::Grade;
+use geodesic_ivp::solve::{NoSolution, Status};
+use geodesic_ivp::study::run::{NoRun, Run, Wanted, run};
+use geodesic_ivp::{Case, CaseError};
+
+/// A ball that falls from 1 with g = 9.81 to the floor.
+const BALL: &str = r#"
+potential = { coordinates = ["z"], formula = "g*z", parameters = { g = 9.81 } }
+particle.law = "newtonian"
+initial = { z = 1.0, z_dot = 0.0 }
+grid.gamma_f = 5.0
+solver.accuracy = 1e-11
+events.floor = { when = "z", direction = "down", set = { z_dot = "-0.9*z_dot" } }
+"#;
+
+/// A square of light: a particle that moves freely between walls.
+const BOX: &str = r#"
+metric.coordinates = ["t", "x", "y"]
+metric.components = { "t t" = "1", "x x" = "-1", "y y" = "-1" }
+initial = { t_dot = 1.0, x = 0.0, y = 0.0, x_dot = 0.6, y_dot = 0.3 }
+grid.gamma_f = 100.0
+solver.accuracy = 1e-11
+events.right = { when = "x - 1", direction = "up", set = { x_dot = "-x_dot" } }
+events.left = { when = "x + 1", direction = "down", set = { x_dot = "-x_dot" } }
+events.top = { when = "y - 1", direction = "up", set = { y_dot = "-y_dot" } }
+events.bottom = { when = "y + 1", direction = "down", set = { y_dot = "-y_dot" } }
+"#;
+
+fn parsed(text: &str, settings: &[&str]) -> Result<Case, CaseError> {
+    Case::parse("test", text, &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>())
+}
+
+fn solved(text: &str, settings: &[&str]) -> Result<Run, NoSolution> {
+    let case = parsed(text, settings).unwrap_or_else(|error| panic!("{settings:?}: {error}"));
+    let setup = case.setup();
+    match run(&case, &setup, Wanted::default()).0 {
+        Ok(run) => {
+            assert_eq!(run.judged(&setup, false, false).verdict.grade, Grade::Trusted, "{settings:?}");
+            Ok(run)
+        }
+        Err(NoRun::Unsolved(failure, _)) => Err(failure),
+        Err(none) => panic!("{none:?}"),
+    }
+}
+
+/// The times of the bounces of the ball, and its speed after each.
+fn bounces(e: f64) -> impl Iterator<Item = (f64, f64)> {
+    let first = (2.0 / 9.81_f64).sqrt();
+    let after = move |(t, v): (f64, f64)| (t + 2.0 * v / 9.81, e * v);
+    std::iter::successors(Some((first, e * 9.81 * first)), move |&bounce| Some(after(bounce)))
+}
+
+#[test]
+fn a_ball_bounces_when_parabolas_say() {
+    for (e, until) in [(0.9, 5.0), (0.9, 8.5), (1.0, 50.0), (0.5, 1.3)] {
+        let set = format!("events.floor.set.z_dot=\"-{e}*z_dot\"");
+        let run = solved(BALL, &[&set, &format!("grid.gamma_f={until}")]).unwrap();
+        let known: Vec<(f64, f64)> = bounces(e).take_while(|bounce| bounce.0 < until).collect();
+        assert_eq!((run.events.len(), run.acting_events), (known.len(), known.len()), "{e}");
+        for (event, (t, v)) in run.events.iter().zip(&known) {
+            assert!((event.sample.gamma - t).abs() < 1e-10 && event.sample.q[1].abs() < 1e-13, "{e}: {event:?}");
+            assert!((event.sample.q_dot[1] * e + v).abs() < 1e-10, "{e}: before it, the ball comes down: {event:?}");
+        }
+        let (t, v) = known[known.len() - 1];
+        let z = v * (until - t) - 0.5 * 9.81 * (until - t).powi(2);
+        assert!((run.line.end().q[1] - z).abs() < 1e-10, "{e}");
+    }
+}
+
+/// The rows of an event are two of the same γ, with the velocities before and after it.
+#[test]
+fn a_world_line_has_the_state_before_and_after_an_event() {
+    let run = solved(BALL, &[]).unwrap();
+    let parts = run.parts();
+    assert_eq!(parts.len(), run.acting_events + 1);
+    for pair in parts.windows(2) {
+        let (before, after) = (pair[0].0, pair[1].0);
+        assert_eq!(before.gamma_f(), after.gamma_i);
+        assert_eq!(after.window_count, before.window_count + after.windows.len());
+        let (before, after) = (before.end(), &after.place.start);
+        assert_eq!((before.q[1], -0.9 * before.q_dot[1]), (after.q[1], after.q_dot[1]));
+    }
+}
+
+/// ½ż² + 9.81 z is 9.81 e^2k behind the k-th bounce, and a charge on the way.
+#[test]
+fn charges_hold_between_events() {
+    let run = solved(BALL, &[]).unwrap();
+    for (k, (line, measured)) in run.parts().into_iter().enumerate() {
+        let energy = 9.81 * 0.81_f64.powi(k as i32);
+        assert!((line.place.start.p[0] - energy).abs() < 1e-12, "{k}");
+        assert!((measured.energy.unwrap().value - energy).abs() < 1e-12, "{k}");
+    }
+    assert!(run.diagnostics.charges.iter().all(|charge| charge.max_interior < 1e-12));
+    assert!(run.diagnostics.energy.unwrap().max_ends < 1e-12);
+}
+
+/// A kick at the apoapsis of the ellipse with the radii 1 and 4 makes a circle of the radius 4.
+#[test]
+fn a_kick_at_the_apoapsis_makes_a_circle() {
+    let text = r#"
+        potential = { coordinates = ["x", "y"], formula = "-1/sqrt(x^2 + y^2)" }
+        particle.law = "newtonian"
+        initial = { x = 1.0, y = 0.0, x_dot = 0.0, y_dot = "sqrt(8/5)" }
+        grid.gamma_f = "pi*2.5^1.5 + 20*pi"
+        solver.accuracy = 1e-11
+        events.kick = { when = "y", direction = "down", set = { x_dot = "0", y_dot = "-1/sqrt(sqrt(x^2 + y^2))" } }
+    "#;
+    let run = solved(text, &[]).unwrap();
+    let times: Vec<f64> = run.events.iter().map(|event| event.sample.gamma).collect();
+    let half = std::f64::consts::PI * 2.5_f64.powf(1.5);
+    assert_eq!(times.len(), 2);
+    assert!((times[0] - half).abs() < 1e-9 && (times[1] - half - 16.0 * std::f64::consts::PI).abs() < 1e-8);
+    let end = run.line.end();
+    assert!(end.q[1].abs() < 1e-8 && (end.q[2] + 4.0).abs() < 1e-8, "{:?}", end.q);
+    let circle = run.parts()[1].0;
+    assert!(circle.q(1).zip(circle.q(2)).all(|(x, y)| (x.hypot(y) - 4.0).abs() < 1e-9));
+}
+
+/// Where a path between walls has come to: straight on in the mirrors of the box.
+fn folded(way: f64) -> f64 {
+    let phase = (way + 1.0).rem_euclid(4.0);
+    if phase < 2.0 { phase - 1.0 } else { 3.0 - phase }
+}
+
+#[test]
+fn walls_of_a_box_keep_speed_and_mirror_the_way() {
+    // 60 in x and 30 in y: 30 and 15 walls. In the other box both are met in the corners, at the same time.
+    for (y, y_dot) in [(0.0, 0.3), (0.0, 0.6), (0.25, 0.37)] {
+        let run = solved(BOX, &[&format!("initial.y={y}"), &format!("initial.y_dot={y_dot}")]).unwrap();
+        let walls = |way: f64| ((way + 1.0) / 2.0).floor() as usize;
+        assert_eq!(run.acting_events, walls(60.0) + walls(y + 100.0 * y_dot), "{y_dot}");
+        assert_eq!(run.events.len(), run.acting_events);
+        let end = run.line.end();
+        let known = [100.0, folded(60.0), folded(y + 100.0 * y_dot)];
+        assert!(end.q.iter().zip(known).all(|(q, known)| (q - known).abs() < 1e-10), "{:?} {known:?}", end.q);
+        assert_eq!([end.q_dot[1].abs(), end.q_dot[2].abs()], [0.6, y_dot]);
+    }
+}
+
+/// In the paper's metric with V = z the wall turns the motion back on its own way.
+#[test]
+fn an_elastic_wall_in_the_papers_metric_turns_the_motion_back() {
+    let text = r#"
+        potential = { coordinates = ["z"], formula = "z" }
+        particle.c = 3.0
+        initial = { z = 1.0, t_dot = 1.0, z_dot = 0.0 }
+        grid.t_f = 30.0
+        solver.accuracy = 1e-11
+        events.wall = { when = "z", direction = "down", set = { z_dot = "-z_dot" } }
+    "#;
+    let run = solved(text, &[]).unwrap();
+    let times: Vec<f64> = run.events.iter().map(|event| event.sample.q[0]).collect();
+    assert!(times.len() > 5);
+    for (k, t) in times.iter().enumerate() {
+        assert!((t - (2 * k + 1) as f64 * times[0]).abs() < 1e-9, "{k}: {t}");
+    }
+    assert!(run.diagnostics.charges[0].max_interior < 1e-12 && run.diagnostics.norm.max_ends < 1e-9);
+}
+
+/// A ball of the floor's own speed is at rest after 8.58, behind infinitely many bounces.
+#[test]
+fn bounces_without_an_end_end_the_run_with_their_reason() {
+    let times: Vec<f64> = bounces(0.9).take(2000).map(|bounce| bounce.0).collect();
+    for accuracy in ["solver.accuracy=1e-11", "solver.tolerance=1e-9"] {
+        let failure = solved(BALL, &["grid.gamma_f=20.0", accuracy]).unwrap_err();
+        assert_eq!(failure.status, Status::EventsPileUp);
+        let text = failure.to_string();
+        assert!(text.starts_with("events do not end at gamma = 8.578949, z = ") && text.contains("'floor'"), "{text}");
+        assert!((failure.gamma - times[1999]).abs() < 1e-10, "{}", failure.gamma);
+        assert!(failure.advice().contains("end the run before"));
+    }
+}
+
+/// A floor of which the rounding is not small: the ball bounces on a sphere of radius 1.
+#[test]
+fn bounces_on_a_sphere_end_where_heights_are_rounding() {
+    let text = r#"
+        potential = { coordinates = ["x", "y"], formula = "-1/sqrt(x^2 + y^2)" }
+        particle.law = "newtonian"
+        initial = { x = 0.9, y = 1.2, x_dot = 0.0, y_dot = 0.0 }
+        grid.gamma_f = 20.0
+        solver.tolerance = 1e-11
+        events.ground = { when = "x^2 + y^2 - 1", direction = "down", set = { x_dot = "-x_dot/2", y_dot = "-y_dot/2" } }
+    "#;
+    let failure = solved(text, &[]).unwrap_err();
+    assert_eq!(failure.status, Status::EventsPileUp, "{failure}");
+}
+
+#[test]
+fn a_run_may_end_after_events_that_act_and_begin_on_the_floor() {
+    // The third bounce is at 1.9957; the top behind the second at 1.63.
+    let top = "events.top={ when = \"z_dot\", direction = \"down\", until = true }";
+    let run = solved(BALL, &["initial.z_dot=-1e-3", top]).unwrap();
+    assert_eq!((run.acting_events, run.line.ended_by), (1, Some(0)));
+    let run = solved(BALL, &["initial.z=0.0", "initial.z_dot=4.905", "grid.gamma_f=1.5"]).unwrap();
+    assert_eq!(run.acting_events, 1);
+    assert!((run.events[0].sample.gamma - 1.0).abs() < 1e-12);
+    // What ends a run where an event would act comes first.
+    let end = "events.end={ when = \"z\", direction = \"down\", until = true }";
+    assert_eq!(solved(BALL, &[end]).unwrap().acting_events, 0);
+}
+
+/// All are set from the state before.
+#[test]
+fn positions_and_momenta_are_set_from_the_state_before() {
+    let swap = "events.floor={ when = \"t - 1\", set = { x = \"y\", y = \"x\" } }";
+    let free = "potential = { coordinates = [\"x\", \"y\"], formula = \"0*x\" }\nparticle.law = \"newtonian\"\n\
+                initial = { x = 1.0, y = 3.0, x_dot = 0.5, y_dot = 0.25 }\ngrid.gamma_f = 2.0\n\
+                solver.accuracy = 1e-10\n";
+    let end = solved(free, &[swap]).unwrap().line.end();
+    assert!((end.q[1] - 3.75).abs() < 1e-12 && (end.q[2] - 1.75).abs() < 1e-12, "{:?}", end.q);
+    let push = "events.push={ when = \"t - 1\", set = { p_x = \"-2\" } }";
+    let end = solved(free, &[push]).unwrap().line.end();
+    assert!((end.q[1] - 3.5).abs() < 1e-12 && end.p[1] == -2.0, "{end:?}");
+}
+
+#[test]
+fn mistakes_of_events_that_act_are_said() {
+    let said = |settings: &[&str]| parsed(BALL, settings).unwrap_err().to_string();
+    for (setting, words) in [
+        ("events.floor.set={ w_dot = \"1\" }", "unknown coordinate 'w' in 'events.floor.set.w_dot'"),
+        ("events.floor.set={ g = \"1\" }", "'g' is a parameter"),
+        ("events.floor.set={ z_dot = \"-z_do\" }", "unknown name 'z_do'"),
+        ("events.floor.set={ z_dot = \"-\" }", "expected"),
+        ("events.floor.set={ z_dot = \"1\", p_z = \"1\" }", "velocities or momenta, not both"),
+        ("events.floor.set={}", "set is empty"),
+        ("events.floor.set={ s_dot = \"1\" }", "s follows from the energy"),
+        ("events.floor.set={ t = \"1\" }", "t runs by itself"),
+        ("events.floor.until=true", "both until and set"),
+        ("grid.gamma_f=-5.0", "the run goes backward"),
+        ("potential.conformal=\"1 + z^2\"", "conformal factor"),
+    ] {
+        let error = said(&[setting]);
+        assert!(error.contains(words), "{setting}: {error}");
+    }
+    let on_grid = said(&["grid.windows=20", "scheme={ sbp = \"GLL16\", form = \"weak\" }"]);
+    assert!(on_grid.contains("acts where windows end"), "{on_grid}");
+}
