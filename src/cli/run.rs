@@ -12,8 +12,8 @@ use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::{
-    CASE, OutputSet, SUMMARY, StreamedTable, Summary, write_branches, write_events, write_residuals_of, write_samples,
-    write_sensitivity, write_trajectory_of,
+    CASE, OutputSet, SUMMARY, StreamedTable, Summary, write_branches, write_events, write_residuals, write_samples,
+    write_sensitivity, write_trajectory,
 };
 use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
@@ -283,12 +283,11 @@ fn to_standard_output<S: Arithmetic>(
     let suspicions = if args.enclose { run.judged(setup, args.reference, true).suspicions } else { run.warnings() };
     suspicions.iter().for_each(|warning| report::warn(warning));
     let mut out = stdout::for_data()?;
-    match args.samples.only() {
-        true => write_samples(out, run.line.geometry().names(), &run.samples, run.line.digits)?,
-        false => {
-            std::io::copy(&mut table.finish().context("cannot write a temporary file")?, &mut out)?;
-            out.flush()?;
-        }
+    if args.samples.only() {
+        write_samples(out, run.line.geometry().names(), &run.samples, run.line.digits)?;
+    } else {
+        std::io::copy(&mut table.finish().context("cannot write a temporary file")?, &mut out)?;
+        out.flush()?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -297,9 +296,8 @@ fn to_standard_output<S: Arithmetic>(
 fn check_options(case: &Case, args: &RunArgs) -> anyhow::Result<()> {
     if args.enclose && case.settings().accuracy.is_none() && args.samples.only() {
         let help = "leave one of them out, or ask for solver.accuracy, which looks between the nodes on the way";
-        return Err(Refusal::usage("--samples-only keeps no nodes that --enclose could look between")
-            .help(help)
-            .into());
+        let refusal = Refusal::usage("--samples-only keeps no nodes that --enclose could look between");
+        return Err(refusal.help(help).into());
     }
     if case.has_acting_events() && args.reference {
         let help = "leave --reference out: such a run is compared with a second one in any case";
@@ -383,9 +381,9 @@ fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &R
     }
     let parts = run.parts();
     let (trajectory, residuals) = scope(|scope| {
-        let write = || write_residuals_of(files.writer(RESIDUALS), &parts, args.every);
+        let write = || write_residuals(files.writer(RESIDUALS), &parts, args.every);
         let residuals = Builder::new().spawn_scoped(scope, write);
-        let trajectory = write_trajectory_of(files.writer(TRAJECTORY), &parts, args.every);
+        let trajectory = write_trajectory(files.writer(TRAJECTORY), &parts, args.every);
         // Where there is no room for a thread, one table follows the other.
         let join = |thread: ScopedJoinHandle<'_, _>| thread.join().expect("writing a table does not panic");
         (trajectory, residuals.map_or_else(|_| write(), join))

@@ -36,7 +36,6 @@ pub use manifest::{Origin, origin_of};
 pub use stability::{Border, Onset, borders, onsets, stability_summary, write_stability};
 pub use summary::{Coordinates, Seconds, Summary};
 pub use tables::{
-    StreamedTable, write_branches, write_events, write_residuals, write_residuals_of, write_samples, write_sensitivity,
-    write_trajectory, write_trajectory_of,
+    StreamedTable, write_branches, write_events, write_residuals, write_samples, write_sensitivity, write_trajectory,
 };
 pub use work_precision::{read_rows, work_precision_summary, write_drift, write_work_precision};

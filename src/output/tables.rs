@@ -49,26 +49,14 @@ struct Column<'c, S> {
     values: Box<dyn Iterator<Item = S> + 'c>,
 }
 
-/// Writes `trajectory.csv`: gamma, the coordinates, their derivatives. With several windows, this table and those below
-/// have also the column window, and of every window every so many nodes and the last one. The derivatives are those of
+/// Writes `trajectory.csv` of a run in pieces, where two rows have the same gamma if an event has acted between them:
+/// gamma, the coordinates, their derivatives. With several windows, this table and those below have also the column
+/// window, and of every window every so many nodes and the last one. The derivatives are those of
 /// [`Diagnostics::tangent`].
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_trajectory<S: Real>(
-    out: impl Write,
-    run: &WorldLine<S>,
-    measured: &Diagnostics<S>,
-    every: usize,
-) -> csv::Result<()> {
-    write_trajectory_of(out, &[(run, measured)], every)
-}
-
-/// The same of a run in pieces. Where an event has acted, two rows have the same gamma.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_trajectory_of<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
+pub fn write_trajectory<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
     write_parts(parts, Contents::Trajectory, every, &mut out)
 }
 
@@ -78,20 +66,7 @@ pub fn write_trajectory_of<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], 
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Real>(
-    out: impl Write,
-    run: &WorldLine<S>,
-    measured: &Diagnostics<S>,
-    every: usize,
-) -> csv::Result<()> {
-    write_residuals_of(out, &[(run, measured)], every)
-}
-
-/// The same of a run in pieces.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_residuals_of<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
+pub fn write_residuals<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
     write_parts(parts, Contents::Residuals, every, &mut out)
 }
 

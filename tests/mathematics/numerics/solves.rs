@@ -63,7 +63,7 @@ fn the_last_row_of_a_run_to_a_time_has_that_time() {
             let case = Case::parse(name, text, &to_time).unwrap();
             let solution: Solution = solve(&case).unwrap();
             let mut table = Vec::new();
-            write_trajectory(&mut table, &solution, &Diagnostics::new(&solution), 1).unwrap();
+            write_trajectory(&mut table, &[(&solution, &Diagnostics::new(&solution))], 1).unwrap();
             let table = String::from_utf8(table).unwrap();
             let t = table.lines().last().unwrap().split(',').nth(1).unwrap();
             assert_eq!((t, solution.end_state().t), (format!("{t_f:?}").as_str(), t_f), "{name} to {accuracy}");

@@ -261,7 +261,7 @@ fn the_last_row_of_a_trajectory_is_a_velocity() {
         assert_eq!(tangent[0][..32 - 1], of_operator[0][..32 - 1], "all others are the operator's");
 
         let mut table = Vec::new();
-        write_trajectory(&mut table, &solution, &diagnostics, 1).unwrap();
+        write_trajectory(&mut table, &[(&solution, &diagnostics)], 1).unwrap();
         let text = String::from_utf8(table).unwrap();
         let row: Vec<f64> = text.lines().last().unwrap().split(',').map(|field| field.parse().unwrap()).collect();
         assert_eq!(row[3..5], [tangent[0][last], tangent[1][last]]);

@@ -254,8 +254,8 @@ fn every_reader_of_a_world_line_takes_the_grid_of_each_window() {
     }
     let diagnostics = Diagnostics::of(&line, &[], &mut [], false);
     let mut tables = [Vec::new(), Vec::new()];
-    write_trajectory(&mut tables[0], &line, &diagnostics, 1).unwrap();
-    write_residuals(&mut tables[1], &line, &diagnostics, 1).unwrap();
+    write_trajectory(&mut tables[0], &[(&line, &diagnostics)], 1).unwrap();
+    write_residuals(&mut tables[1], &[(&line, &diagnostics)], 1).unwrap();
     for table in tables {
         let table = String::from_utf8(table).unwrap();
         for window in 1..=line.windows.len() {
