@@ -115,7 +115,11 @@ fn root_between(
         if at_high == 0.0 {
             return Some(high);
         }
-        let root = try_root([low, at_low], [high, at_high], 2.0 * f64::EPSILON * (gamma + high), &mut value)?;
+        let least = 2.0 * f64::EPSILON * (gamma + high);
+        let root = try_root([low, at_low], [high, at_high], least, &mut value)?;
+        if root <= least {
+            return Some(least);
+        }
         // A root near the start of a run has digits of its own.
         let near = 2.0 * root;
         if gamma + near > NEARER * (gamma + high) {
