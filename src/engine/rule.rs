@@ -91,7 +91,7 @@ impl<const N: usize> Rule<N> {
         let n = self.points();
         let factor = if order == Order::First { h } else { h * h };
         let entries = self.entries(order);
-        let exact = |i: usize, j: usize| factor * entries[i * n + j];
+        let exact: Vec<Twofold> = entries.iter().filter(|_| is_exact).map(|&entry| factor * entry).collect();
         let end = |j: usize| match order {
             Order::First => self.operators.weights()[j],
             Order::Second => self.operators.position_weight(j),
@@ -99,8 +99,8 @@ impl<const N: usize> Rule<N> {
         let rounded = |i: usize, j: usize| factor.hi * entries[i * n + j].hi;
         Tables {
             length: h.hi,
-            collocation: if is_exact { matrix(n, |i, j| exact(i, j).hi) } else { matrix(n, rounded) },
-            collocation_low: is_exact.then(|| matrix(n, |i, j| exact(i, j).lo)),
+            collocation: if is_exact { matrix(n, |i, j| exact[i * n + j].hi) } else { matrix(n, rounded) },
+            collocation_low: is_exact.then(|| matrix(n, |i, j| exact[i * n + j].lo)),
             weights: Weights::new(n, |j| h * self.operators.weights()[j]),
             end_weights: Weights::new(n, |j| factor * end(j)),
         }

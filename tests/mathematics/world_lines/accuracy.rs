@@ -96,6 +96,10 @@ fn every_shipped_scene_is_as_accurate_as_asked_for() {
     for name in NAMES.iter().filter(|name| builtin::group(name).is_some_and(Group::is_scene)) {
         for accuracy in [1e-3, 1e-6, 1e-9, 1e-12] {
             let case = builtin_scene(name, &[&format!("solver.accuracy={accuracy:e}")]);
+            if case.has_acting_events() {
+                // Only the first piece is solved here; tests of these events solve the whole.
+                continue;
+            }
             let line = match solve::<f64>(case.setup()) {
                 // Rounding alone is more over 415 turns, as the program says.
                 Err(failure) if accuracy == 1e-12 && *name == "mercury" => {

@@ -109,7 +109,7 @@ fn accuracies_are_kept_in_scenes() {
 fn accuracies_are_kept_past_the_pole_of_polar_coordinates() {
     let components = "{ \"r r\" = \"1\", \"phi phi\" = \"r^2\" }";
     let metric = format!("metric = {{ coordinates = [\"r\", \"phi\"], components = {components} }}\n");
-    for (phi_dot, length) in [(2e-7, 3e6), (1e-6, 10.0), (1e-5, 1e4), (1e-3, 1e6), (0.1, 30.0)] {
+    for (phi_dot, length) in [(2e-7, 3e6), (1e-6, 1e5), (1e-5, 1e4), (1e-3, 1e6), (0.1, 30.0)] {
         let (r, r_dot) = (1.005, -0.53);
         let start = format!("initial = {{ r = {r}, phi = 0.0, r_dot = {r_dot}, phi_dot = {phi_dot} }}\n");
         let (geometry, start) = scene(&format!("{metric}{start}"));

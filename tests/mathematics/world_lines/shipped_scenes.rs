@@ -17,7 +17,8 @@ fn scene(name: &str, settings: &[&str]) -> Case {
 
 fn scenes() -> impl Iterator<Item = (&'static str, Case)> {
     let names = NAMES.iter().filter(|name| builtin::group(name).is_some_and(Group::is_scene));
-    names.map(|&name| (name, scene(name, &[])))
+    // Runs with events that act are chains of solves, which `check --run` compares.
+    names.map(|&name| (name, scene(name, &[]))).filter(|(_, case)| !case.has_acting_events())
 }
 
 fn solved(name: &str, case: &Case) -> WorldLine {
