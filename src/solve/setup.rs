@@ -118,8 +118,9 @@ pub struct Setup<S: Real = f64> {
     pub limit: Limit<S>,
     /// Formulas at whose first change of sign it ends before that.
     pub until: Vec<Until<S>>,
-    /// The signs of these at the start, if they are known.
-    pub sides: Vec<f64>,
+    /// The signs of these formulas at the start, where they are known; and of those that are zero there what their values
+    /// have to exceed before a change of sign is none of rounding.
+    pub sides: Vec<[f64; 2]>,
     /// D̄ (true) or D (false) in the action.
     pub regularised: bool,
     /// Sizes of coordinates below which an accuracy is absolute.

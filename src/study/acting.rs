@@ -238,8 +238,8 @@ fn in_f64<S: Real>(start: &Start<S>) -> Start {
 /// The state after an event.
 struct Event {
     start: Start,
-    /// The signs that formulas have behind it.
-    sides: Vec<f64>,
+    /// The signs that formulas have behind it, as in [`Setup::sides`].
+    sides: Vec<[f64; 2]>,
     /// Those of formulas that are zero there, and change their sign in a direction that counts.
     here: Vec<usize>,
     acted: Vec<usize>,
@@ -278,7 +278,7 @@ impl Event {
             let found = Beginning::new((geometry, start), &mut until.rough.clone(), norm, (before, zero));
             let is_here = found.is_zero && found.side != 0.0 && until.direction.counts(found.side > 0.0);
             here.extend((is_here && until.change.is_some()).then_some(place));
-            sides.push(found.side);
+            sides.push([found.side, if found.is_zero { found.noise } else { 0.0 }]);
         }
         Self { start: start.clone(), sides, here, acted: Vec::new() }
     }

@@ -1,6 +1,6 @@
 //! Formulas at whose first change of sign a run ends.
 
-use crate::engine::{Dense, State, Window};
+use crate::engine::{Dense, State, Window, WindowNodes};
 use crate::geometry::{Direction, Geometry, Observable, Point, Start};
 use crate::number::root::root;
 use crate::solve::setup::Until;
@@ -34,8 +34,11 @@ pub(super) struct Watches<'g> {
     directions: Vec<Direction>,
     /// True if what lies between nodes may not be missed, as the formula belongs to an event that acts.
     acts: Vec<bool>,
-    /// The signs at the start of the run, if they are known.
-    known: Vec<f64>,
+    /// The signs at the start of the run, if they are known, and what values have to exceed before changes of sign count.
+    known: Vec<[f64; 2]>,
+    /// What a value still has to exceed, at the start and at the end of the window; 0 once it has.
+    noise: Vec<f64>,
+    noise_at_end: Vec<f64>,
     /// Signs at the start of the window, and at the end of the one that was looked at; 0 as long as a value was 0.
     sides: Vec<f64>,
     sides_at_end: Vec<f64>,
@@ -48,12 +51,14 @@ pub(super) struct Watches<'g> {
 }
 
 impl<'g> Watches<'g> {
-    pub(super) fn new<S>(geometry: &'g Geometry, start: &Start, until: &[Until<S>], known: &[f64]) -> Self {
+    pub(super) fn new<S>(geometry: &'g Geometry, start: &Start, until: &[Until<S>], known: &[[f64; 2]]) -> Self {
         Self {
             formulas: until.iter().map(|until| until.rough.clone()).collect(),
             directions: until.iter().map(|until| until.direction).collect(),
             acts: until.iter().map(|until| until.change.is_some()).collect(),
             known: known.to_vec(),
+            noise: vec![0.0; until.len()],
+            noise_at_end: vec![0.0; until.len()],
             sides: vec![0.0; until.len()],
             sides_at_end: vec![0.0; until.len()],
             norm: geometry.norm(&start.q, &start.q_dot),
@@ -68,12 +73,15 @@ impl<'g> Watches<'g> {
     /// The run begins.
     pub(super) fn begin(&mut self) {
         self.sides.fill(0.0);
-        self.sides[..self.known.len()].copy_from_slice(&self.known);
+        for (place, &[side, noise]) in self.known.iter().enumerate() {
+            (self.sides[place], self.noise[place]) = (side, noise);
+        }
     }
 
     /// The window that was looked at is a part of the run.
     pub(super) fn accept(&mut self) {
         self.sides.copy_from_slice(&self.sides_at_end);
+        self.noise.copy_from_slice(&self.noise_at_end);
     }
 
     /// The value of a formula at a state.
@@ -97,6 +105,20 @@ impl<'g> Watches<'g> {
         formulas[place].at(q, q_dot, p, *norm)
     }
 
+    /// The value of a formula at a node of a window with these ends.
+    fn at_node(&mut self, place: usize, nodes: &WindowNodes<'_>, [begin, end]: [&State; 2], node: usize) -> f64 {
+        if node + 1 == nodes.points() {
+            return self.at(place, end);
+        }
+        for a in 0..self.q.len() {
+            let is_active = self.geometry.active().contains(&a);
+            self.q[a] = nodes.q(a)[node] + if is_active { 0.0 } else { begin.q[a].high };
+        }
+        let momenta: Vec<f64> = (0..begin.p.len()).map(|place| nodes.p(place)[node]).collect();
+        self.set_momenta(&momenta);
+        self.value(place)
+    }
+
     /// The first change of sign on the nodes of a window that counts.
     pub(super) fn change(&mut self, window: &mut Window<'_>) -> Option<Change> {
         if self.formulas.is_empty() {
@@ -107,29 +129,24 @@ impl<'g> Watches<'g> {
         let last = nodes.points() - 1;
         let (mut first, mut dips): (Option<Change>, Vec<Dip>) = (None, Vec::new());
         for place in 0..self.formulas.len() {
-            let at = |watches: &mut Self, node: usize| {
-                if node == last {
-                    return watches.at(place, &end);
-                }
-                for a in 0..watches.q.len() {
-                    let is_active = watches.geometry.active().contains(&a);
-                    watches.q[a] = nodes.q(a)[node] + if is_active { 0.0 } else { begin.q[a].high };
-                }
-                let momenta: Vec<f64> = (0..begin.p.len()).map(|place| nodes.p(place)[node]).collect();
-                watches.set_momenta(&momenta);
-                watches.value(place)
-            };
             let (mut side, mut before) = (self.sides[place], self.at(place, &begin));
             if side == 0.0 && self.known.is_empty() {
                 // The start of a run. A root there is none.
-                let (now, next) = (before, at(self, 1));
+                let (now, next) = (before, self.at_node(place, &nodes, [&begin, &end], 1));
                 let now = if now.abs() < AT_START * next.abs() { next } else { now };
                 side = if now == 0.0 { 0.0 } else { now.signum() };
             }
-            let mut earlier = [f64::NAN; 2];
+            let (mut earlier, mut noise) = ([f64::NAN; 2], self.noise[place]);
             for node in 1..=last {
-                let here = at(self, node);
-                let [from, to] = [node - 1, node].map(|node| nodes.fractions()[node]);
+                let here = self.at_node(place, &nodes, [&begin, &end], node);
+                let [mut from, to] = [node - 1, node].map(|node| nodes.fractions()[node]);
+                if noise > 0.0 {
+                    if here.abs() <= noise {
+                        continue;
+                    }
+                    // All before is no more than rounding.
+                    (noise, before, from) = (0.0, 0.0, 0.0);
+                }
                 let is_change = here * side < 0.0 || here == 0.0 && side != 0.0;
                 if is_change && self.directions[place].counts(side < 0.0) {
                     let share = if before * here < 0.0 { before / (before - here) } else { 1.0 };
@@ -149,7 +166,7 @@ impl<'g> Watches<'g> {
                     side = here.signum();
                 }
             }
-            self.sides_at_end[place] = side;
+            (self.sides_at_end[place], self.noise_at_end[place]) = (side, noise);
         }
         if dips.is_empty() {
             return first;

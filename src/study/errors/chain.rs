@@ -8,6 +8,9 @@ use crate::solve::{Limit, WorldLine};
 use crate::study::acting::Piece;
 use crate::trajectory::Sampler;
 
+/// Events with no more than this part of the way so far between them come at once.
+const AT_ONCE: f64 = 1e-9;
+
 /// The error of a chain of pieces.
 pub(crate) struct ChainError {
     /// The error, coordinate by coordinate.
@@ -19,10 +22,11 @@ pub(crate) struct ChainError {
 }
 
 /// Compares the pieces of a run with those of a second one, at the same γ on the ends and in the middles of windows.
-/// Errors are `margin` times the differences. `None` if other events acted in it.
+/// Errors are `margin` times the differences. `None` if other events acted in it, or in another order; but events that
+/// come at once may be in any order, whose result the pieces behind them show.
 pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], margin: f64) -> Option<ChainError> {
-    let is_alike = |(one, other): (&Piece<S>, &Piece<S>)| one.acted == other.acted;
-    if pieces.len() != second.len() || !pieces.iter().zip(second).all(is_alike) {
+    let [flights, others] = [pieces, second].map(flights);
+    if flights.len() != others.len() || flights.iter().zip(&others).any(|(one, other)| one.1 != other.1) {
         return None;
     }
     let (last, of_second) = (&pieces.last()?.line, &second.last()?.line);
@@ -33,7 +37,7 @@ pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], mar
     };
     let own = second.iter().filter_map(|piece| piece.line.error_estimate).fold(0.0, f64::max);
     let (mut largest, mut end, mut good) = (vec![0.0_f64; sizes.len()], Vec::new(), GOOD_DIGITS.map(|_| None));
-    for (piece, other) in pieces.iter().zip(second) {
+    for ((piece, _), (other, _)) in flights.iter().zip(&others) {
         let (mut here, mut there) = (Sampler::new(&piece.line), Sampler::new(&other.line));
         for gamma in places(&piece.line) {
             let sample = here.at_gamma(gamma).ok()?.q;
@@ -58,6 +62,20 @@ pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], mar
     let error = RunError { end, largest, own: sizes.iter().map(|size| own * size).collect(), judge, stepped_over };
     let whole = last.length.to_f64();
     Some(ChainError { error, estimate, good_until: good.map(|good| good.unwrap_or(whole)) })
+}
+
+/// The pieces of a run that are more than next to nothing, each with the events up to the next one, in the order of the case.
+fn flights<S: Real>(pieces: &[Piece<S>]) -> Vec<(&Piece<S>, Vec<usize>)> {
+    let mut flights: Vec<(&Piece<S>, Vec<usize>)> = Vec::new();
+    for piece in pieces {
+        let whole = piece.line.gamma_f() - pieces[0].line.gamma_i;
+        match flights.last_mut() {
+            Some((_, acted)) if (piece.line.length / whole).to_f64() <= AT_ONCE => acted.extend(&piece.acted),
+            _ => flights.push((piece, piece.acted.clone())),
+        }
+    }
+    flights.iter_mut().for_each(|(_, acted)| acted.sort_unstable());
+    flights
 }
 
 /// γ at the ends and in the middles of the windows of a piece.
