@@ -118,8 +118,8 @@ pub struct Setup<S: Real = f64> {
     pub limit: Limit<S>,
     /// Formulas at whose first change of sign it ends before that.
     pub until: Vec<Until<S>>,
-    /// The signs of these formulas at the start, where they are known; and of those that are zero there what their values
-    /// have to exceed before a change of sign is none of rounding.
+    /// The signs of these formulas at the start, where they are known; where a formula is zero there, the value that it
+    /// has to exceed before a change of sign is none of rounding.
     pub sides: Vec<[f64; 2]>,
     /// D̄ (true) or D (false) in the action.
     pub regularised: bool,

@@ -34,7 +34,7 @@ pub(super) struct Watches<'g> {
     directions: Vec<Direction>,
     /// True if what lies between nodes may not be missed, as the formula belongs to an event that acts.
     acts: Vec<bool>,
-    /// The signs at the start of the run, if they are known, and what values have to exceed before changes of sign count.
+    /// The signs at the start of the run, if they are known, and what values exceed before changes of sign count.
     known: Vec<[f64; 2]>,
     /// What a value still has to exceed, at the start and at the end of the window; 0 once it has.
     noise: Vec<f64>,

@@ -64,7 +64,8 @@ pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], mar
     Some(ChainError { error, estimate, good_until: good.map(|good| good.unwrap_or(whole)) })
 }
 
-/// The pieces of a run that are more than next to nothing, each with the events up to the next one, in the order of the case.
+/// The pieces of a run that are more than next to nothing, each with the events up to the next one, in the order of
+/// the case.
 fn flights<S: Real>(pieces: &[Piece<S>]) -> Vec<(&Piece<S>, Vec<usize>)> {
     let mut flights: Vec<(&Piece<S>, Vec<usize>)> = Vec::new();
     for piece in pieces {
