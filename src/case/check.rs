@@ -277,10 +277,13 @@ pub(super) fn acting(case: &Case, events: &Section<'_>) -> Result<(), CaseError>
     };
     let names = case.coordinates();
     for (event, field) in case.events().iter().zip(events.fields()).filter(|(event, _)| !event.set.is_empty()) {
-        let of = |quantity: Quantity| match quantity {
-            Quantity::Position(a) | Quantity::Velocity(a) | Quantity::Momentum(a) => (a, quantity),
+        let is_added = |quantity: Quantity| match quantity {
+            Quantity::Position(a) | Quantity::Velocity(a) | Quantity::Momentum(a) => {
+                case.is_lifted() && (a == 0 || a + 1 == names.len())
+            }
+            Quantity::Parameter(_) => false,
         };
-        let is_added = |a: usize| case.is_lifted() && (a == 0 || a + 1 == names.len());
+        let is_t = |quantity: Quantity| matches!(quantity, Quantity::Position(a) if names[a] == "t");
         let (message, help) = if !case.solver.chooses_windows() {
             ("an event acts where windows end, and here they are given", "give solver.accuracy or solver.tolerance")
         } else if case.is_backward() {
@@ -289,14 +292,9 @@ pub(super) fn acting(case: &Case, events: &Section<'_>) -> Result<(), CaseError>
             ("no sensitivity is carried through an event that acts", "leave solver.sensitivity out")
         } else if is_conformal {
             ("no event acts in a scene with a conformal factor, which changes the pace of gamma", "leave conformal out")
-        } else if event.set.iter().any(|(quantity, _)| is_added(of(*quantity).0)) {
+        } else if event.set.iter().any(|(quantity, _)| is_added(*quantity)) {
             ("with Newton's law t runs by itself, and s follows from the energy", "set the other coordinates")
-        } else if case.grid().t_f.is_some()
-            && event
-                .set
-                .iter()
-                .any(|(quantity, _)| matches!(of(*quantity), (a, Quantity::Position(_)) if names[a] == "t"))
-        {
+        } else if case.grid().t_f.is_some() && event.set.iter().any(|(quantity, _)| is_t(*quantity)) {
             ("an event sets t, by which the run ends", "end it at gamma_f")
         } else {
             continue;

@@ -176,7 +176,8 @@ pub const SCENE_KEYS: &[(&str, &str)] = &[
     (
         "events.NAME",
         "a table: when, a formula of coordinates and velocities, direction, \"up\", \"down\" or \"both\", and until = \
-         true to end the run there, or set to change the state there: { z_dot = \"-0.9*z_dot\" }",
+         true to end the run there, or set to change the state or a parameter there: { z_dot = \"-0.9*z_dot\", \
+         k = \"k/2\" }",
     ),
     (
         "tables.NAME",

@@ -27,6 +27,12 @@ pub struct Event {
     pub set: Vec<(Quantity, String)>,
 }
 
+/// The names that the events of this section set.
+pub(super) fn set_names(events: &Section<'_>) -> Vec<String> {
+    let sets = events.fields().into_iter().filter_map(|event| event.section().ok()?.take("set")?.section().ok());
+    sets.flat_map(|set| set.fields().into_iter().map(|field| field.key)).collect()
+}
+
 /// `[plot]`: the axes of the picture of the orbit, as formulas of positions and velocities.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Axes {
@@ -133,14 +139,11 @@ impl<'s> Formulas<'s> {
         Ok(set)
     }
 
-    /// The quantity that the key of a field names: q, q_dot or p_q of a coordinate q.
+    /// The quantity that the key of a field names: q, q_dot or p_q of a coordinate q, or a parameter.
     fn quantity(&self, field: &Field<'_>) -> Result<Quantity, CaseError> {
         let key = field.key.as_str();
-        if self.parameters.iter().any(|(name, _)| name == key) {
-            let help = "an event sets coordinates q, velocities q_dot or momenta p_q".to_owned();
-            return Err(field
-                .key_error(format!("'{key}' is a parameter, which is one number all the way"))
-                .with_help(help));
+        if let Some(parameter) = self.parameters.iter().position(|(name, _)| name == key) {
+            return Ok(Quantity::Parameter(parameter));
         }
         let (name, quantity): (&str, fn(usize) -> Quantity) = match (key.strip_suffix("_dot"), key.strip_prefix("p_")) {
             (Some(name), _) => (name, Quantity::Velocity),

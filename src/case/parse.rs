@@ -2,7 +2,7 @@
 
 use super::hint::Missing;
 use super::mistakes::Found;
-use super::observables::Formulas;
+use super::observables::{self, Formulas};
 use super::reader::Section;
 use super::settings::{self, Context};
 use super::source::Source;
@@ -47,6 +47,8 @@ impl Case {
         let mut scenery = check::geometry(&mut root, [metric, potential, force, body], [particle?, pair])?;
         let tables = tables::read(&tables?, &scenery.text)?;
         scenery.text.set_tables(tables.functions);
+        let events = events?;
+        scenery.text.hold(observables::set_names(&events));
         // First, because an accuracy in an override takes the scheme away.
         let (mut solver, floor) = settings::solver(solver?)?;
         let scheme = scheme?;
@@ -64,7 +66,7 @@ impl Case {
             (found.is_double, found.tau) = (exact.is_double, exact.tau);
         }
         let (is_double, (start, compiled)) = (found.is_double, found.place(&mut scenery, &initial)?);
-        let (names, parameters, events) = (scenery.text.coordinates(), scenery.text.parameters(), events?);
+        let (names, parameters) = (scenery.text.coordinates(), scenery.text.parameters());
         let formulas = Formulas::of(&scenery.text, &names);
         let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
         let context = Context { gamma_i, source, names: &names, parameters, formulas: &formulas, start: &start };

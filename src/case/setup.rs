@@ -3,10 +3,10 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::{Case, Event};
+use super::{Case, Event, scenery};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::number::Real;
-use crate::solve::{Change, Continuation, Place, Setup, Until};
+use crate::solve::{Change, Continuation, Place, Quantity, Setup, Until};
 use crate::trajectory::Watch;
 
 impl Case {
@@ -90,6 +90,37 @@ impl Case {
         }
     }
 
+    /// This case with other values of parameters, by their places; `None` if formulas have none at `q` then.
+    pub(crate) fn with_parameters(&self, values: &[(usize, f64)], q: &[f64]) -> Option<Self> {
+        let mut case = self.clone();
+        case.geometry.set_parameters(values);
+        case.compiled = scenery::compiled(&case.geometry, self.is_of_x).ok()?.around(q).ok()?;
+        Some(case)
+    }
+
+    /// The setup of a run that goes on at `q`, where an event sets parameters besides the state: that of the run
+    /// before with the space-time and the formulas of the new numbers, if these have a value there.
+    pub(crate) fn with_set<S: Real>(
+        &self,
+        before: &Setup<S>,
+        values: &[(Quantity, f64)],
+        q: &[f64],
+    ) -> Option<Setup<S>> {
+        let mut set = before.set.clone();
+        for &(quantity, value) in values {
+            let Quantity::Parameter(parameter) = quantity else { continue };
+            set.retain(|(other, _)| *other != parameter);
+            set.push((parameter, value));
+        }
+        if set.iter().any(|(_, value)| !value.is_finite()) {
+            return None;
+        }
+        let case = self.with_parameters(&set, q)?;
+        let rough = Place { geometry: Arc::new(case.compiled.clone()), start: Arc::clone(&before.rough.start) };
+        let place = (&rough as &dyn Any).downcast_ref::<Place<S>>().cloned();
+        Some(Setup { place: place?, rough, until: case.ending(), set, ..before.clone() })
+    }
+
     /// A formula of what the solver computes.
     fn observable<S: Real>(&self, formula: &str) -> Observable<S> {
         let observable = observable(self.geometry_text(), formula);
@@ -101,22 +132,25 @@ impl Case {
         observable(self.geometry_text(), formula)
     }
 
-    /// The settings of a solver.
-    pub fn setup<S: Real>(&self) -> Setup<S> {
+    /// The formulas at whose changes of sign a run ends.
+    fn ending<S: Real>(&self) -> Vec<Until<S>> {
         let ending = self.events().iter().filter(|event| event.until);
         let ending = ending.map(|event| (event.when.as_str(), event.direction, None));
         let acting = self.acting().map(|(_, event)| (event.when.as_str(), event.direction, Some(self.change(event))));
         let until = self.until().map(|formula| (formula, Direction::Both, None)).into_iter();
         // Where an event that acts meets one that ends the run, the run ends.
         let until = until.chain(ending).chain(acting);
-        let until = until
-            .map(|(formula, direction, change)| Until {
-                formula: self.observable(formula),
-                rough: self.observable(formula),
-                direction,
-                change,
-            })
-            .collect();
+        let until = until.map(|(formula, direction, change)| Until {
+            formula: self.observable(formula),
+            rough: self.observable(formula),
+            direction,
+            change,
+        });
+        until.collect()
+    }
+
+    /// The settings of a solver.
+    pub fn setup<S: Real>(&self) -> Setup<S> {
         let place: Place<S> = self.place();
         let carried = self.carried(&place.geometry).map(|(_, carried)| carried);
         let origin = self.from.as_ref().and_then(Continuation::origin);
@@ -131,8 +165,9 @@ impl Case {
             gamma_i: self.gamma_i(),
             is_backward: self.is_backward(),
             limit: self.limit(),
-            until,
+            until: self.ending(),
             sides: Vec::new(),
+            set: Vec::new(),
             regularised: self.scheme.regularised,
             floors: self.solver.floor.iter().map(|(a, size)| (*a, self.value(size))).collect(),
             settings: self.settings().within::<S>(),

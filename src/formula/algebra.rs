@@ -4,7 +4,7 @@
 use std::marker::PhantomData;
 
 use super::Function;
-use super::graph::{Fused, Operation};
+use super::operation::{Fused, Operation};
 use super::program::{Program, Register, Step};
 use crate::number::Real;
 

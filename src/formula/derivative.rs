@@ -1,7 +1,8 @@
 //! Symbolic derivatives on a graph.
 
 use super::Function;
-use super::graph::{Graph, Node, NodeId, Operation};
+use super::graph::{Graph, Node, NodeId};
+use super::operation::Operation;
 use crate::number::Real;
 
 impl<S: Real> Graph<S> {

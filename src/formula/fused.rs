@@ -1,6 +1,6 @@
 //! Programs whose products and sums are one step, for algebras that have an instruction for both.
 
-use super::graph::{Fused, Operation};
+use super::operation::{Fused, Operation};
 use super::program::{Program, Register};
 use crate::number::Real;
 

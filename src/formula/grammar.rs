@@ -277,11 +277,12 @@ fn name<'i, 's: 'i, S: Real>(input: &mut Input<'i, 's, S>) -> Result<NodeId, Fai
         });
     }
     let Names { variables, parameters, definitions, .. } = input.state.names;
-    let constant = if name == "pi" { Some(S::PI) } else { parameters.get(name).copied() };
-    let node = match (variables.iter().position(|variable| *variable == name), constant) {
+    let constant = || if name == "pi" { Some(S::PI) } else { parameters.get(name).copied() };
+    // A parameter that is held is a definition, too.
+    let node = match (variables.iter().position(|variable| *variable == name), definitions.get(name)) {
         (Some(variable), _) => Some(input.state.graph.variable(variable)),
-        (None, Some(value)) => Some(input.state.graph.constant(value)),
-        (None, None) => definitions.get(name).copied(),
+        (None, Some(&node)) => Some(node),
+        (None, None) => constant().map(|value| input.state.graph.constant(value)),
     };
     match node {
         Some(_) if called => {

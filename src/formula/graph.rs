@@ -2,79 +2,11 @@
 
 use super::Function;
 use super::hash::QuickMap;
+use super::operation::Operation;
 use crate::number::Real;
 
 /// Index of a node in its [`Graph`].
 pub(crate) type NodeId = usize;
-
-/// An operation on earlier values, each given by the index of a node of a graph or of a register of a program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Operation<I = NodeId> {
-    Add(I, I),
-    Subtract(I, I),
-    Multiply(I, I),
-    Divide(I, I),
-    Negate(I),
-    Power(I, I),
-    Call(Function, I),
-    /// A product with a sum at once. Programs have it ([`super::Program::fused`]), graphs do not.
-    Fused(Fused, [I; 3]),
-}
-
-/// A product ab with a third value c.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) enum Fused {
-    /// ab + c.
-    Add,
-    /// ab − c.
-    Subtract,
-    /// c − ab.
-    SubtractFrom,
-}
-
-impl<I: Copy> Operation<I> {
-    /// The indices of its operands.
-    pub(crate) fn operands(self) -> impl Iterator<Item = I> {
-        let (operands, count) = self.listed();
-        operands.into_iter().take(count)
-    }
-
-    /// Its operands, and how many of these there are.
-    fn listed(self) -> ([I; 3], usize) {
-        match self {
-            Self::Negate(a) | Self::Call(_, a) => ([a; 3], 1),
-            Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) | Self::Power(a, b) => {
-                ([a, b, b], 2)
-            }
-            Self::Fused(_, operands) => (operands, 3),
-        }
-    }
-
-    /// The same on other indices.
-    pub(super) fn map<J>(self, at: impl Fn(I) -> J) -> Operation<J> {
-        match self {
-            Self::Add(a, b) => Operation::Add(at(a), at(b)),
-            Self::Subtract(a, b) => Operation::Subtract(at(a), at(b)),
-            Self::Multiply(a, b) => Operation::Multiply(at(a), at(b)),
-            Self::Divide(a, b) => Operation::Divide(at(a), at(b)),
-            Self::Negate(a) => Operation::Negate(at(a)),
-            Self::Power(a, b) => Operation::Power(at(a), at(b)),
-            Self::Call(function, a) => Operation::Call(function, at(a)),
-            Self::Fused(fused, operands) => Operation::Fused(fused, operands.map(at)),
-        }
-    }
-}
-
-impl Operation {
-    /// The same number for the same numbers, whichever operand comes first.
-    fn sorted(self) -> Self {
-        match self {
-            Self::Add(a, b) => Self::Add(a.min(b), a.max(b)),
-            Self::Multiply(a, b) => Self::Multiply(a.min(b), a.max(b)),
-            _ => self,
-        }
-    }
-}
 
 /// A value of the graph; operands are earlier nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -106,6 +38,8 @@ pub(crate) struct Graph<S> {
     /// The variables in every node, a bit each; all from the 64th on share the last one.
     pub(super) variables: Vec<u64>,
     constants: Vec<S>,
+    /// The constants that no operation folds.
+    held: Vec<usize>,
     index: QuickMap<Node, NodeId>,
     /// Derivatives that were formed, by node and variable.
     pub(super) derivatives: QuickMap<(NodeId, usize), NodeId>,
@@ -118,6 +52,7 @@ impl<S: Real> Default for Graph<S> {
             variables: Vec::new(),
             // The constants that are looked for most often are found first.
             constants: vec![S::ZERO, S::ONE, -S::ONE],
+            held: Vec::new(),
             index: QuickMap::default(),
             derivatives: QuickMap::default(),
         }
@@ -166,7 +101,7 @@ impl<S: Real> Graph<S> {
 
     pub(crate) fn as_constant(&self, id: NodeId) -> Option<S> {
         match self.nodes[id] {
-            Node::Constant(constant) => Some(self.number(constant)),
+            Node::Constant(constant) if !self.held.contains(&constant) => Some(self.number(constant)),
             _ => None,
         }
     }
@@ -183,11 +118,21 @@ impl<S: Real> Graph<S> {
         // A formula has only a few constants, so they are searched in order. 0 and −0 are different constants, because
         // of their signs; a NaN is equal to nothing and always becomes a new one.
         let same = |known: &S| *known == value && known.signum() == value.signum();
-        let constant = self.constants.iter().position(same).unwrap_or_else(|| {
+        let known =
+            (0..self.constants.len()).find(|&known| same(&self.constants[known]) && !self.held.contains(&known));
+        let constant = known.unwrap_or_else(|| {
             self.constants.push(value);
             self.constants.len() - 1
         });
         self.insert(Node::Constant(constant))
+    }
+
+    /// A constant that may become another one: operations with it are kept, so that the graph has the same form for
+    /// every value.
+    pub(crate) fn held(&mut self, value: S) -> NodeId {
+        self.held.push(self.constants.len());
+        self.constants.push(value);
+        self.insert(Node::Constant(self.constants.len() - 1))
     }
 
     pub(crate) fn whole(&mut self, value: i32) -> NodeId {
@@ -238,9 +183,9 @@ impl<S: Real> Graph<S> {
     }
 
     pub(crate) fn negate(&mut self, a: NodeId) -> NodeId {
-        match self.nodes[a] {
-            Node::Constant(constant) => self.constant(-self.number(constant)),
-            Node::Apply(Operation::Negate(inner)) => inner,
+        match (self.as_constant(a), self.nodes[a]) {
+            (Some(value), _) => self.constant(-value),
+            (None, Node::Apply(Operation::Negate(inner))) => inner,
             _ => self.apply(Operation::Negate(a)),
         }
     }

@@ -1,7 +1,7 @@
 //! Straight-line programs: what the outputs of a graph need, one step a value.
 
-pub(crate) use super::graph::Operation;
 use super::graph::{Graph, Node, NodeId};
+use super::operation::Operation;
 use crate::number::Real;
 
 /// The place of a value in a register file.

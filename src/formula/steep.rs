@@ -8,8 +8,8 @@
 use std::collections::HashMap;
 
 use super::Function;
-use super::graph::Fused;
-use super::program::{Operation, Program, Register, Step};
+use super::operation::{Fused, Operation};
+use super::program::{Program, Register, Step};
 use crate::number::spline::Table;
 
 /// The measure by which an argument must not change much.

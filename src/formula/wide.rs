@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use super::algebra::Algebra;
-use super::graph::Fused;
+use super::operation::Fused;
 use crate::number::Function;
 use crate::number::Real;
 

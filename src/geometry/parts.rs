@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::presets::Preset;
-use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText};
+use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, mentions};
 use crate::formula::{self, Graph, Names, NodeId};
 use crate::number::Real;
 use crate::number::spline::Table;
@@ -34,10 +34,26 @@ pub(super) struct Scope<'s, S> {
     pub(super) all: usize,
     pub(super) parameters: BTreeMap<String, S>,
     pub(super) definitions: BTreeMap<String, NodeId>,
+    /// Those of them that are parameters which events set.
+    held: BTreeMap<String, NodeId>,
     pub(super) tables: &'s [(String, Table)],
 }
 
-impl<S: Real> Scope<'_, S> {
+impl<'s, S: Real> Scope<'s, S> {
+    /// The names of a scene in a graph, without its definitions.
+    fn new(
+        graph: &'s mut Graph<S>,
+        coordinates: &'s [String],
+        all: usize,
+        parameters: BTreeMap<String, S>,
+        held: &[String],
+        tables: &'s [(String, Table)],
+    ) -> Self {
+        let hold = |name: &String| parameters.get(name).map(|&value| (name.clone(), graph.held(value)));
+        let held: BTreeMap<String, NodeId> = held.iter().filter_map(hold).collect();
+        Self { graph, coordinates, all, parameters, definitions: held.clone(), held, tables }
+    }
+
     /// A formula of positions alone.
     fn of_position(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
         self.parse(text, place, false)
@@ -47,8 +63,8 @@ impl<S: Real> Scope<'_, S> {
     fn of_time(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
         let mut variables = vec![""; 2 * self.all];
         variables[0] = &self.coordinates[0];
-        let Self { parameters, tables, .. } = self;
-        let names = Names { variables: &variables, parameters, definitions: &BTreeMap::new(), tables };
+        let Self { parameters, held, tables, .. } = self;
+        let names = Names { variables: &variables, parameters, definitions: held, tables };
         formula::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
     }
 
@@ -146,11 +162,6 @@ fn append(
     Ok(())
 }
 
-/// Returns true if `name` occurs in the text as a word of its own.
-fn mentions(text: &str, name: &str) -> bool {
-    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
-}
-
 /// The value of a formula without variables, in which `parameters` may occur.
 pub(super) fn constant<S: Real>(
     text: &str,
@@ -171,8 +182,7 @@ pub(super) fn definitions<S: Real>(
     parameters: &BTreeMap<String, S>,
     scene: &GeometryText,
 ) -> Result<BTreeMap<String, NodeId>, GeometryError> {
-    let (parameters, definitions, tables) = (parameters.clone(), BTreeMap::new(), scene.tables());
-    let mut scope = Scope { graph, coordinates: names, all: names.len(), parameters, definitions, tables };
+    let mut scope = Scope::new(graph, names, names.len(), parameters.clone(), scene.held(), scene.tables());
     scope.define(scene.definitions())?;
     Ok(scope.definitions)
 }
@@ -200,9 +210,8 @@ impl<S: Real> Parts<S> {
     fn of_metric(text: &MetricText, names: Vec<String>) -> Result<Self, GeometryError> {
         let mut graph = Graph::default();
         let parameters = parameters(&text.parameters)?;
-        let definitions = BTreeMap::new();
-        let (coordinates, n) = (text.coordinates.as_slice(), names.len());
-        let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions, tables: &text.tables };
+        let n = names.len();
+        let mut scope = Scope::new(&mut graph, &text.coordinates, n, parameters, &text.held, &text.tables);
         scope.define(&text.definitions)?;
         let omega = match &text.conformal {
             Some(omega) => Some(scope.of_position(omega, Place::Conformal)?),
@@ -237,9 +246,8 @@ impl<S: Real> Parts<S> {
         let is_newtonian = text.law == Law::Newtonian;
         // With the paper's metric the Lagrangian is −1/m of Newton's, with the lift it is −1 of it.
         let scale = if is_newtonian { S::ONE } else { mass };
-        let (definitions, particles) = (BTreeMap::new(), 1..text.coordinates.len() + 1);
-        let coordinates = &names[..particles.end];
-        let mut scope = Scope { graph: &mut graph, coordinates, all: n, parameters, definitions, tables: &text.tables };
+        let particles = 1..text.coordinates.len() + 1;
+        let mut scope = Scope::new(&mut graph, &names[..particles.end], n, parameters, &text.held, &text.tables);
         scope.define(&text.definitions)?;
         let v = scope.of_position(&text.expression, Place::Potential)?;
         let mut metric = BTreeMap::new();

@@ -27,6 +27,8 @@ pub struct MetricText {
     pub tau: Option<Tau>,
     /// Functions that formulas may use.
     pub tables: Vec<(String, Table)>,
+    /// Parameters that events set: no formula is simplified by their values.
+    pub held: Vec<String>,
 }
 
 /// The flat coordinate `tau`, with which a particle with K ≠ 0 is one with K = 0. It is the last one, and coupled to no
@@ -90,6 +92,8 @@ pub struct PotentialText {
     pub conformal: Option<String>,
     /// Functions that formulas may use.
     pub tables: Vec<(String, Table)>,
+    /// Parameters that events set: no formula is simplified by their values.
+    pub held: Vec<String>,
 }
 
 /// A scene as text.
@@ -166,6 +170,44 @@ impl GeometryText {
             Self::Potential(potential) => &potential.parameters,
         }
     }
+
+    /// The parameters that events set, and those that depend on them.
+    pub(crate) fn held(&self) -> &[String] {
+        match self {
+            Self::Metric(metric) => &metric.held,
+            Self::Potential(potential) => &potential.held,
+        }
+    }
+
+    /// Lets events set what of these names is a parameter.
+    pub fn hold(&mut self, mut names: Vec<String>) {
+        let parameters = self.parameters();
+        names.retain(|name| parameters.iter().any(|(parameter, _)| parameter == name));
+        let is_next = |text: &str, names: &[String]| names.iter().any(|name| mentions(text, name));
+        while let Some((next, _)) =
+            parameters.iter().find(|(name, text)| !names.contains(name) && is_next(text, &names))
+        {
+            names.push(next.clone());
+        }
+        match self {
+            Self::Metric(metric) => metric.held = names,
+            Self::Potential(potential) => potential.held = names,
+        }
+    }
+
+    /// Gives parameters, by their places, these values.
+    pub fn set_parameters(&mut self, values: &[(usize, f64)]) {
+        let parameters = match self {
+            Self::Metric(metric) => &mut metric.parameters,
+            Self::Potential(potential) => &mut potential.parameters,
+        };
+        values.iter().for_each(|(place, value)| parameters[*place].1 = format!("{value:e}"));
+    }
+}
+
+/// Returns true if `name` occurs in the text as a word of its own.
+pub(super) fn mentions(text: &str, name: &str) -> bool {
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
 }
 
 /// One of the formulas of a scene.

@@ -29,6 +29,8 @@ pub enum Quantity {
     Velocity(usize),
     /// p_a.
     Momentum(usize),
+    /// A parameter of the scene, by its place there.
+    Parameter(usize),
 }
 
 /// The change of the state that an event makes. What is not set stays: positions and velocities or, where momenta are
@@ -44,18 +46,23 @@ pub struct Change {
 }
 
 impl Change {
-    /// The state after the event, where K was `norm` at the start of the run; `None` outside of the domain.
-    pub(crate) fn of(&mut self, geometry: &Geometry, before: &Start, norm: f64) -> Option<Start> {
+    /// What the event sets in this state, where K was `norm` at the start of the run.
+    pub(crate) fn values(&mut self, before: &Start, norm: f64) -> Vec<(Quantity, f64)> {
+        let Start { q, q_dot, p } = before;
+        self.set.iter_mut().map(|(quantity, formula)| (*quantity, formula.at(q, q_dot, p, norm))).collect()
+    }
+
+    /// The state after the event, which sets these values, in the geometry that holds from there on; `None` outside of
+    /// its domain.
+    pub(crate) fn of(&self, geometry: &Geometry, before: &Start, values: &[(Quantity, f64)]) -> Option<Start> {
         let Start { mut q, mut q_dot, mut p } = before.clone();
-        let values: Vec<f64> =
-            self.set.iter_mut().map(|(_, formula)| formula.at(&before.q, &before.q_dot, &before.p, norm)).collect();
-        let set = || self.set.iter().map(|(quantity, _)| *quantity).zip(values.iter().copied());
-        let has_momenta = set().any(|(quantity, _)| matches!(quantity, Quantity::Momentum(_)));
-        for (quantity, value) in set() {
+        let has_momenta = values.iter().any(|(quantity, _)| matches!(quantity, Quantity::Momentum(_)));
+        for &(quantity, value) in values {
             match quantity {
                 Quantity::Position(a) => q[a] = value,
                 Quantity::Velocity(a) => q_dot[a] = value,
                 Quantity::Momentum(a) => p[a] = value,
+                Quantity::Parameter(_) => {}
             }
         }
         if has_momenta {

@@ -121,6 +121,8 @@ pub struct Setup<S: Real = f64> {
     /// The signs of these formulas at the start, where they are known; where a formula is zero there, the value that it
     /// has to exceed before a change of sign is none of rounding.
     pub sides: Vec<[f64; 2]>,
+    /// The parameters that events have set so far, by their places, with their values.
+    pub set: Vec<(usize, f64)>,
     /// D̄ (true) or D (false) in the action.
     pub regularised: bool,
     /// Sizes of coordinates below which an accuracy is absolute.
@@ -141,6 +143,7 @@ impl<S: Real> Clone for Setup<S> {
             limit: self.limit,
             until: self.until.clone(),
             sides: self.sides.clone(),
+            set: self.set.clone(),
             regularised: self.regularised,
             floors: self.floors.clone(),
             settings: self.settings,
@@ -175,6 +178,7 @@ impl<S: Real> Setup<S> {
             },
             until: self.until.iter().map(Until::in_f64).collect(),
             sides: self.sides.clone(),
+            set: self.set.clone(),
             regularised: self.regularised,
             floors: self.floors.clone(),
             settings: self.settings.within::<f64>(),

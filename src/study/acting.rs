@@ -8,12 +8,13 @@
 use std::sync::Arc;
 
 use super::errors::{RunError, chain_error};
+use crate::case::Case;
 use crate::engine::{Accuracy, Handed};
 use crate::geometry::Start;
 use crate::number::Real;
 use crate::solve::{
-    Arithmetic, Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Setup, Status, Until,
-    WorldLine, solve,
+    Arithmetic, Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Quantity, Setup, Status,
+    Until, WorldLine, solve,
 };
 use crate::trajectory::Sampler;
 
@@ -64,20 +65,20 @@ pub struct Stopped<S: Real = f64> {
     pub next: Option<Setup<S>>,
 }
 
-/// Solves a setup with events that act, to its accuracy or its tolerance.
+/// Solves the setup of a case with events that act, to its accuracy or its tolerance.
 ///
 /// # Errors
 /// [`Stopped`], if the run does not come to its end, or not as accurately as was asked for.
 ///
 /// # Panics
 /// If the setup has neither an accuracy nor a tolerance.
-pub fn solve_acting<S: Arithmetic>(setup: &Setup<S>) -> Result<Acted<S>, Box<Stopped<S>>> {
+pub fn solve_acting<S: Arithmetic>(case: &Case, setup: &Setup<S>) -> Result<Acted<S>, Box<Stopped<S>>> {
     let wanted = setup.settings.accuracy.expect("events act in runs to an accuracy");
-    let mut pieces = chain(setup, wanted, false)?;
+    let mut pieces = chain(case, setup, wanted, false)?;
     if pieces.len() == 1 {
         return Ok(Acted { pieces, error: None });
     }
-    let second = chain(setup, Accuracy::Estimated(SECOND), true).ok();
+    let second = chain(case, setup, Accuracy::Estimated(SECOND), true).ok();
     let (mut accuracy, mut least) = (wanted.value(), f64::INFINITY);
     loop {
         let found = second.as_ref().and_then(|second| chain_error(&pieces, second, MARGIN));
@@ -90,7 +91,8 @@ pub fn solve_acting<S: Arithmetic>(setup: &Setup<S>) -> Result<Acted<S>, Box<Sto
             return Ok(Acted { pieces, error: found.map(|found| found.error) });
         }
         accuracy /= TIGHTER;
-        let tighter = if accuracy < LEAST { None } else { chain(setup, Accuracy::Promised(accuracy), false).ok() };
+        let tighter =
+            if accuracy < LEAST { None } else { chain(case, setup, Accuracy::Promised(accuracy), false).ok() };
         let Some(tighter) = tighter else { return Err(refused(setup, &pieces, (wanted.value(), least))) };
         pieces = tighter;
     }
@@ -122,6 +124,7 @@ fn last_name<S: Real>(setup: &Setup<S>, pieces: &[Piece<S>]) -> String {
 
 /// The pieces of a run to an accuracy. A chain that `is_shaken` is off by its last digits at every event.
 fn chain<S: Arithmetic>(
+    case: &Case,
     setup: &Setup<S>,
     accuracy: Accuracy,
     is_shaken: bool,
@@ -151,7 +154,7 @@ fn chain<S: Arithmetic>(
         let piles_up = unresolved > IN_TURN
             || is_same && shrinks && (unresolved > 0 || is_low(&here, &line, first))
             || count >= MOST_EVENTS;
-        let changed = if piles_up { Err(Status::EventsPileUp) } else { changed(&here, &line, first) };
+        let changed = if piles_up { Err(Status::EventsPileUp) } else { changed(case, &here, &line, first) };
         pieces.push(Piece { line, setup: here, acted: Vec::new() });
         let piece = pieces.last_mut().expect("it was added");
         match changed {
@@ -236,8 +239,10 @@ fn in_f64<S: Real>(start: &Start<S>) -> Start {
 }
 
 /// The state after an event.
-struct Event {
+struct Event<S: Real> {
     start: Start,
+    /// The setup behind it, if it sets parameters.
+    rebuilt: Option<Setup<S>>,
     /// The signs that formulas have behind it, as in [`Setup::sides`].
     sides: Vec<[f64; 2]>,
     /// Those of formulas that are zero there, and change their sign in a direction that counts.
@@ -247,29 +252,35 @@ struct Event {
 
 /// The state that the events at the end of a piece make of it, of which `first` ended it. Others whose formulas are
 /// zero there too, and are about to change their sign, act after it, each once.
-fn changed<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, first: usize) -> Result<Event, Status> {
-    let (geometry, begin) = (&setup.rough.geometry, &setup.rough.start);
-    let norm = geometry.norm(&begin.q, &begin.q_dot);
-    let (mut start, mut acted, mut next) = (in_f64(&line.end_inside()), Vec::new(), Some(first));
-    let mut event = None;
+fn changed<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>, first: usize) -> Result<Event<S>, Status> {
+    let begin = &setup.rough.start;
+    let norm = setup.rough.geometry.norm(&begin.q, &begin.q_dot);
+    let (mut start, mut rebuilt) = (in_f64(&line.end_inside()), None);
+    let (mut acted, mut next, mut event) = (Vec::new(), Some(first), None);
     while let Some(place) = next {
-        let Until { rough, change, .. } = &setup.until[place];
+        let Until { rough, change, .. } = &rebuilt.as_ref().unwrap_or(setup).until[place];
         let value = rough.clone().at(&start.q, &start.q_dot, &start.p, norm);
         let mut change: Change = change.clone().ok_or(Status::OutsideDomain)?;
-        start = change.of(geometry, &start, norm).ok_or(Status::OutsideDomain)?;
+        let values = change.values(&start, norm);
+        if values.iter().any(|(quantity, _)| matches!(quantity, Quantity::Parameter(_))) {
+            let here = rebuilt.as_ref().unwrap_or(setup);
+            rebuilt = Some(case.with_set(here, &values, &start.q).ok_or(Status::OutsideDomain)?);
+        }
+        let here = rebuilt.as_ref().unwrap_or(setup);
+        start = change.of(&here.rough.geometry, &start, &values).ok_or(Status::OutsideDomain)?;
         acted.push((place, value));
-        let found = Event::new(setup, &start, (line.length.to_f64(), &acted));
+        let found = Event::new(here, &start, (line.length.to_f64(), &acted));
         next = found.here.iter().copied().find(|other| !acted.iter().any(|(place, _)| place == other));
         event = Some(found);
     }
     let acted = acted.into_iter().map(|(place, _)| place).collect();
-    event.map(|event| Event { acted, ..event }).ok_or(Status::OutsideDomain)
+    event.map(|event| Event { acted, rebuilt, ..event }).ok_or(Status::OutsideDomain)
 }
 
-impl Event {
+impl<S: Real> Event<S> {
     /// Looks at all formulas at a state behind a piece of this length, at whose end these events acted where their
     /// formulas had these values.
-    fn new<S: Real>(setup: &Setup<S>, start: &Start, (before, acted): (f64, &[(usize, f64)])) -> Self {
+    fn new(setup: &Setup<S>, start: &Start, (before, acted): (f64, &[(usize, f64)])) -> Self {
         let geometry = &setup.rough.geometry;
         let norm = geometry.norm(&start.q, &start.q_dot);
         let (mut sides, mut here) = (Vec::new(), Vec::new());
@@ -280,12 +291,12 @@ impl Event {
             here.extend((is_here && until.change.is_some()).then_some(place));
             sides.push([found.side, if found.is_zero { found.noise } else { 0.0 }]);
         }
-        Self { start: start.clone(), sides, here, acted: Vec::new() }
+        Self { start: start.clone(), rebuilt: None, sides, here, acted: Vec::new() }
     }
 
     /// The setup of the run that goes on from here, up to `limit`, after a piece.
-    fn next<S: Real>(&self, piece: &Piece<S>, limit: Limit<S>, is_shaken: bool) -> Setup<S> {
-        let (Piece { setup, line, .. }, mut start) = (piece, self.start.clone());
+    fn next(&self, piece: &Piece<S>, limit: Limit<S>, is_shaken: bool) -> Setup<S> {
+        let (setup, line, mut start) = (self.rebuilt.as_ref().unwrap_or(&piece.setup), &piece.line, self.start.clone());
         let geometry = &setup.rough.geometry;
         if is_shaken {
             let mut is_up = line.window_count % 2 == 0;

@@ -1,5 +1,6 @@
 //! One run of a case: solved, measured and judged. A row of many runs is the same.
 
+use std::any::Any;
 use std::time::Instant;
 
 use crate::case::Case;
@@ -99,9 +100,22 @@ struct Measures<'m, 'o, S: Real> {
     samples: Option<SampleStream<S>>,
     observer: Option<Observer<'o, S>>,
     measured: Option<Diagnostics<S>>,
+    /// The parameters that events have set before what is seen next.
+    set: Vec<(usize, f64)>,
 }
 
 impl<S: Real> Measures<'_, '_, S> {
+    /// Goes on with the formulas of a setup, whose parameters events may have set.
+    fn of(&mut self, case: &Case, setup: &Setup<S>) {
+        if setup.set == self.set {
+            return;
+        }
+        let case = case.with_parameters(&setup.set, &setup.rough.start.q).expect("it was solved with these numbers");
+        self.observables = case.observables();
+        self.events.replace(&case.watches());
+        self.set.clone_from(&setup.set);
+    }
+
     fn see(&mut self, part: &WorldLine<S>) {
         let here = Diagnostics::of(part, &self.terms, &mut self.observables, self.is_lifted);
         if let Some(observer) = &mut self.observer {
@@ -116,14 +130,14 @@ impl<S: Real> Measures<'_, '_, S> {
         self.samples.iter_mut().for_each(|samples| samples.see(part));
     }
 
-    /// Sees the pieces of a run with events that act, and returns all but the last with their rows. `watches` are the
-    /// indices of these events among what is watched, by their places in the setup.
-    fn see_pieces(&mut self, pieces: Vec<Piece<S>>, watches: &[Option<usize>]) -> Vec<Part<S>> {
-        let mut parts = Vec::with_capacity(pieces.len());
-        for Piece { line, acted, .. } in pieces {
+    /// Sees the pieces of a run of a case with events that act, and returns them with their rows.
+    fn see_pieces(&mut self, case: &Case, pieces: Vec<Piece<S>>) -> Vec<Part<S>> {
+        let (watches, mut parts) = (case.acting_watches(), Vec::with_capacity(pieces.len()));
+        for Piece { line, setup, acted } in pieces {
+            self.of(case, &setup);
             self.see(&line);
             let acted: Vec<usize> = acted.into_iter().filter_map(|place| watches[place]).collect();
-            self.events.act(&line, &acted, watches);
+            self.events.act(&line, &acted, &watches);
             // The rows of joined measures are those of the last part.
             parts.extend(self.measured.clone().map(|rows| (line, rows)));
         }
@@ -131,14 +145,15 @@ impl<S: Real> Measures<'_, '_, S> {
     }
 
     /// Sees the windows before a failure, which a run with events that act has not kept.
-    fn see_stopped(&mut self, pieces: Vec<Piece<S>>, next: Option<Setup<S>>, watches: &[Option<usize>])
+    fn see_stopped(&mut self, case: &Case, pieces: Vec<Piece<S>>, next: Option<Setup<S>>)
     where
         S: Arithmetic,
     {
         let before = pieces.last().map_or(0, |piece| piece.line.window_count);
-        self.see_pieces(pieces, watches);
+        self.see_pieces(case, pieces);
         let mut windows: Vec<WorldLine<S>> = Vec::new();
         let Some(next) = next else { return };
+        self.of(case, &next);
         // A run that begins again shows its windows again.
         let _ = solve_window_by_window(next, &mut |window| {
             if window.window_count == 1 {
@@ -160,9 +175,9 @@ struct Solved<S: Real> {
 
 /// Solves a setup, and shows the run to its measures.
 fn solved<S: Arithmetic>(
+    case: &Case,
     setup: &Setup<S>,
     is_streamed: bool,
-    watches: &[Option<usize>],
     measures: &mut Measures<'_, '_, S>,
 ) -> Result<Solved<S>, NoSolution> {
     let whole = |line| Solved { line, before: Vec::new(), acting_events: 0, error: None };
@@ -173,17 +188,17 @@ fn solved<S: Arithmetic>(
             solve(setup).map(whole)
         };
     }
-    match solve_acting(setup) {
+    match solve_acting(case, setup) {
         Ok(Acted { pieces, error }) => {
             let acting_events = acting_events(&pieces);
-            let mut parts = measures.see_pieces(pieces, watches);
+            let mut parts = measures.see_pieces(case, pieces);
             let (line, _) = parts.pop().expect("a run has a piece");
             Ok(Solved { line, before: parts, acting_events, error })
         }
         Err(stopped) => {
             let Stopped { failure, pieces, next } = *stopped;
             if is_streamed {
-                measures.see_stopped(pieces, next, watches);
+                measures.see_stopped(case, pieces, next);
             }
             Err(failure)
         }
@@ -208,9 +223,10 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
         samples: wanted.samples,
         observer: wanted.observer,
         measured: None,
+        set: Vec::new(),
     };
     let start = Instant::now();
-    let solved = solved(setup, wanted.is_streamed, &case.acting_watches(), &mut measures);
+    let solved = solved(case, setup, wanted.is_streamed, &mut measures);
     let solve_seconds = start.elapsed().as_secs_f64();
     let Solved { line, mut before, acting_events, error } = match solved {
         Ok(solved) => solved,
@@ -263,6 +279,9 @@ fn kept_along<S: Real>(
 /// Returns true if a sum is conserved where the run has come to, too: a formula may be another one there.
 fn holds_along<S: Real>(line: &WorldLine<S>, geometry: &Geometry, sum: &ConservedSum) -> bool {
     let every = line.nodes().div_ceil(PLACES_ALONG);
+    let same: &dyn Any = line.geometry();
+    // An event may have set parameters.
+    let geometry = same.downcast_ref().unwrap_or(geometry);
     let q_dot: Vec<f64> = line.end().q_dot.iter().map(|u| u.to_f64()).collect();
     let place = |node: usize| line.q.iter().map(|row| row[node].to_f64()).collect::<Vec<f64>>();
     (0..line.nodes()).step_by(every).all(|node| geometry.conserves(sum, &place(node), &q_dot))
@@ -307,7 +326,8 @@ impl<S: Real> Run<S> {
             verdict.doubt(reason);
         }
         if self.missed > 0 {
-            let finding = format!("{} times an event that acts was stepped over between two nodes", self.missed);
+            let many = if self.missed == 1 { "once an event" } else { "several times an event" };
+            let finding = format!("{many} that acts was stepped over between two nodes");
             verdict.doubt(Reason::new(finding, SMALLER));
         }
         Judged { error: reference.or(estimate), gaps, verdict, suspicions }

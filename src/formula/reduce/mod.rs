@@ -16,7 +16,8 @@ mod product;
 mod sum;
 mod write;
 
-use super::graph::{Graph, Node, NodeId, Operation};
+use super::graph::{Graph, Node, NodeId};
+use super::operation::Operation;
 use crate::number::Real;
 use product::Product;
 

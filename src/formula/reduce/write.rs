@@ -1,6 +1,7 @@
 //! From products back to nodes.
 
-use super::super::graph::{Node, NodeId, Operation, bit};
+use super::super::graph::{Node, NodeId, bit};
+use super::super::operation::Operation;
 use super::{Level, Product, Reducer};
 use crate::number::Real;
 

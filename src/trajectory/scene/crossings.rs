@@ -56,6 +56,11 @@ impl<'w, S: Real> EventSearch<'w, S> {
         Self { watches, walk: None, tables: Tables::default() }
     }
 
+    /// Goes on with other formulas of what is watched.
+    pub fn replace(&mut self, watches: &[Watch<S>]) {
+        self.watches.clone_from_slice(watches);
+    }
+
     /// Looks at a part of the run. It must continue the previous one or, if it contains the first window, begins the
     /// run again.
     pub fn see(&mut self, line: &WorldLine<S>) {
