@@ -45,13 +45,11 @@ impl Case {
         let [solver, expect, invariants] = ["solver", "expect", "invariants"].map(|key| root.section(key));
         let [events, plot, tables] = ["events", "plot", "tables"].map(|key| root.section(key));
         let mut scenery = check::geometry(&mut root, [metric, potential, force, body], [particle?, pair])?;
-        let tables = tables::read(&tables?, &scenery.text)?;
+        let (tables, events) = (tables::read(&tables?, &scenery.text)?, events?);
         scenery.text.set_tables(tables.functions);
-        let events = events?;
         scenery.text.hold(observables::set_names(&events));
         // First, because an accuracy in an override takes the scheme away.
-        let (mut solver, floor) = settings::solver(solver?)?;
-        let scheme = scheme?;
+        let ((mut solver, floor), scheme) = (settings::solver(solver?)?, scheme?);
         let ignores_scheme = solver.chooses_windows() && scheme.is_given();
         let scheme = settings::scheme(scheme, &solver)?;
         let operator = solver.chosen_by().map_or(Ok(scheme.sbp), Err);
