@@ -121,6 +121,7 @@ impl<S: Real> Told<'_, S> {
         };
         let pieces = match self.run.acting_events {
             0 => String::new(),
+            1 => ", before an event and after it".to_owned(),
             count => format!(", in pieces between {count} events"),
         };
         (!told.is_empty()).then(|| format!("{}, to {:.1e}{at_last}{pieces}", listed(told.into_iter()), most[0]))
