@@ -46,7 +46,7 @@ pub use scales::Scales;
 use std::borrow::Cow;
 
 use self::deviations::{Fields, tangent};
-use self::observed::work;
+use self::observed::{States, work};
 use crate::geometry::Observable;
 use crate::number::Real;
 use crate::number::norm::{larger, max_abs};
@@ -119,8 +119,9 @@ impl<S: Real> Diagnostics<S> {
         let invariants = if invariants.is_empty() {
             Vec::new()
         } else {
-            let tangent: Vec<_> = fields.velocities.iter().enumerate().map(|(a, row)| tangent(line, a, row)).collect();
-            let of = |each: &mut (String, Observable<S>)| InvariantDeviation::new(line, &tangent, each, norm.value);
+            let rows = fields.velocities.iter().enumerate();
+            let states = States::new(line, rows.map(|(a, row)| tangent(line, a, row)).collect());
+            let of = |each: &mut (String, Observable<S>)| InvariantDeviation::new(line, &states, each, norm.value);
             invariants.iter_mut().map(of).collect()
         };
         let of_x = OfX::new(&fields);

@@ -47,6 +47,31 @@ pub struct WorkBalance<S = f64> {
     pub defect: S,
 }
 
+/// The states on the nodes of a run, row by row.
+pub(super) struct States<'r, S: Real> {
+    q: Vec<Vec<S>>,
+    q_dot: Vec<Cow<'r, [S]>>,
+    p: Vec<Vec<S>>,
+}
+
+impl<'r, S: Real> States<'r, S> {
+    /// Those of a run with this tangent.
+    pub(super) fn new(line: &WorldLine<S>, q_dot: Vec<Cow<'r, [S]>>) -> Self {
+        let q: Vec<Vec<S>> = (0..q_dot.len()).map(|a| line.q(a).collect()).collect();
+        let positions: Vec<&[S]> = q.iter().map(Vec::as_slice).collect();
+        let velocities: Vec<&[S]> = q_dot.iter().map(|row| &**row).collect();
+        let p = line.geometry().rows_of_momenta(&positions, &velocities);
+        Self { q, q_dot, p }
+    }
+
+    /// Writes the state on a node into `state`.
+    fn get(&self, node: usize, state: &mut Start<S>) {
+        state.q.iter_mut().zip(&self.q).for_each(|(value, row)| *value = row[node]);
+        state.q_dot.iter_mut().zip(&self.q_dot).for_each(|(value, row)| *value = row[node]);
+        state.p.iter_mut().zip(&self.p).for_each(|(value, row)| *value = row[node]);
+    }
+}
+
 impl<S: Real> InvariantDeviation<S> {
     /// Joins the measures of the first part of a run, `self`, and of its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
@@ -54,23 +79,21 @@ impl<S: Real> InvariantDeviation<S> {
         Self { max, max_ends, ..next }
     }
 
-    /// Measures a formula with this name on a run with this tangent, which starts with the norm `k`.
+    /// Measures a formula with this name on a run, which has these states on its nodes and starts with the norm `k`.
     pub(super) fn new(
         line: &WorldLine<S>,
-        tangent: &[Cow<'_, [S]>],
+        states: &States<'_, S>,
         (name, invariant): &mut (String, Observable<S>),
         k: S,
     ) -> Self {
-        let (geometry, start) = (line.geometry(), &line.place.start);
+        let start = &line.place.start;
         let value = invariant.at(&start.q, &start.q_dot, &start.p, k);
-        let rows: Vec<Vec<S>> = (0..tangent.len()).map(|a| line.q(a).collect()).collect();
-        let at = |node: usize| {
-            let q: Vec<S> = rows.iter().map(|row| row[node]).collect();
-            let q_dot: Vec<S> = tangent.iter().map(|row| row[node]).collect();
-            let p = geometry.momenta(&q, &q_dot);
-            invariant.at(&q, &q_dot, &p, k) - value
+        let mut here = Start::clone(start);
+        let mut at = |node: usize| {
+            states.get(node, &mut here);
+            invariant.at(&here.q, &here.q_dot, &here.p, k) - value
         };
-        let delta: Vec<S> = (0..line.nodes()).map(at).collect();
+        let delta: Vec<S> = (0..line.nodes()).map(&mut at).collect();
         let ends = line.views().map(|view| view.end);
         let ends: Vec<S> = ends.map(|end| invariant.at(end.q, &line.velocities(end), end.p, k) - value).collect();
         Self { name: name.clone(), value, max: max_abs(&delta), delta, max_ends: max_abs(&ends) }

@@ -213,11 +213,24 @@ impl<S: Real> Program<S> {
     }
 
     /// Writes the first outputs at many points into `out`, an array for each. There is an array of the points for each
-    /// variable; all arrays have one length. Each step is carried out on a block of points at a time.
+    /// variable; all arrays have one length. Each step is carried out on a block of points at a time, unless there is
+    /// one point only, or numbers are of a type without vector instructions.
     pub(crate) fn sample(&self, variables: &[&[S]], out: &mut [&mut [S]]) {
+        let (points, mut lost) = (variables[0].len(), 0);
+        if points == 1 || S::IS_EXTENDED {
+            let mut registers = self.registers(|constant| constant);
+            for point in 0..points {
+                registers.iter_mut().zip(variables).for_each(|(register, variable)| *register = variable[point]);
+                self.run_once(out.len(), &mut registers);
+                let is_broken = self.is_broken(out.len(), |register| registers[register]);
+                if is_broken && lost < MOST_LOST && !self.mend(out.len(), &mut registers, |number| number) {
+                    lost += 1;
+                }
+                out.iter_mut().enumerate().for_each(|(output, out)| out[point] = registers[self.output(output)]);
+            }
+            return;
+        }
         let mut registers = self.registers(|constant| [constant; BLOCK]);
-        let points = variables[0].len();
-        let mut lost = 0;
         for start in (0..points).step_by(BLOCK) {
             let end = points.min(start + BLOCK);
             for (register, variable) in registers.iter_mut().zip(variables) {

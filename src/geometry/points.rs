@@ -62,14 +62,38 @@ impl<S: Real> Geometry<S> {
     /// K, and what motion contributes to it, at many points: rows of positions and of velocities, one for each
     /// coordinate.
     pub fn norm_and_motion(&self, q: &[&[S]], q_dot: &[&[S]]) -> [Vec<S>; 2] {
-        let points = q[0].len();
-        let mut samples = self.room(points);
-        self.lagrangian.fill(q, &mut samples);
-        let velocity = |b: usize| q_dot.get(b).copied();
-        let contraction = Contraction { structure: self.structure(), samples: &samples, nodes: 0..points, velocity };
-        let [mut norm, mut motion] = [(); 2].map(|()| vec![S::ZERO; points]);
+        let samples = self.at_rows(q);
+        let contraction = self.contraction(&samples, q_dot);
+        let [mut norm, mut motion] = [(); 2].map(|()| vec![S::ZERO; q[0].len()]);
         contraction.add_norm(&mut norm);
         contraction.add_motion(&mut motion);
         [norm, motion]
+    }
+
+    /// p_a at many points, given in the same way, a row for each coordinate.
+    pub fn rows_of_momenta(&self, q: &[&[S]], q_dot: &[&[S]]) -> Vec<Vec<S>> {
+        let samples = self.at_rows(q);
+        let contraction = self.contraction(&samples, q_dot);
+        let row = |a: usize| {
+            let mut row = vec![S::ZERO; q[0].len()];
+            contraction.add_momentum(a, &mut row);
+            row
+        };
+        (0..self.dimension()).map(row).collect()
+    }
+
+    fn at_rows(&self, q: &[&[S]]) -> Samples<S> {
+        let mut samples = self.room(q[0].len());
+        self.lagrangian.fill(q, &mut samples);
+        samples
+    }
+
+    fn contraction<'c>(
+        &'c self,
+        samples: &'c Samples<S>,
+        q_dot: &'c [&'c [S]],
+    ) -> Contraction<'c, S, impl Fn(usize) -> Option<&'c [S]>> {
+        let velocity = |b: usize| q_dot.get(b).copied();
+        Contraction { structure: self.structure(), samples, nodes: 0..q_dot[0].len(), velocity }
     }
 }

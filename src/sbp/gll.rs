@@ -36,18 +36,23 @@ pub struct LobattoRule<S = f64> {
     pub differentiation: Vec<S>,
 }
 
-/// (P_{m−1}, P_m) at x.
-fn legendre<S: Real>(m: usize, x: S) -> (S, S) {
-    (1..m).fold((S::ONE, x), |(before, now), k| {
-        let [k, next, twice] = [k, k + 1, 2 * k + 1].map(|k| S::from(k as f64));
-        (now, (twice * x * now - k * before) / next)
+/// k/(k + 1) for k = 1 … m − 1.
+fn ratios<S: Real>(m: usize) -> Vec<S> {
+    (1..m).map(|k| S::from(k as f64) / S::from((k + 1) as f64)).collect()
+}
+
+/// (P_{m−1}, P_m) at x, by P_{k+1} = xP_k + k/(k + 1) (xP_k − P_{k−1}) with these ratios.
+fn legendre<S: Real>(ratios: &[S], x: S) -> (S, S) {
+    ratios.iter().fold((S::ONE, x), |(before, now), &ratio| {
+        let product = x * now;
+        (now, product + ratio * (product - before))
     })
 }
 
 /// One Newton step towards a zero of P_m′, with (1 − x²)P_m′ = m(P_{m−1} − xP_m) and
 /// (1 − x²)P_m″ = 2xP_m′ − m(m + 1)P_m.
-fn newton_step<S: Real>(m: usize, x: S) -> S {
-    let (before, now) = legendre(m, x);
+fn newton_step<S: Real>(ratios: &[S], x: S) -> S {
+    let (m, (before, now)) = (ratios.len() + 1, legendre(ratios, x));
     let [degree, eigenvalue] = [m, m * (m + 1)].map(|k| S::from(k as f64));
     let first = degree * (before - x * now) / (S::ONE - x * x);
     let second = ((x + x) * first - eigenvalue * now) / (S::ONE - x * x);
@@ -55,11 +60,11 @@ fn newton_step<S: Real>(m: usize, x: S) -> S {
 }
 
 /// Interior node i in `f64`.
-fn rough_node(m: usize, i: usize) -> f64 {
+fn rough_node(ratios: &[f64], i: usize) -> f64 {
     // An asymptotic formula, which is close enough for Newton's method.
-    let (i, degree) = (i as f64 + 0.25, m as f64);
+    let (i, degree) = (i as f64 + 0.25, (ratios.len() + 1) as f64);
     let angle = std::f64::consts::PI * i / degree - 3.0 / (8.0 * degree * std::f64::consts::PI * i);
-    (0..10).fold(-angle.cos(), |x, _| newton_step(m, x))
+    (0..10).fold(-angle.cos(), |x, _| newton_step(ratios, x))
 }
 
 impl<S: Real> LobattoRule<S> {
@@ -79,13 +84,15 @@ impl<S: Real> LobattoRule<S> {
 /// Nodes, weights and differentiation matrix of the rule of `n` nodes.
 fn computed(n: usize) -> [Constants; 3] {
     let m = n - 1;
+    let (rough, ratios) = (ratios(m), ratios(m));
     let mut nodes = vec![Extended::ZERO; n];
     for i in 0..n / 2 {
-        let refined = |_| (0..REFINEMENTS).fold(Extended::from(rough_node(m, i)), |x, _| newton_step(m, x));
-        nodes[i] = if i == 0 { -Extended::ONE } else { refined(()) };
+        let begin = || Extended::from(rough_node(&rough, i));
+        let refined = || (0..REFINEMENTS).fold(begin(), |x, _| newton_step(&ratios, x));
+        nodes[i] = if i == 0 { -Extended::ONE } else { refined() };
         nodes[m - i] = -nodes[i];
     }
-    let values: Vec<Extended> = nodes.iter().map(|&x| legendre(m, x).1).collect();
+    let values: Vec<Extended> = nodes.iter().map(|&x| legendre(&ratios, x).1).collect();
     let size = Extended::from((n * m) as f64);
     let weights = values.iter().map(|&p| Extended::from(2.0) / (size * p * p));
     let entry = |i: usize, j: usize| match (i, j) {
@@ -94,6 +101,10 @@ fn computed(n: usize) -> [Constants; 3] {
         _ if i == j => Extended::ZERO,
         _ => values[i] / values[j] / (nodes[i] - nodes[j]),
     };
-    let (weights, differentiation) = (weights.collect(), (0..n * n).map(|k| entry(k / n, k % n)).collect());
+    let weights = weights.collect();
+    let mut differentiation: Vec<Extended> = (0..(n * n).div_ceil(2)).map(|k| entry(k / n, k % n)).collect();
+    // The rule is symmetric: the second half mirrors the first one, with the other sign.
+    let mirrored: Vec<Extended> = differentiation[..n * n / 2].iter().rev().map(|&entry| -entry).collect();
+    differentiation.extend(mirrored);
     [nodes, weights, differentiation].map(Constants::new)
 }

@@ -387,14 +387,13 @@ impl<S: Real> WorldLine<S> {
                 slopes
             })
             .collect();
-        let at = |rows: &[&[S]], k: usize| rows.iter().map(|row| row[k]).collect::<Vec<S>>();
         let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
-        let mut momenta: Vec<Vec<S>> =
-            (0..grid.points()).map(|k| geometry.momenta(&at(&rows, k), &at(&velocities, k))).collect();
-        if let (Form::Strong, Some(last)) = (self.form, momenta.last_mut()) {
-            last.copy_from_slice(view.end.p);
+        let mut momenta = geometry.rows_of_momenta(&rows, &velocities);
+        if self.form == Form::Strong {
+            let ends = momenta.iter_mut().filter_map(|row| row.last_mut()).zip(view.end.p);
+            ends.for_each(|(last, &end)| *last = end);
         }
-        all.extend(geometry.active().iter().map(|&a| momenta.iter().map(|p| p[a] - view.start.p[a]).collect()));
+        all.extend(geometry.active().iter().map(|&a| counted(&momenta[a], view.start.p[a])));
         all
     }
 }
