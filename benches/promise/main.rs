@@ -10,16 +10,17 @@
 //! cargo bench --bench promise [-- DRAWS [SEED [FAMILY]]]
 //! ```
 //!
-//! draws so many runs of every family, or of one, for both numbers of nodes; 60 draws take a minute. Refusals, broken
-//! promises and estimates below the error are printed with what draws them again. The table has, by families and by
-//! decades of the accuracy, the numbers of runs, of undecided ones, of broken promises, of estimates that are too low
-//! and of attempts that were begun again, then accuracy/error (least and median), estimate/error (least, median and
-//! 90 %), and refusals. The exit code is 1 if a promise is broken.
+//! draws so many runs of every family, or of one, for both numbers of nodes, half of them in random units; 60 draws take
+//! a minute. Refusals, broken promises and estimates below the error are printed with what draws them again. The table
+//! has, by families and by decades of the accuracy, the numbers of runs, of undecided ones, of broken promises, of
+//! estimates that are too low and of attempts that were begun again, then accuracy/error (least and median),
+//! estimate/error (least, median and 90 %), and refusals. The exit code is 1 if a promise is broken.
 
 #[path = "../trust/random.rs"]
 mod random;
 mod runs;
 mod scenes;
+mod units;
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -28,8 +29,9 @@ use geodesic_ivp::engine::Accuracy;
 use geodesic_ivp::geometry::{Geometry, Start};
 
 use random::{Random, arguments};
-use runs::{Run, errors, run, units};
+use runs::{Run, errors, run, time_and_sizes};
 use scenes::FAMILIES;
+use units::in_units;
 
 /// The ends that the runs of a family or a decade came to.
 #[derive(Default)]
@@ -67,20 +69,24 @@ type Studied = (f64, Result<(Run, [f64; 2]), String>, String);
 fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
     let mut draw = Random(seed);
     let (name, scene) = FAMILIES[family];
-    let (text, q, v) = scene(&mut draw);
+    let drawn = scene(&mut draw);
     let (accuracy, turns) = (draw.scale(1e-11, 1e-4), draw.scale(0.3, 1000.0));
+    // Nothing but flat ground is found farther away from disks.
+    let reach = draw.between(3.0, 12.0);
+    let is_in_units = draw.sign() < 0.0;
+    let (text, q, v) = if is_in_units { in_units(drawn, &mut draw) } else { drawn };
     let geometry = Geometry::new(&text).ok()?.around(&q).ok()?;
     let p = geometry.momenta(&q, &v);
     let start = Start { q_dot: geometry.velocities(&q, &p).ok()?, q: q.clone(), p };
-    let (time, _) = units(&geometry, &start, 1e300);
+    let (time, _) = time_and_sizes(&geometry, &start, 1e300);
     let length = match name {
-        // Nothing but flat ground is found farther away.
-        "disks" => draw.between(3.0, 12.0),
+        "disks" => reach,
         _ if time < 1e299 => turns * time,
         _ => turns,
     };
-    let (_, sizes) = units(&geometry, &start, length);
-    let what = format!("{name} N {points} seed {seed} a {accuracy:.1e} L/T {turns:.1}");
+    let (_, sizes) = time_and_sizes(&geometry, &start, length);
+    let of_units = if is_in_units { " in units" } else { "" };
+    let what = format!("{name}{of_units} N {points} seed {seed} a {accuracy:.1e} L/T {turns:.1}");
     let run_of = |wanted, points| run(&geometry, &start, length, wanted, points);
     let result = run_of(Accuracy::Promised(accuracy), points).map(|promised| {
         // A tolerance alone may step over a hill that it comes to from far away, and loses digits at a pole.

@@ -138,7 +138,7 @@ pub(crate) fn errors(
 
 /// T, the time in which a small error changes, or the length of the run if that is shorter, and the sizes of
 /// coordinates at the start, as the engine defines them.
-pub(crate) fn units(geometry: &Geometry, start: &Start, length: f64) -> (f64, Vec<f64>) {
+pub(crate) fn time_and_sizes(geometry: &Geometry, start: &Start, length: f64) -> (f64, Vec<f64>) {
     let (active, mut point) = (geometry.active(), geometry.point());
     let m = active.len();
     let mut jacobian = vec![0.0; 4 * m * m];
