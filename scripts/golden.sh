@@ -223,7 +223,14 @@ END
 
 {
     other_jobs | sed -e ':join' -e '/\\$/{N;s/\\\n *//;b join' -e '}'
-    "$program" init --list | while read -r case group _; do case_jobs "$case" "$group"; done
+    # Cases are indented below their headings.
+    "$program" init --list | while IFS= read -r line; do
+        case $line in
+            "  "*) read -r case _ <<<"$line" && case_jobs "$case" "$group" ;;
+            "The paper"* | "One coordinate"*) group=one ;;
+            ?*) group=scene ;;
+        esac
+    done
 } | xargs -d '\n' -P "$(nproc)" -n 1 bash -c 'job "$1"' job
 echo "The results of $(find "$folder" -name command | wc -l) jobs are written. Their exit codes are:"
 find "$folder" -name exit -exec cat {} + | sort | uniq -c

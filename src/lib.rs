@@ -103,8 +103,8 @@
 //! |---|---|
 //! | [`number`] | `f64` and extended precision, what both offer, and vectors of the machine |
 //! | [`formula`] | formulas: graph, derivatives, program |
-//! | [`geometry`] | scenes of n coordinates: metric, one-form and force as programs; V and g00 of one coordinate |
 //! | [`linalg`], [`sbp`] | elimination, and operators with exact coefficients, but no physics |
+//! | [`geometry`] | scenes of n coordinates: metric, one-form and force as programs; V and g00 of one coordinate |
 //! | [`engine`] | a fast march over windows of weak spectral elements; what formulas do between two nodes |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`methods`] | other integrators to compare with |

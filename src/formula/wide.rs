@@ -104,7 +104,17 @@ impl<S: Real> Wide<S> {
             Function::Abs => Self::new(self.significand.abs(), self.exponent),
             Function::Cosh => half(self.exp().plus(self.minus().exp())),
             Function::Sinh if self.nearest().abs() > S::ONE => half(self.exp().plus(self.minus().exp().minus())),
-            _ => Self::new(function.apply(self.nearest()), 0),
+            Function::Sin
+            | Function::Cos
+            | Function::Tan
+            | Function::Sinh
+            | Function::Tanh
+            | Function::Asin
+            | Function::Acos
+            | Function::Atan
+            | Function::Sign
+            | Function::Step
+            | Function::Table(_) => Self::new(function.apply(self.nearest()), 0),
         }
     }
 

@@ -1,6 +1,5 @@
 //! The driver of every method: over steps of equal length, or over steps that a tolerance chooses. A method only says
-//! how
-//! it takes one; points of output, evaluations, limits and failures are the same for all.
+//! how it takes one; points of output, evaluations, limits and failures are the same for all.
 
 use super::equations::{Counted, Equations, Work};
 use super::{Failure, MOST_STEPS, Marks, Output, Problem, States, Trajectory};

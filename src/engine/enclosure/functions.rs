@@ -21,7 +21,9 @@ pub(super) fn before(function: Function, x: &Lanes, to: &mut Lanes) {
             Function::Acos => (hi[k].min(1.0), lo[k].max(-1.0)),
             Function::Cosh | Function::Abs => (lo[k].max(-hi[k]).max(0.0), (-lo[k]).max(hi[k])),
             Function::Sin | Function::Cos if is_wide(lo[k], hi[k]) => (0.0, 0.0),
-            _ => (lo[k], hi[k]),
+            Function::Sin | Function::Cos | Function::Tan | Function::Sinh | Function::Tanh => (lo[k], hi[k]),
+            Function::Atan | Function::Exp | Function::Sign | Function::Step => (lo[k], hi[k]),
+            Function::Table(_) => (lo[k], hi[k]),
         };
     }
 }

@@ -37,9 +37,21 @@ pub(crate) fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
+/// The text behind the item that it begins with, which ends with a semicolon or with its braces.
+fn behind_item(text: &str) -> &str {
+    let mut depth = 0;
+    let end = text.find(|c| {
+        depth += i32::from(c == '{') - i32::from(c == '}');
+        depth == 0 && (c == '}' || c == ';')
+    });
+    end.map_or("", |end| &text[end + 1..])
+}
+
 /// The modules of this crate that the program text names, comments and tests left out.
 fn imports(text: &str) -> Vec<String> {
-    let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let mut parts = text.split("#[cfg(test)]");
+    let first = parts.next().unwrap_or_default();
+    let text: String = std::iter::once(first).chain(parts.map(behind_item)).collect();
     let code: String = text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n");
     let word = |rest: &str| rest.chars().take_while(|c| c.is_ascii_lowercase() || *c == '_').collect::<String>();
     code.split("crate::").skip(1).map(word).filter(|name| !name.is_empty()).collect()
