@@ -10,7 +10,7 @@
 //! cargo bench --bench promise [-- DRAWS [SEED [FAMILY]]]
 //! ```
 //!
-//! draws so many runs of every family, or of one, for both numbers of nodes, half of them in random units; 60 draws take
+//! draws so many runs of every family, or of one, for both numbers of nodes, half in random units. 60 draws take
 //! a minute. Refusals, broken promises and estimates below the error are printed with what draws them again. The table
 //! has, by families and by decades of the accuracy, the numbers of runs, of undecided ones, of broken promises, of
 //! estimates that are too low and of attempts that were begun again, then accuracy/error (least and median),

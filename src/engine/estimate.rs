@@ -75,7 +75,7 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
     /// sweeps left undone, relative to sizes. By steps, `now` lags behind until the last window.
     pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64, left: f64, is_last: bool) {
         self.windows += 1.0;
-        let part = ROUNDING * N as f64 * (1.0 / self.windows.sqrt()).max(BIAS);
+        let part = ROUNDING * (1.0 / self.windows.sqrt()).max(BIAS);
         for (k, local) in self.local.iter_mut().enumerate() {
             let unknown = window.unknown(k, h);
             let size = if unknown.inverse_size > 0.0 { 1.0 / unknown.inverse_size } else { 0.0 };

@@ -66,9 +66,9 @@ pub(super) const LARGEST_CUT: f64 = -8.0;
 pub(super) const LEFT_MARGIN: f64 = 10.0;
 /// Local errors are multiplied by this. Those of rounding are bounds already.
 pub(super) const MARGIN: f64 = 2.5;
-/// Rounding errors of the first window for each of its nodes, relative to its values: they add up like the square root
-/// of the number of windows,
-pub(super) const ROUNDING: f64 = 6e-18;
+/// Rounding errors of the first window, relative to its values: they add up like the square root of the number of
+/// windows,
+pub(super) const ROUNDING: f64 = 5e-17;
 /// until what they have of one sign takes over: this part of them.
 pub(super) const BIAS: f64 = 0.1;
 /// The part that rounding errors of the values on the nodes have in it, by way of the slopes.
