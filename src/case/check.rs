@@ -283,6 +283,7 @@ pub(super) fn acting(case: &Case, events: &Section<'_>) -> Result<(), CaseError>
             }
             Quantity::Parameter(_) => false,
         };
+        let is_parameter = |quantity: Quantity| matches!(quantity, Quantity::Parameter(_));
         let is_t = |quantity: Quantity| matches!(quantity, Quantity::Position(a) if names[a] == "t");
         let (message, help) = if !case.solver.chooses_windows() {
             ("an event acts where windows end, and here they are given", "give solver.accuracy or solver.tolerance")
@@ -292,6 +293,9 @@ pub(super) fn acting(case: &Case, events: &Section<'_>) -> Result<(), CaseError>
             ("no sensitivity is carried through an event that acts", "leave solver.sensitivity out")
         } else if is_conformal {
             ("no event acts in a scene with a conformal factor, which changes the pace of gamma", "leave conformal out")
+        } else if case.from.is_some() && event.set.iter().any(|(quantity, _)| is_parameter(*quantity)) {
+            // The end of a run does not say what its events have made of parameters.
+            ("an event sets a parameter, and the run goes on from another one", "begin at the start of that run")
         } else if event.set.iter().any(|(quantity, _)| is_added(*quantity)) {
             ("with Newton's law t runs by itself, and s follows from the energy", "set the other coordinates")
         } else if case.grid().t_f.is_some() && event.set.iter().any(|(quantity, _)| is_t(*quantity)) {

@@ -46,7 +46,7 @@ pub struct Change {
 }
 
 impl Change {
-    /// What the event sets in this state, where K was `norm` at the start of the run.
+    /// Evaluates what the event sets in this state, where K was `norm` at the start of the run.
     pub(crate) fn values(&mut self, before: &Start, norm: f64) -> Vec<(Quantity, f64)> {
         let Start { q, q_dot, p } = before;
         self.set.iter_mut().map(|(quantity, formula)| (*quantity, formula.at(q, q_dot, p, norm))).collect()

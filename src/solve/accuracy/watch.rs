@@ -36,7 +36,7 @@ pub(super) struct Watches<'g> {
     acts: Vec<bool>,
     /// The signs at the start of the run, if they are known, and what values exceed before changes of sign count.
     known: Vec<[f64; 2]>,
-    /// What a value still has to exceed, at the start and at the end of the window; 0 once it has.
+    /// The bounds that values still have to exceed, at the start and at the end of the window; 0 once they have.
     noise: Vec<f64>,
     noise_at_end: Vec<f64>,
     /// Signs at the start of the window, and at the end of the one that was looked at; 0 as long as a value was 0.

@@ -104,3 +104,16 @@ fn many_runs_and_checks_know_events_that_act_and_studies_refuse_them() {
     let error = failed(&run_in(folder.path(), "run restitution --reference"), 2);
     assert!(error.contains("knows no events that act"), "{error}");
 }
+
+/// The end of a run does not say what events have made of parameters: to go on from there with those of the file would
+/// be another motion.
+#[test]
+fn a_run_whose_events_set_parameters_is_not_continued() {
+    let folder = TempDir::new().unwrap();
+    let set = "--set events.floor.set.g=5";
+    let text = succeeded(&run_in(folder.path(), &format!("run restitution {set} --set grid.t_f=1.0 --out first")));
+    assert!(text.contains("trusted"), "{text}");
+    let error = failed(&run_in(folder.path(), &format!("run restitution {set} --from first --out second")), 2);
+    assert!(error.contains("goes on from another one") && error.contains("begin at the start"), "{error}");
+    assert!(!folder.path().join("second").exists());
+}
