@@ -2,11 +2,12 @@
 //!
 //! Each window makes a local error, which its highest modes tell; the linearised equations carry it on. The estimate is
 //! one solution δ of them, to which each window adds its local error such that δ grows most: in closed form for one
-//! active coordinate ([`Plane`]), by steps for more ([`Steps`]).
+//! active coordinate ([`Plane`]), by steps for more ([`Steps`]). Rounding errors have others, to which each
+//! window adds such that squares add up, as their signs are random.
 
 use super::plane::Plane;
 use super::steps::Steps;
-use super::tuning::{BIAS, LEFT_MARGIN, MARGIN, OF_SLOPES, ROUNDING};
+use super::tuning::{LEFT_MARGIN, MARGIN, OF_SLOPES, ROUNDING};
 use super::view::Place;
 use super::window::Solver;
 use crate::geometry::Start;
@@ -14,11 +15,9 @@ use crate::geometry::Start;
 /// δ, window by window.
 pub(super) struct ErrorEstimate<'g, const N: usize> {
     method: Method<'g, N>,
-    /// Number of windows so far.
-    windows: f64,
-    /// The local errors of the unknowns, without signs, and those of rounding alone.
+    /// The local errors of the unknowns, without signs, and those of rounding.
     local: Vec<[f64; 2]>,
-    /// |δ|, its largest component relative to sizes, and that of rounding alone,
+    /// |δ| with rounding, its largest component relative to sizes, and that of rounding alone,
     pub(super) now: f64,
     pub(super) rounding_now: f64,
     /// at this γ.
@@ -42,7 +41,7 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
             Method::Steps(Box::new(Steps::new(solver, start)))
         };
         let local = vec![[0.0; 2]; 2 * m];
-        Self { method, windows: 0.0, local, now: 0.0, rounding_now: 0.0, reached: 0.0, largest: 0.0 }
+        Self { method, local, now: 0.0, rounding_now: 0.0, reached: 0.0, largest: 0.0 }
     }
 
     /// Goes back to the start, where there is no error.
@@ -51,7 +50,7 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
             Method::Plane(plane) => plane.begin(),
             Method::Steps(steps) => steps.begin(),
         }
-        (self.windows, self.now, self.rounding_now, self.reached, self.largest) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        (self.now, self.rounding_now, self.reached, self.largest) = (0.0, 0.0, 0.0, 0.0);
     }
 
     /// At the end of a run to a value of `coordinate` errors are those at equal values of it: its own error is one of
@@ -74,19 +73,16 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
     /// Carries δ over a window of length `h` that is finished, and adds the window's own error. `left` is what its
     /// sweeps left undone, relative to sizes. By steps, `now` lags behind until the last window.
     pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64, left: f64, is_last: bool) {
-        self.windows += 1.0;
-        let part = ROUNDING * (1.0 / self.windows.sqrt()).max(BIAS);
         for (k, local) in self.local.iter_mut().enumerate() {
             let unknown = window.unknown(k, h);
             let size = if unknown.inverse_size > 0.0 { 1.0 / unknown.inverse_size } else { 0.0 };
-            let rounding = part * unknown.magnitude;
-            *local = [MARGIN * (unknown.end_error + LEFT_MARGIN * left * size) + rounding, rounding];
+            *local = [MARGIN * (unknown.end_error + LEFT_MARGIN * left * size), ROUNDING * unknown.magnitude];
         }
         match &mut self.method {
             Method::Plane(plane) => {
-                let gains = plane.follow(window, h).map(|gain| part * OF_SLOPES * gain);
-                let of = |i: usize| [self.local[0][i] + gains[0], self.local[1][i] + gains[1]];
-                plane.add(of(0), of(1));
+                let gains = plane.follow(window, h).map(|gain| OF_SLOPES * gain);
+                let of = |k: usize| self.local[k][1] + gains[k];
+                plane.add([self.local[0][0], self.local[1][0]], [of(0), of(1)]);
                 let inverse_size = window.unknown(0, h).inverse_size;
                 [self.now, self.rounding_now] = plane.position().map(|error| error * inverse_size);
                 for (j, &inverse_size) in window.inverse_ignorable.iter().enumerate() {
@@ -97,7 +93,7 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
                 self.largest = self.largest.max(self.now);
             }
             Method::Steps(steps) => {
-                steps.follow(window, h, &self.local, part * OF_SLOPES);
+                steps.follow(window, h, &self.local);
                 if is_last {
                     steps.finish(window, h);
                 }

@@ -26,6 +26,7 @@ use pulp::{Simd, WithSimd};
 use super::kernel::Evaluate;
 use super::linear::{Linear, Term};
 use super::rule::Order;
+use super::tuning::{BIAS, MARGIN};
 use super::window::Solver;
 use crate::geometry::{Geometry, Start};
 use crate::number::vector::{Lanes, Level, Nodes};
@@ -36,8 +37,8 @@ pub(super) struct Plane<'g, const N: usize> {
     /// f at the end of the last window, and the metric's s.
     flow: [f64; 2],
     metric: f64,
-    /// δ, and what rounding alone makes of it.
-    all: Errors,
+    /// δ of the errors of windows, and that of rounding.
+    truncation: Errors,
     rounding: Errors,
     ignorable: Vec<Ignorable>,
 }
@@ -53,13 +54,15 @@ struct Errors {
     shift: f64,
 }
 
-/// The error of an ignorable coordinate, and that of rounding alone.
+/// The error of an ignorable coordinate that truncation makes, and that of rounding.
 #[derive(Debug, Clone, Copy, Default)]
 struct Ignorable {
     /// Applies β and the shear to it.
     of_change: [f64; 2],
     /// Applies shifts to it.
     of_shift: [f64; 2],
+    /// The sum of its own local errors.
+    own: f64,
     /// The rate at the end of the last window.
     rate: f64,
 }
@@ -70,13 +73,13 @@ impl<'g, const N: usize> Plane<'g, N> {
         let mut linear = Linear::new(geometry);
         linear.begin(start);
         let ignorable = vec![Ignorable::default(); geometry.ignorable().count()];
-        let [all, rounding] = [Errors::default(); 2];
-        Self { linear, flow: [0.0; 2], metric: 1.0, all, rounding, ignorable }
+        let [truncation, rounding] = [Errors::default(); 2];
+        Self { linear, flow: [0.0; 2], metric: 1.0, truncation, rounding, ignorable }
     }
 
     /// Goes back to the start.
     pub(super) fn begin(&mut self) {
-        (self.all, self.rounding) = Default::default();
+        (self.truncation, self.rounding) = Default::default();
         self.ignorable.fill(Ignorable::default());
     }
 
@@ -93,7 +96,7 @@ impl<'g, const N: usize> Plane<'g, N> {
         let longest = (h * b) * (h * b);
         let metric = if longest * c > b { b / c } else { longest };
         self.metric = if metric.is_normal() { metric } else { before };
-        if self.all.change > 0.0 && square > 0.0 {
+        if self.truncation.change > 0.0 && square > 0.0 {
             let [q, p] = self.flow;
             self.shear((q / square) * (p / self.square()) * (self.metric - before));
         }
@@ -102,7 +105,7 @@ impl<'g, const N: usize> Plane<'g, N> {
     /// α grows by so much of β.
     #[inline(always)]
     fn shear(&mut self, by: f64) {
-        for errors in [&mut self.all, &mut self.rounding] {
+        for errors in [&mut self.truncation, &mut self.rounding] {
             errors.shear += errors.change * by;
         }
     }
@@ -114,31 +117,37 @@ impl<'g, const N: usize> Plane<'g, N> {
         q * q + self.metric * p * p
     }
 
-    /// Adds the local errors of position and momentum at the end of the window, and those of rounding alone, with the
-    /// signs that make |β|, and then |α|, grow most.
-    pub(super) fn add(&mut self, all: [f64; 2], rounding: [f64; 2]) {
+    /// Adds the local errors of position and momentum at the end of the window, with the signs that make |β|, and then
+    /// |α|, grow most, and those of rounding, whose signs are random.
+    pub(super) fn add(&mut self, truncation: [f64; 2], rounding: [f64; 2]) {
         let ([q, p], square) = (self.flow, self.square());
         if square > 0.0 {
-            for (errors, [position, momentum]) in [(&mut self.all, all), (&mut self.rounding, rounding)] {
-                errors.change += q.abs() * momentum + p.abs() * position;
-                errors.shift += (q.abs() * position + self.metric * p.abs() * momentum) / square;
-            }
+            let change = |[position, momentum]: [f64; 2]| q.abs() * momentum + p.abs() * position;
+            let shift =
+                |[position, momentum]: [f64; 2]| (q.abs() * position + self.metric * p.abs() * momentum) / square;
+            self.truncation.change += change(truncation);
+            self.truncation.shift += shift(truncation);
+            let add = |sum: &mut f64, error: f64| *sum += error * part_of_random(*sum / error.max(f64::MIN_POSITIVE));
+            add(&mut self.rounding.change, change(rounding));
+            add(&mut self.rounding.shift, shift(rounding));
         }
     }
 
     /// |δ| of the position at the end of the window, and what of it rounding alone makes.
     pub(super) fn position(&self) -> [f64; 2] {
         let ([q, p], square) = (self.flow, self.square());
-        [self.all, self.rounding].map(|errors| {
+        let [truncation, rounding] = [self.truncation, self.rounding].map(|errors| {
             let across = if square > 0.0 { errors.change * self.metric * p / square } else { 0.0 };
             (errors.shear * q - across).abs() + errors.shift * q.abs()
-        })
+        });
+        [truncation + rounding, rounding]
     }
 
     /// The error of an ignorable coordinate, and what of it rounding alone makes.
     pub(super) fn ignorable(&self, j: usize) -> [f64; 2] {
-        let Ignorable { of_change, of_shift, .. } = self.ignorable[j];
-        [0, 1].map(|i| of_change[i].abs() + of_shift[i].abs())
+        let Ignorable { of_change, of_shift, own, .. } = self.ignorable[j];
+        let [truncation, rounding] = [0, 1].map(|i| of_change[i].abs() + of_shift[i].abs());
+        [truncation + own + rounding, rounding]
     }
 }
 
@@ -189,9 +198,9 @@ impl<const N: usize> WithSimd for Follow<'_, '_, N> {
         let inverse = q.mul_add(q, p * p * metric).recip();
         let kappa =
             (c.scale_add(metric, b) * (q * q - p * p * metric) - a * q * p * (4.0 * metric)) * inverse * inverse;
-        let before = [plane.all.shear, plane.rounding.shear];
+        let before = [plane.truncation.shear, plane.rounding.shear];
         plane.shear(h * kappa.dot(weights));
-        let errors = [plane.all, plane.rounding];
+        let errors = [plane.truncation, plane.rounding];
         for j in 0..plane.ignorable.len() {
             let rate = Lanes::new(s, window.rate_nodes(j));
             let Linear { registers, rates, .. } = &plane.linear;
@@ -204,6 +213,7 @@ impl<const N: usize> WithSimd for Follow<'_, '_, N> {
                 error.of_change[i] += shear * rate.last() - before[i] * error.rate + change * of_change;
                 error.of_shift[i] += shift * (rate.last() - error.rate);
             }
+            error.own += MARGIN * window.ignorable_errors[j];
             error.rate = rate.last();
         }
         gains
@@ -240,6 +250,13 @@ fn magnitude<S: Simd, const N: usize>(s: S, window: &Solver<'_, N>, linear: &Lin
     sum
 }
 
+/// The part of a random error by which a sum of such errors grows, which is `so_far` times as large: squares add up,
+/// and a part of them has one sign.
+#[inline(always)]
+fn part_of_random(so_far: f64) -> f64 {
+    so_far.hypot(1.0) - so_far + BIAS
+}
+
 #[cfg(test)]
 mod tests {
     use super::Plane;
@@ -257,8 +274,8 @@ mod tests {
             plane.follow(&pair.first, 2.0 * unit);
             // δ = β g
             let ([q, p], square) = (plane.flow, plane.square());
-            plane.all.change = 1e-6 * square / q.hypot(plane.metric * p);
-            pair.begin_second([-plane.metric * p, q].map(|g| plane.all.change * g / square).to_vec());
+            plane.truncation.change = 1e-6 * square / q.hypot(plane.metric * p);
+            pair.begin_second([-plane.metric * p, q].map(|g| plane.truncation.change * g / square).to_vec());
             for step in 0..40 {
                 let h = unit * [1.0, 3.0, 0.3, 2.0][step % 4];
                 pair.advance(h);

@@ -2,7 +2,7 @@
 //!
 //! A change of H grows steadily in regular motion, as it is a change of frequency: there local errors go along ∇H. In
 //! chaotic motion δ soon points to where errors grow most, and local errors go there too. Both are carried, and the
-//! larger one counts.
+//! larger one counts. Rounding errors have random signs: some samples of what they come to are carried as well.
 //!
 //! δ is needed to one digit only, so it has steps of its own: several windows, or a part of one, as [`Transport`]
 //! allows.
@@ -12,17 +12,18 @@ use pulp::{Simd, WithSimd};
 use super::kernel::larger;
 use super::rule::Order;
 use super::transport::{AT_ONCE, Transport};
-use super::tuning::{FIRST_STEPS, MOST_PARTS, MOST_WINDOWS, OF_STEPS};
+use super::tuning::{BIAS, FIRST_STEPS, MARGIN, MOST_PARTS, MOST_WINDOWS, OF_SAMPLES, OF_SLOPES, OF_STEPS};
 use super::view::Place;
 use super::window::Solver;
 use crate::geometry::Start;
+use crate::number::Noise;
 use crate::number::vector::{Level, Nodes};
 
-/// An error, and that of rounding alone.
+/// An error of truncation, and that of rounding.
 type Errors = [f64; 2];
 
-/// The same for local errors along ∇H, and then for those along what has grown so far.
-type Both = [f64; 4];
+/// δ for local errors along ∇H, for those along what has grown so far, and samples for those of random signs.
+type Deltas = [f64; 8];
 
 /// δ, step by step.
 pub(super) struct Steps<'g, const N: usize> {
@@ -34,23 +35,25 @@ pub(super) struct Steps<'g, const N: usize> {
     derivative: Vec<[f64; N]>,
     /// The local errors that each step of the batch adds at its end, by unknowns.
     local: Vec<[Errors; AT_ONCE]>,
-    /// The part of ∫ |J||x| that each step adds.
-    of_slopes: [f64; AT_ONCE],
+    /// Number of windows of each step.
+    windows_of: [f64; AT_ONCE],
     inverse_sizes: Vec<f64>,
-    delta: Vec<Both>,
-    carried: Vec<Both>,
-    /// Errors of ignorable coordinates, and 1/size of these.
-    ignorable: Vec<Both>,
+    delta: Vec<Deltas>,
+    carried: Vec<Deltas>,
+    /// Errors of ignorable coordinates, the local ones that each step adds, and 1/size of these.
+    ignorable: Vec<Deltas>,
+    local_ignorable: Vec<[f64; AT_ONCE]>,
     inverse_ignorable: Vec<f64>,
-    /// δ·∇H at the last step.
-    along: Errors,
+    /// δ·∇H of the first of them at the last step.
+    along: f64,
+    noise: Noise,
     /// Length and windows of the current step so far.
     length: f64,
     windows: f64,
     /// The number of windows that a step is to have: 2, 3, … or 1/2, 1/3, … for parts of one.
     wanted: f64,
     has_begun: bool,
-    /// |δ| at the end of the last batch, relative to sizes,
+    /// |δ| with rounding at the end of the last batch, relative to sizes, and that of rounding alone,
     pub(super) now: Errors,
     /// at this γ.
     pub(super) reached: f64,
@@ -77,13 +80,15 @@ impl<'g, const N: usize> Steps<'g, N> {
             derivative: (0..nodes.len()).map(row).collect(),
             nodes,
             local: vec![[[0.0; 2]; AT_ONCE]; unknowns],
-            of_slopes: [0.0; AT_ONCE],
+            windows_of: [1.0; AT_ONCE],
             inverse_sizes: vec![1.0; unknowns],
-            delta: vec![[0.0; 4]; unknowns],
-            carried: vec![[0.0; 4]; unknowns],
-            ignorable: vec![[0.0; 4]; ignorable],
+            delta: vec![[0.0; 8]; unknowns],
+            carried: vec![[0.0; 8]; unknowns],
+            ignorable: vec![[0.0; 8]; ignorable],
+            local_ignorable: vec![[0.0; AT_ONCE]; ignorable],
             inverse_ignorable: vec![0.0; ignorable],
-            along: [0.0; 2],
+            along: 0.0,
+            noise: Noise::default(),
             length: 0.0,
             windows: 0.0,
             wanted: FIRST_STEPS,
@@ -98,24 +103,25 @@ impl<'g, const N: usize> Steps<'g, N> {
     pub(super) fn begin(&mut self) {
         self.transport.count = 0;
         self.local.fill([[0.0; 2]; AT_ONCE]);
-        self.delta.fill([0.0; 4]);
-        self.ignorable.fill([0.0; 4]);
-        (self.along, self.length, self.windows, self.wanted) = ([0.0; 2], 0.0, 0.0, FIRST_STEPS);
+        self.local_ignorable.fill([0.0; AT_ONCE]);
+        self.delta.fill([0.0; 8]);
+        self.ignorable.fill([0.0; 8]);
+        (self.along, self.noise) = (0.0, Noise::default());
+        (self.length, self.windows, self.wanted) = (0.0, 0.0, FIRST_STEPS);
         (self.has_begun, self.now, self.reached, self.largest) = (false, [0.0; 2], 0.0, 0.0);
     }
 
     /// The error of a coordinate.
     pub(super) fn error(&self, place: Place) -> f64 {
-        let both = match place {
+        let deltas = match place {
             Place::Active(place) => &self.delta[place],
             Place::Ignorable(j) => &self.ignorable[j],
         };
-        larger(both[0].abs(), both[2].abs())
+        size(deltas)[0]
     }
 
-    /// Takes in a finished window of length `h` with its local errors; `of_slopes` is the part that rounding has in
-    /// slopes.
-    pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64, local: &[Errors], of_slopes: f64) {
+    /// Takes in a finished window of length `h` with its local errors.
+    pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64, local: &[Errors]) {
         for (k, inverse_size) in self.inverse_sizes.iter_mut().enumerate() {
             *inverse_size = window.unknown(k, h).inverse_size;
         }
@@ -127,39 +133,41 @@ impl<'g, const N: usize> Steps<'g, N> {
             self.transport.inverse_sizes.copy_from_slice(&self.inverse_sizes);
         }
         let mut done = 0.0;
-        if self.wanted < 0.7 {
-            let parts = ((1.0 / self.wanted + 0.5) as usize).clamp(2, MOST_PARTS);
-            for cut in 0..self.cuts[parts - 1].len() {
-                let node = self.cuts[parts - 1][cut];
-                self.length += h * (self.nodes[node] - done);
-                done = self.nodes[node];
-                self.of_slopes[self.transport.count] = of_slopes;
-                self.finish_step(window, node, h);
-            }
+        let parts = if self.wanted < 0.7 { ((1.0 / self.wanted + 0.5) as usize).clamp(2, MOST_PARTS) } else { 1 };
+        let part = 1.0 / parts as f64;
+        for cut in 0..self.cuts[parts - 1].len() {
+            let node = self.cuts[parts - 1][cut];
+            self.length += h * (self.nodes[node] - done);
+            done = self.nodes[node];
+            self.finish_step(window, node, h, part);
         }
         self.length += h * (1.0 - done);
         self.windows += 1.0;
         let step = self.transport.count;
-        self.of_slopes[step] = of_slopes;
         for (sums, local) in self.local.iter_mut().zip(local) {
-            (0..2).for_each(|i| sums[step][i] += local[i]);
+            let [truncation, rounding] = &mut sums[step];
+            (*truncation, *rounding) = (*truncation + local[0], rounding.hypot(local[1]));
+        }
+        for (sums, error) in self.local_ignorable.iter_mut().zip(&window.ignorable_errors) {
+            sums[step] += MARGIN * error;
         }
         if self.windows + 0.5 > self.wanted {
-            self.finish_step(window, self.nodes.len() - 1, h);
+            self.finish_step(window, self.nodes.len() - 1, h, part * self.windows);
         }
     }
 
     /// Ends the run after a last window of length `h`.
     pub(super) fn finish(&mut self, window: &Solver<'g, N>, h: f64) {
         if self.length > 0.0 {
-            self.finish_step(window, self.nodes.len() - 1, h);
+            self.finish_step(window, self.nodes.len() - 1, h, self.windows);
         }
         self.carry();
     }
 
-    /// Ends the current step at a node.
-    fn finish_step(&mut self, window: &Solver<'g, N>, node: usize, h: f64) {
+    /// Ends the current step, of so many windows, at a node.
+    fn finish_step(&mut self, window: &Solver<'g, N>, node: usize, h: f64, windows: f64) {
         self.set_point(window, node, h, self.transport.count + 1);
+        self.windows_of[self.transport.count] = windows;
         self.transport.add_step(self.length);
         (self.length, self.windows) = (0.0, 0.0);
         if self.transport.count == AT_ONCE {
@@ -192,6 +200,7 @@ impl<'g, const N: usize> Steps<'g, N> {
         Level::Best.dispatch(Carry(self));
         self.reached += self.transport.length();
         self.local.fill([[0.0; 2]; AT_ONCE]);
+        self.local_ignorable.fill([0.0; AT_ONCE]);
         self.transport.restart();
         // The defect grows like the 6th power of lengths.
         let change = (0.5 * OF_STEPS / defect.max(1e-12)).sqrt().cbrt().clamp(0.5, 2.0);
@@ -205,7 +214,7 @@ struct Carry<'a, 'g, const N: usize>(&'a mut Steps<'g, N>);
 impl<const N: usize> WithSimd for Carry<'_, '_, N> {
     type Output = ();
 
-    /// The four errors of an unknown make a vector without more ado.
+    /// The errors of an unknown make a vector without more ado.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         for step in 0..self.0.transport.count {
@@ -220,31 +229,30 @@ impl<const N: usize> Steps<'_, N> {
         let Self { transport, delta, carried, ignorable, .. } = self;
         let n = delta.len();
         for (k, carried) in carried.iter_mut().enumerate() {
-            *carried = combined([0.0; 4], transport.row(k), step, delta);
+            *carried = combined([0.0; 8], transport.row(k), step, delta);
         }
         self.now = [0.0; 2];
         for (i, error) in ignorable.iter_mut().enumerate() {
             *error = combined(*error, transport.row(n + i), step, delta);
+            error[..2].iter_mut().for_each(|error| *error += self.local_ignorable[i][step].copysign(*error));
             self.now = largest(self.now, error, self.inverse_ignorable[i]);
         }
         // As δ·∇H is conserved, its sign is that of the step before.
-        let sign = self.along.map(|along| 1.0_f64.copysign(along));
-        self.along = [0.0; 2];
+        let sign = 1.0_f64.copysign(self.along);
+        self.along = 0.0;
         for k in 0..n {
-            let gradient = transport.gradient(k, step + 1);
-            let of_slopes = self.of_slopes[step] * transport.gain(k, step);
-            let local = self.local[k][step].map(|local| local + of_slopes);
-            let [all, rounding, all_along, rounding_along] = carried[k];
-            let direction = |own: f64, sign: f64| if gradient == 0.0 { own } else { sign * gradient };
-            let along = |own: f64, sign: f64| if own == 0.0 { sign * gradient } else { own };
-            let directions = [
-                direction(all, sign[0]),
-                direction(rounding, sign[1]),
-                along(all_along, sign[0]),
-                along(rounding_along, sign[1]),
-            ];
-            delta[k] = std::array::from_fn(|i| carried[k][i] + local[i % 2].copysign(directions[i]));
-            (0..2).for_each(|i| self.along[i] += delta[k][i] * gradient);
+            let [truncation, rounding] = self.local[k][step];
+            let rounding = rounding.hypot(OF_SLOPES * transport.gain(k, step, self.windows_of[step]));
+            let (gradient, carried) = (transport.gradient(k, step + 1), &carried[k]);
+            let along = sign * gradient;
+            let directions =
+                [if gradient == 0.0 { carried[0] } else { along }, if carried[1] == 0.0 { along } else { carried[1] }];
+            let (signs, bias) = (self.noise.signs::<6>(), BIAS.copysign(along));
+            delta[k] = std::array::from_fn(|i| match i {
+                0 | 1 => carried[i] + truncation.copysign(directions[i]),
+                _ => carried[i] + rounding * (signs[i - 2] + bias),
+            });
+            self.along += delta[k][0] * gradient;
             if k < n / 2 {
                 self.now = largest(self.now, &delta[k], self.inverse_sizes[k]);
             }
@@ -255,7 +263,7 @@ impl<const N: usize> Steps<'_, N> {
 
 /// sum + Σ_j Φ_j δ_j, with a row of Φ.
 #[inline(always)]
-fn combined(sum: Both, row: &[Nodes<AT_ONCE>], step: usize, delta: &[Both]) -> Both {
+fn combined(sum: Deltas, row: &[Nodes<AT_ONCE>], step: usize, delta: &[Deltas]) -> Deltas {
     row.iter().zip(delta).fold(sum, |sum, (entry, delta)| {
         let entry = entry.0[step];
         std::array::from_fn(|i| entry * delta[i] + sum[i])
@@ -264,14 +272,22 @@ fn combined(sum: Both, row: &[Nodes<AT_ONCE>], step: usize, delta: &[Both]) -> B
 
 /// The largest errors so far, relative to sizes.
 #[inline(always)]
-fn largest(so_far: Errors, both: &Both, inverse_size: f64) -> Errors {
-    let of = |i: usize| larger(both[i].abs(), both[i + 2].abs()) * inverse_size;
-    [larger(so_far[0], of(0)), larger(so_far[1], of(1))]
+fn largest(so_far: Errors, deltas: &Deltas, inverse_size: f64) -> Errors {
+    let of = size(deltas);
+    [larger(so_far[0], of[0] * inverse_size), larger(so_far[1], of[1] * inverse_size)]
+}
+
+/// |δ| with rounding, and that of rounding alone.
+#[inline(always)]
+fn size(deltas: &Deltas) -> Errors {
+    let [along, grown, samples @ ..] = deltas;
+    let rounding = OF_SAMPLES * samples.iter().map(|sample| sample * sample).sum::<f64>().sqrt();
+    [larger(along.abs(), grown.abs()) + rounding, rounding]
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Steps;
+    use super::{Place, Steps};
     use crate::engine::tests::{Pair, kerr, lifted};
 
     /// δ is what a second motion is off by, which begins a little beside the first one, in ignorable coordinates too.
@@ -282,12 +298,12 @@ mod tests {
             let mut pair = Pair::new(&geometry, &start);
             let mut steps = Steps::<16>::new(&pair.first, &start);
             let deviation = vec![1e-6, -2e-6, 1e-7, 3e-7];
-            steps.delta = deviation.iter().map(|&delta| [delta, 0.0, delta, 0.0]).collect();
+            steps.delta = deviation.iter().map(|&delta| [delta; 8]).collect();
             pair.begin_second(deviation);
             for step in 0..48 {
                 let h = unit * [1.0, 3.0, 0.3, 2.0][step % 4];
                 pair.advance(h);
-                steps.follow(&pair.first, h, &[[0.0; 2]; 4], 0.0);
+                steps.follow(&pair.first, h, &[[0.0; 2]; 4]);
                 if step == 47 {
                     steps.finish(&pair.first, h);
                 }
@@ -296,6 +312,24 @@ mod tests {
             for ([found, ..], known) in steps.delta.iter().chain(&steps.ignorable).zip(known) {
                 assert!((found - known).abs() < 0.03 * known.abs() + 1e-7, "{found:e} {known:e}");
             }
+        }
+    }
+
+    /// Where neighbours neither separate nor meet, rounding errors of n windows add up to some √n of them.
+    #[test]
+    fn rounding_adds_up_like_a_random_walk() {
+        let (geometry, start) = lifted("(x^2 + y^2)/2", &["x", "y"], &[1.0, 0.0], &[0.0, 1.0]);
+        for count in [16, 64, 256] {
+            let mut pair = Pair::new(&geometry, &start);
+            let mut steps = Steps::<16>::new(&pair.first, &start);
+            for _ in 0..count {
+                pair.advance_first(0.5);
+                steps.follow(&pair.first, 0.5, &[[0.0, 1e-9]; 4]);
+            }
+            steps.finish(&pair.first, 0.5);
+            let error = [0, 1].map(|place| steps.error(Place::Active(place))).into_iter().fold(0.0, f64::max);
+            let ratio = error / (1e-9 * f64::from(count).sqrt());
+            assert!((1.0..4.0).contains(&ratio), "{count}: {ratio}");
         }
     }
 }

@@ -64,15 +64,16 @@ pub(super) const LARGEST_CUT: f64 = -8.0;
 /// What sweeps leave is estimated from their contraction, which slows down: in 99.5 % of windows it is less than this
 /// many times the estimate.
 pub(super) const LEFT_MARGIN: f64 = 10.0;
-/// Local errors are multiplied by this. Those of rounding are bounds already.
+/// Local errors are multiplied by this, but not those of rounding.
 pub(super) const MARGIN: f64 = 2.5;
-/// Rounding errors of the first window, relative to its values: they add up like the square root of the number of
-/// windows,
-pub(super) const ROUNDING: f64 = 5e-17;
-/// until what they have of one sign takes over: this part of them.
-pub(super) const BIAS: f64 = 0.1;
-/// The part that rounding errors of the values on the nodes have in it, by way of the slopes.
-pub(super) const OF_SLOPES: f64 = 0.25;
+/// Rounding errors of a window, relative to its values,
+pub(super) const ROUNDING: f64 = 1e-17;
+/// and those of the values on the nodes that change its end by way of the slopes.
+pub(super) const OF_SLOPES: f64 = 1e-16;
+/// Squares of rounding errors add up, until what they have of one sign takes over: this part of them.
+pub(super) const BIAS: f64 = 0.03;
+/// The error of rounding is this many times the root of the sum of squares of six samples.
+pub(super) const OF_SAMPLES: f64 = 0.7;
 
 // The steps of errors of several active coordinates.
 
@@ -101,3 +102,9 @@ pub(super) const END: [f64; 2] = [4.0, 2.0];
 pub(super) const NOISE_OF_SWEEPS: f64 = 2.5e-16;
 /// and so is a change below this, relative to sizes, that does not contract.
 pub(super) const STALLED: f64 = 1e-12;
+/// Sweeps that contracted by this part are done then,
+pub(super) const FAST: f64 = 0.25;
+/// and slower ones, if only by this part, go on
+pub(super) const SLOWEST_UNSEEN: f64 = 0.7;
+/// until what they would change without rounding is less than this part of it.
+pub(super) const UNSEEN_CHANGE: f64 = 0.1;

@@ -43,6 +43,8 @@ pub(super) struct Solver<'g, const N: usize> {
     /// Ignorable coordinates at the start of the run, and 1/size of their ways since then.
     pub(super) origin: Vec<f64>,
     pub(super) inverse_ignorable: Vec<f64>,
+    /// The errors that the window makes in them.
+    pub(super) ignorable_errors: Vec<f64>,
     /// By how much they grow over the window.
     gains: Vec<Twofold>,
     /// The weights of the highest Legendre modes, if the errors of windows are measured.
@@ -88,6 +90,7 @@ impl<'g, const N: usize> Solver<'g, N> {
             momenta: vec![Nodes::ZERO; separable],
             origin: Vec::with_capacity(ignorable),
             inverse_ignorable: Vec::with_capacity(ignorable),
+            ignorable_errors: vec![0.0; ignorable],
             gains: vec![Twofold::ZERO; ignorable],
             highest_modes: measures.then(|| rule.highest_modes()),
             certificate: None,
@@ -163,6 +166,7 @@ impl<'g, const N: usize> Solver<'g, N> {
             others,
             ignorable,
             inverse_ignorable: &self.inverse_ignorable,
+            ignorable_errors: &mut self.ignorable_errors,
             points: self.rule.points(),
             highest_modes: self.highest_modes.as_ref(),
         })
@@ -228,7 +232,8 @@ impl<'g, const N: usize> Solver<'g, N> {
         let unseen = local.tail * decay;
         let factor = unseen / local.end;
         if factor > 1.0 && factor.is_finite() {
-            self.rows.iter_mut().for_each(|row| row.end_error *= factor);
+            let own = self.rows.iter_mut().map(|row| &mut row.end_error);
+            own.chain(&mut self.ignorable_errors).for_each(|error| *error *= factor);
             return unseen;
         }
         local.end

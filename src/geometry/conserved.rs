@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 
 use super::{Geometry, Start};
 use crate::number::norm::max_abs;
-use crate::number::{Extended, Real};
+use crate::number::{Extended, Noise, Real};
 
 /// Constants c^a for which Σ c^a p_a is conserved.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,7 +74,7 @@ impl Geometry<f64> {
     /// Places inside the domain that lie anywhere around the start, by the sizes that it has.
     fn places_around(&self, start: &Start) -> Vec<Place> {
         let count = POINTS_PER_COORDINATE * self.active().len();
-        let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
+        let mut noise = Noise::default();
         let sizes = [&start.q, &start.q_dot].map(|values| {
             let own: Vec<f64> = values.iter().map(|value| value.abs()).collect();
             self.shared(&start.q, &own)
@@ -158,16 +158,4 @@ fn null_vectors<S: Real>(mut rows: Vec<Vec<S>>, zero: f64) -> Vec<Vec<S>> {
         c.iter().zip(&scales).map(|(&c, &scale)| scaled(c, scale)).collect()
     };
     free.map(vector).collect()
-}
-
-/// Numbers in (−1, 1) that look random and are the same in every run (G. Marsaglia's xorshift).
-struct Noise(u64);
-
-impl Noise {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
 }

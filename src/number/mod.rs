@@ -19,6 +19,7 @@ mod compensated;
 mod constants;
 mod decimal;
 mod function;
+mod noise;
 pub mod norm;
 pub(crate) mod root;
 pub(crate) mod runge_kutta;
@@ -28,6 +29,7 @@ pub mod vector;
 pub(crate) use compensated::Compensated;
 pub use constants::Constants;
 pub use function::Function;
+pub(crate) use noise::Noise;
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};

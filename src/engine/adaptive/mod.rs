@@ -242,7 +242,8 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         }
         let expected = excess.max(1e-3) * way.powf(1.5);
         if !can_help {
-            let is_kept = estimate.largest <= (1.0 - INSIDE) * self.asked;
+            // What errors inside of windows leave is free.
+            let is_kept = error <= self.asked;
             return if is_kept { Ok(()) } else { Err(self.reason(Failure::Rounding)) };
         }
         self.strictness *= (0.2 / expected).clamp(1e-4, 0.3);

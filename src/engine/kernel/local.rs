@@ -21,7 +21,7 @@ use crate::number::vector::{Lanes, Nodes};
 pub(in super::super) struct LocalErrors {
     /// At its nodes, of positions and ignorable coordinates: of order n.
     pub(in super::super) inside: f64,
-    /// At its end, of all unknowns: of order 2n − 1.
+    /// At its end, of all unknowns and ignorable coordinates: of order 2n − 1.
     pub(in super::super) end: f64,
     /// By how much the highest modes of slopes change an unknown.
     pub(in super::super) tail: f64,
@@ -30,7 +30,8 @@ pub(in super::super) struct LocalErrors {
 }
 
 impl<const N: usize> Sweeps<'_, N> {
-    /// Measures the window, and leaves the error of each unknown at the end with its row.
+    /// Measures the window, and leaves the error of each unknown at the end with its row, and those of ignorable
+    /// coordinates.
     #[inline(always)]
     pub(super) fn measure<S: Simd>(&mut self, s: S, highest: &[Nodes<N>; 4]) -> LocalErrors {
         let (h, n) = (self.length, self.points as f64);
@@ -62,11 +63,17 @@ impl<const N: usize> Sweeps<'_, N> {
         for row in self.rows.iter_mut() {
             row.end_error *= factor;
         }
+        let mut end = factor / h * most;
         for k in 0..self.ignorable.len() {
-            let [a, _, next] = modes(s, highest, Lanes::new(s, &self.registers[self.ignorable[k]]));
+            let rate = Lanes::new(s, &self.registers[self.ignorable[k]]);
+            let ([a, tail, next], largest) = (modes(s, highest, rate), rate.abs().largest());
             inside = larger(inside, h * larger(a, 0.5 * next) / (n - 1.0) * self.inverse_ignorable[k]);
+            // It is integrated once, whatever the order of the others is.
+            let roughness = if largest > 0.0 { tail / largest } else { 0.0 };
+            self.ignorable_errors[k] = END[0] * roughness * h * larger(a, next);
+            end = larger(end, self.ignorable_errors[k] * self.inverse_ignorable[k]);
         }
-        LocalErrors { inside, end: factor / h * most, tail: most, roughness }
+        LocalErrors { inside, end, tail: most, roughness }
     }
 }
 

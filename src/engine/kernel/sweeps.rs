@@ -4,7 +4,7 @@ use pulp::{Simd, WithSimd};
 
 use super::{LocalErrors, carry_out};
 use crate::engine::rule::Order;
-use crate::engine::tuning::{NOISE_OF_SWEEPS, STALLED};
+use crate::engine::tuning::{FAST, NOISE_OF_SWEEPS, SLOWEST_UNSEEN, STALLED, UNSEEN_CHANGE};
 use crate::formula::{Program, Register, Step};
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Matrix, Nodes, multiply, product_error_of};
@@ -128,9 +128,10 @@ pub(in super::super) struct Sweeps<'w, const N: usize> {
     pub(in super::super) mended: Option<&'w Program<f64>>,
     /// The steps to the velocities of ignorable coordinates and to the determinants, once the unknowns are known.
     pub(in super::super) others: &'w [Step],
-    /// The registers of these velocities, and 1/size of these coordinates.
+    /// The registers of these velocities, 1/size of these coordinates, and their errors at the end.
     pub(in super::super) ignorable: &'w [Register],
     pub(in super::super) inverse_ignorable: &'w [f64],
+    pub(in super::super) ignorable_errors: &'w mut [f64],
     /// Number n of nodes, and the weights of the highest Legendre modes if errors are to be measured.
     pub(in super::super) points: usize,
     pub(in super::super) highest_modes: Option<&'w [Nodes<N>; 4]>,
@@ -143,6 +144,7 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
     fn with_simd<S: Simd>(mut self, s: S) -> Swept {
         self.guess(s);
         let mut changes = [f64::INFINITY; 3];
+        let mut decay = Decay { change: f64::INFINITY, contraction: 0.0 };
         for sweeps in 1..=self.most_sweeps {
             let mut change = Lanes::splat(s, 0.0);
             let (was_small, mut is_rounding) = (changes[2] <= NOISE_OF_SWEEPS, true);
@@ -165,7 +167,11 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
                 }
             }
             changes = [changes[1], changes[2], change.largest()];
-            let left = if was_small && is_rounding { 0.0 } else { left(changes) };
+            decay.follow(changes);
+            let is_noise = (was_small && is_rounding) || is_stalled(changes);
+            // Windows of one length have no other way out.
+            let is_over = self.highest_modes.is_none() || decay.is_over();
+            let left = if is_noise && is_over { 0.0 } else { left(changes) };
             if left <= self.threshold {
                 carry_out(s, self.others, self.registers);
                 self.mend();
@@ -242,18 +248,47 @@ impl<const N: usize> Sweeps<'_, N> {
     }
 }
 
-/// The error that is left after three changes, the last one last: a geometric series with the slower one of their two
-/// contractions, as the first change belongs to the guess. Nothing is missing if a change that small does not contract.
-/// Before there are three of them it is the last change.
-#[inline(always)]
-fn left([first, second, last]: [f64; 3]) -> f64 {
-    let [one, other] = [last / second, second / first];
-    let contraction = if one > other || one.is_nan() { one } else { other };
-    if last <= STALLED && contraction > 0.5 {
-        0.0
-    } else if first.is_finite() && contraction < 0.5 {
-        last * contraction / (1.0 - contraction)
-    } else {
-        last
+/// The change by a sweep as it would be without rounding, which hides it in the end: where sweeps converge slowly, they
+/// would leave an error of one sign in every window.
+struct Decay {
+    change: f64,
+    contraction: f64,
+}
+
+impl Decay {
+    #[inline(always)]
+    fn follow(&mut self, [_, before, last]: [f64; 3]) {
+        if before > STALLED {
+            *self = Self { change: last, contraction: (last / before).min(SLOWEST_UNSEEN) };
+        } else {
+            self.change *= self.contraction;
+        }
     }
+
+    /// True if what is left is less than rounding errors.
+    #[inline(always)]
+    fn is_over(&self) -> bool {
+        self.contraction <= FAST || self.change <= UNSEEN_CHANGE * NOISE_OF_SWEEPS
+    }
+}
+
+/// The error that is left after three changes, the last one last: a geometric series with the slower one of their two
+/// contractions, as the first change belongs to the guess. Before there are three of them it is the last change.
+#[inline(always)]
+fn left(changes: [f64; 3]) -> f64 {
+    let ([first, _, last], contraction) = (changes, contraction(changes));
+    if first.is_finite() && contraction < 0.5 { last * contraction / (1.0 - contraction) } else { last }
+}
+
+/// True if the last change is so small that it is noise where it does not contract.
+#[inline(always)]
+fn is_stalled(changes: [f64; 3]) -> bool {
+    changes[2] <= STALLED && contraction(changes) > 0.5
+}
+
+/// The slower one of two contractions.
+#[inline(always)]
+fn contraction([first, second, last]: [f64; 3]) -> f64 {
+    let [one, other] = [last / second, second / first];
+    if one > other || one.is_nan() { one } else { other }
 }

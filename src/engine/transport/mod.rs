@@ -104,13 +104,15 @@ impl<'g> Transport<'g> {
         self.lengths.0[..self.count].iter().sum()
     }
 
-    /// ∫ |J||x| over a step: what relative errors of the values make of unknown k by way of the slopes.
+    /// The change of unknown k that relative errors of the values, each with a sign of its own, make by way of the
+    /// slopes, in a step of so many windows.
     #[inline(always)]
-    pub(super) fn gain(&self, k: usize, step: usize) -> f64 {
+    pub(super) fn gain(&self, k: usize, step: usize, windows: f64) -> f64 {
+        let gain = |row: usize| (self.gains[row].0[step] / windows).sqrt();
         match self.linear.order {
-            Order::First => self.gains[k].0[step],
-            Order::Second if k < self.active => self.lengths.0[step] * self.gains[k].0[step],
-            Order::Second => self.gains[k - self.active].0[step],
+            Order::First => gain(k),
+            Order::Second if k < self.active => self.lengths.0[step] * gain(k),
+            Order::Second => gain(k - self.active),
         }
     }
 

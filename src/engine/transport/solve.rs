@@ -78,8 +78,9 @@ impl Solve<'_, '_> {
         for term in &linear.rows {
             let line = &mut lines[term.row * width..][..width];
             let j = Lanes::new(s, &linear.registers[term.register]) * term.factor;
-            let x = Lanes::new(s, &linear.registers[linear.unknowns[term.column]]) * method.weights[stage];
-            gains[term.row] = ((j * x * h).abs() + Lanes::new(s, &gains[term.row])).nodes();
+            let change = j * Lanes::new(s, &linear.registers[linear.unknowns[term.column]]) * h;
+            let square = change * change;
+            gains[term.row] = square.scale_add(method.weights[stage], Lanes::new(s, &gains[term.row])).nodes();
             let scaled = j * factor;
             for other in 0..STAGES {
                 let to = &mut line[other * rows + term.column];

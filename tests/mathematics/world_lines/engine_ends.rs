@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use geodesic_ivp::engine::{Accuracy, Engine, Failure};
 use geodesic_ivp::geometry::{Geometry, Start};
 
-use crate::common::{QUARTIC_POTENTIAL, one};
+use crate::common::{QUARTIC_POTENTIAL, newtonian, of_potential, one, start};
 
 /// The end of a run, or where it fails.
 fn end(mut engine: Engine<'_>) -> (Result<(), Failure>, f64, Vec<f64>) {
@@ -111,5 +111,30 @@ fn rounding_leaves_no_room_for_what_is_refused() {
         let mut engine = Engine::accurate(&geometry, &start, 100.0, Accuracy::Promised(accuracy), 16).unwrap();
         let (run, room) = (engine.run(|_| ControlFlow::Continue(())), engine.reachable().unwrap());
         assert!(run.is_ok() || room > accuracy, "{accuracy:e}: {run:?}, {room:e}");
+    }
+}
+
+/// In a stiff valley the forces of small errors are large: where sweeps converge slowly, what they leave has one sign
+/// in every window, and so has the error of s, in which oscillations are twice as fast.
+#[test]
+fn the_ends_of_windows_in_a_stiff_valley_add_up_to_no_more_than_the_accuracy() {
+    let first = "6621241.231209457*(y + 0.47870439296038314*x^2 + 0.42339634668689363*sin(x))^2 + x^2/2";
+    let second = "27081774.609244987*(y - 0.4037425822335793*x^2 + 0.0753574616417998*sin(x))^2 + x^2/2";
+    let scenes = [
+        (first, [-0.7007780022870009, 0.03795190548103064], 0.8032548448093868, 0.24471713765569633, 1.9e-11),
+        (second, [0.9911177144429043, 0.33356873803625214], 0.5366371734429103, 0.07443578584186492, 5.1e-11),
+    ];
+    for (potential, [x, y], speed, length, accuracy) in scenes {
+        let geometry = of_potential(&newtonian(&["x", "y"], potential));
+        let begin = start(&geometry, &[0.0, x, y, 0.0], &[1.0, speed, 0.0, 0.0]);
+        let [found, known] = [Accuracy::Promised(accuracy), Accuracy::Local(1e-15)].map(|wanted| {
+            let mut engine = Engine::accurate(&geometry, &begin, length, wanted, 16).unwrap();
+            engine.run(|_| ControlFlow::Continue(())).unwrap();
+            (engine.place().1, engine.sizes())
+        });
+        for (a, known) in known.0.iter().enumerate() {
+            let error = (found.0[a] - known).abs() / found.1[a];
+            assert!(error <= accuracy, "{potential}: coordinate {a}, {error:e}");
+        }
     }
 }
