@@ -15,7 +15,7 @@ use super::lines::{row, wrapped};
 use super::methods::{self, chosen};
 use super::out::{OutArgs, RESULTS};
 use super::report::{self, Refusal};
-use super::study::{self, Finished};
+use super::study::{self, Finished, positive};
 use super::{CaseArgs, interrupt};
 
 const STABILITY: &str = "stability.csv";
@@ -65,11 +65,6 @@ pub(super) struct StabilityArgs {
     /// Also draw the maps, the onset of the sawtooth and the last charge
     #[arg(long, help_heading = RESULTS)]
     plot: bool,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    let parsed = text.trim().parse().ok().filter(|&value: &f64| value > 0.0 && value.is_finite());
-    parsed.ok_or_else(|| "expected a positive number".to_owned())
 }
 
 pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {

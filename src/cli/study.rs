@@ -10,6 +10,12 @@ use super::interrupt::{INTERRUPTED, beside_it};
 use super::out::OutArgs;
 use super::report;
 
+/// The value of an option that is a positive number.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    let parsed = text.trim().parse().ok().filter(|&value: &f64| value > 0.0 && value.is_finite());
+    parsed.ok_or_else(|| "expected a positive number".to_owned())
+}
+
 /// Opens the tables, the summary and, where they are wanted, the pictures of a study.
 pub(super) fn open(
     target: Target,

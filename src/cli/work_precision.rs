@@ -20,7 +20,7 @@ use super::lines::{row, short, wrapped};
 use super::methods::{self, chosen};
 use super::out::{OutArgs, RESULTS};
 use super::report::{self, Refusal};
-use super::study::{self, Finished};
+use super::study::{self, Finished, positive};
 use super::{CaseArgs, interrupt};
 
 const WORK_PRECISION: &str = "work_precision.csv";
@@ -44,7 +44,7 @@ pub(super) struct WorkPrecisionArgs {
     /// Lengths in gamma, four at most [default: the case's own]
     ///
     /// The errors along the longest of them are in drift.csv.
-    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = length, allow_hyphen_values = true)]
+    #[arg(long, value_name = "L,L,…", value_delimiter = ',', value_parser = positive, allow_hyphen_values = true)]
     gamma_f: Vec<f64>,
 
     /// Methods, by the beginnings of their names (--help has them)
@@ -67,7 +67,7 @@ pub(super) struct WorkPrecisionArgs {
         long,
         value_name = "SECONDS",
         default_value_t = Budget::default().longest,
-        value_parser = length,
+        value_parser = positive,
         allow_hyphen_values = true
     )]
     longest: f64,
@@ -81,11 +81,6 @@ pub(super) struct WorkPrecisionArgs {
     /// Also draw errors against time, evaluations and gamma
     #[arg(long, help_heading = RESULTS)]
     plot: bool,
-}
-
-fn length(text: &str) -> Result<f64, String> {
-    let parsed = text.trim().parse().ok().filter(|&length: &f64| length > 0.0 && length.is_finite());
-    parsed.ok_or_else(|| "expected a positive number".to_owned())
 }
 
 pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCode> {

@@ -144,7 +144,7 @@ impl<const N: usize> WithSimd for Sweeps<'_, N> {
     fn with_simd<S: Simd>(mut self, s: S) -> Swept {
         self.guess(s);
         let mut changes = [f64::INFINITY; 3];
-        let mut decay = Decay { change: f64::INFINITY, contraction: 0.0 };
+        let mut decay = Decay { change: 0.0, contraction: 0.0 };
         for sweeps in 1..=self.most_sweeps {
             let mut change = Lanes::splat(s, 0.0);
             let (was_small, mut is_rounding) = (changes[2] <= NOISE_OF_SWEEPS, true);
@@ -258,7 +258,8 @@ struct Decay {
 impl Decay {
     #[inline(always)]
     fn follow(&mut self, [_, before, last]: [f64; 3]) {
-        if before > STALLED {
+        // Larger changes are no noise yet.
+        if last <= STALLED && before > STALLED {
             *self = Self { change: last, contraction: (last / before).min(SLOWEST_UNSEEN) };
         } else {
             self.change *= self.contraction;

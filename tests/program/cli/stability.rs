@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
@@ -220,29 +219,4 @@ fn what_is_not_resolved_is_told() {
     // The bound has its own keys.
     let summary = json(&folder.path().join("out/summary.json"));
     assert!(summary["h_bvp_bound_kept"].is_boolean() && summary["h_bvp_defect"].is_number());
-}
-
-#[cfg(unix)]
-#[test]
-fn an_interrupted_atlas_keeps_its_rows() {
-    use std::io::Read;
-
-    let folder = TempDir::new().unwrap();
-    let steps: Vec<String> = (0..3000).map(|k| format!("{:e}", 1e-4 + 1e-9 * f64::from(k))).collect();
-    let mut child = program(folder.path())
-        .args(["stability", &format!("{CASES}/quartic.toml"), "--out", "out", "--methods", "sbp42,rk4"])
-        .args(["--gamma-f", "1,2", "--delta-gamma", &steps.join(",")])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(700));
-    assert!(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap().success());
-    let mut stderr = String::new();
-    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(130), "{stderr}");
-    assert!(stderr.contains("interrupted:") && stderr.contains("cells were finished"), "{stderr}");
-    let rows = fs::read_to_string(folder.path().join("out/stability.csv")).unwrap().lines().count();
-    assert!((2..15_000).contains(&rows), "{rows} rows");
-    assert_eq!(json(&folder.path().join("out/summary.json"))["status"], "interrupted");
 }

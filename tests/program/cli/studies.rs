@@ -189,32 +189,6 @@ fn converge_refuses_what_it_cannot_sweep() {
     assert_eq!(unresolved.status.code(), Some(3), "{}", String::from_utf8_lossy(&unresolved.stderr));
 }
 
-#[cfg(unix)]
-#[test]
-fn an_interrupted_sweep_keeps_what_was_finished() {
-    use std::io::Read;
-
-    let folder = TempDir::new().unwrap();
-    // Many grids, so that some are certainly left when the signal arrives; the finest take a while, so that some are
-    // done.
-    let grids: Vec<String> = (0..4000).map(|k| (20_000 + k).to_string()).collect();
-    let mut child = program(folder.path())
-        .args(["converge", &format!("{CASES}/quartic.toml"), "--out", "out", "--n-gamma", &grids.join(",")])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(700));
-    assert!(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap().success());
-    let mut stderr = String::new();
-    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(130), "{stderr}");
-    assert!(stderr.contains("interrupted:") && stderr.contains("grids were finished"), "{stderr}");
-    let rows = fs::read_to_string(folder.path().join("out/convergence.csv")).unwrap().lines().count();
-    assert!((2..8000).contains(&rows), "{rows} rows");
-    assert_eq!(json(&folder.path().join("out/summary.json"))["status"], "interrupted");
-}
-
 #[test]
 fn work_precision_takes_scenes() {
     let folder = TempDir::new().unwrap();
@@ -294,14 +268,15 @@ fn work_precision_refuses_what_it_cannot_chart() {
     assert!(!folder.path().join("results/horizon/work_precision.csv").exists());
 }
 
+/// Interrupts a command while it works. Returns its folder and what it says.
 #[cfg(unix)]
-#[test]
-fn an_interrupted_chart_keeps_what_was_finished() {
+fn interrupted(command: &str) -> (TempDir, String) {
     use std::io::Read;
 
     let folder = TempDir::new().unwrap();
     let mut child = program(folder.path())
-        .args(["work-precision", &format!("{CASES}/quartic.toml"), "--out", "out", "--longest", "1"])
+        .args(command.replace("CASES", CASES).split_whitespace())
+        .args(["--out", "out"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
@@ -311,6 +286,31 @@ fn an_interrupted_chart_keeps_what_was_finished() {
     let mut stderr = String::new();
     child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(130), "{stderr}");
-    assert!(stderr.contains("interrupted:") && stderr.contains("settings were finished"), "{stderr}");
     assert_eq!(json(&folder.path().join("out/summary.json"))["status"], "interrupted");
+    (folder, stderr)
+}
+
+/// The commands have so much to do that some is certainly left when the signal arrives, and each piece takes a while,
+/// so that some is done.
+#[cfg(unix)]
+#[test]
+fn interrupted_studies_keep_what_was_finished() {
+    let grids: Vec<String> = (0..4000).map(|k| (20_000 + k).to_string()).collect();
+    let steps: Vec<String> = (0..3000).map(|k| format!("{:e}", 1e-4 + 1e-9 * f64::from(k))).collect();
+    let converge = format!("converge CASES/quartic.toml --n-gamma {}", grids.join(","));
+    let stability =
+        format!("stability CASES/quartic.toml --methods sbp42,rk4 --gamma-f 1,2 --delta-gamma {}", steps.join(","));
+    let chart = "work-precision CASES/quartic.toml --longest 1".to_owned();
+    for (command, done, table, most) in [
+        (converge, "grids were finished", Some("convergence.csv"), 8000),
+        (stability, "cells were finished", Some("stability.csv"), 15_000),
+        (chart, "settings were finished", None, 0),
+    ] {
+        let (folder, stderr) = interrupted(&command);
+        assert!(stderr.contains("interrupted:") && stderr.contains(done), "{stderr}");
+        if let Some(table) = table {
+            let rows = fs::read_to_string(folder.path().join("out").join(table)).unwrap().lines().count();
+            assert!((2..most).contains(&rows), "{rows} rows");
+        }
+    }
 }
