@@ -22,8 +22,13 @@ use crate::number::vector::{Level, Nodes};
 /// An error of truncation, and that of rounding.
 type Errors = [f64; 2];
 
+/// Number of samples of rounding errors.
+const SAMPLES: usize = 6;
+
 /// δ for local errors along ∇H, for those along what has grown so far, and samples for those of random signs.
-type Deltas = [f64; 8];
+type Deltas = [f64; 2 + SAMPLES];
+
+const NO_ERROR: Deltas = [0.0; 2 + SAMPLES];
 
 /// δ, step by step.
 pub(super) struct Steps<'g, const N: usize> {
@@ -82,9 +87,9 @@ impl<'g, const N: usize> Steps<'g, N> {
             local: vec![[[0.0; 2]; AT_ONCE]; unknowns],
             windows_of: [1.0; AT_ONCE],
             inverse_sizes: vec![1.0; unknowns],
-            delta: vec![[0.0; 8]; unknowns],
-            carried: vec![[0.0; 8]; unknowns],
-            ignorable: vec![[0.0; 8]; ignorable],
+            delta: vec![NO_ERROR; unknowns],
+            carried: vec![NO_ERROR; unknowns],
+            ignorable: vec![NO_ERROR; ignorable],
             local_ignorable: vec![[0.0; AT_ONCE]; ignorable],
             inverse_ignorable: vec![0.0; ignorable],
             along: 0.0,
@@ -104,8 +109,8 @@ impl<'g, const N: usize> Steps<'g, N> {
         self.transport.count = 0;
         self.local.fill([[0.0; 2]; AT_ONCE]);
         self.local_ignorable.fill([0.0; AT_ONCE]);
-        self.delta.fill([0.0; 8]);
-        self.ignorable.fill([0.0; 8]);
+        self.delta.fill(NO_ERROR);
+        self.ignorable.fill(NO_ERROR);
         (self.along, self.noise) = (0.0, Noise::default());
         (self.length, self.windows, self.wanted) = (0.0, 0.0, FIRST_STEPS);
         (self.has_begun, self.now, self.reached, self.largest) = (false, [0.0; 2], 0.0, 0.0);
@@ -229,7 +234,7 @@ impl<const N: usize> Steps<'_, N> {
         let Self { transport, delta, carried, ignorable, .. } = self;
         let n = delta.len();
         for (k, carried) in carried.iter_mut().enumerate() {
-            *carried = combined([0.0; 8], transport.row(k), step, delta);
+            *carried = combined(NO_ERROR, transport.row(k), step, delta);
         }
         self.now = [0.0; 2];
         for (i, error) in ignorable.iter_mut().enumerate() {
@@ -247,7 +252,7 @@ impl<const N: usize> Steps<'_, N> {
             let along = sign * gradient;
             let directions =
                 [if gradient == 0.0 { carried[0] } else { along }, if carried[1] == 0.0 { along } else { carried[1] }];
-            let (signs, bias) = (self.noise.signs::<6>(), BIAS.copysign(along));
+            let (signs, bias) = (self.noise.signs::<SAMPLES>(), BIAS.copysign(along));
             delta[k] = std::array::from_fn(|i| match i {
                 0 | 1 => carried[i] + truncation.copysign(directions[i]),
                 _ => carried[i] + rounding * (signs[i - 2] + bias),
@@ -287,7 +292,7 @@ fn size(deltas: &Deltas) -> Errors {
 
 #[cfg(test)]
 mod tests {
-    use super::{Place, Steps};
+    use super::{Place, SAMPLES, Steps};
     use crate::engine::tests::{Pair, kerr, lifted};
 
     /// δ is what a second motion is off by, which begins a little beside the first one, in ignorable coordinates too.
@@ -298,7 +303,7 @@ mod tests {
             let mut pair = Pair::new(&geometry, &start);
             let mut steps = Steps::<16>::new(&pair.first, &start);
             let deviation = vec![1e-6, -2e-6, 1e-7, 3e-7];
-            steps.delta = deviation.iter().map(|&delta| [delta; 8]).collect();
+            steps.delta = deviation.iter().map(|&delta| [delta; 2 + SAMPLES]).collect();
             pair.begin_second(deviation);
             for step in 0..48 {
                 let h = unit * [1.0, 3.0, 0.3, 2.0][step % 4];

@@ -72,7 +72,7 @@ pub(super) const ROUNDING: f64 = 1e-17;
 pub(super) const OF_SLOPES: f64 = 1e-16;
 /// Squares of rounding errors add up, until what they have of one sign takes over: this part of them.
 pub(super) const BIAS: f64 = 0.03;
-/// The error of rounding is this many times the root of the sum of squares of six samples.
+/// The error of rounding is this many times the root of the sum of squares of its six samples.
 pub(super) const OF_SAMPLES: f64 = 0.7;
 
 // The steps of errors of several active coordinates.

@@ -242,7 +242,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         }
         let expected = excess.max(1e-3) * way.powf(1.5);
         if !can_help {
-            // What errors inside of windows leave is free.
+            // Rounding may use up whatever errors inside of windows leave.
             let is_kept = error <= self.asked;
             return if is_kept { Ok(()) } else { Err(self.reason(Failure::Rounding)) };
         }

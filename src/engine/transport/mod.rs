@@ -51,7 +51,7 @@ pub(super) struct Transport<'g> {
     matrix: Vec<Nodes<AT_ONCE>>,
     /// Derivatives of rates on the Gauss nodes, in the order of their terms.
     gradients: [Vec<Nodes<AT_ONCE>>; STAGES],
-    /// ∫ |J||x| by rows.
+    /// h ∫ Σ (J x)², the sum over the terms of J, by rows.
     gains: Vec<Nodes<AT_ONCE>>,
     /// Φ by rows, those of ignorable coordinates last.
     entries: Vec<Nodes<AT_ONCE>>,
