@@ -193,22 +193,25 @@ def parse(text, arithmetic=EXACT):
     return walk(ast.parse(python, mode="eval").body), used
 
 
+def in_order(texts, arithmetic=EXACT):
+    """Names, functions and what these need, in an order in which each has those that it needs."""
+    waiting = {name: parse(text, arithmetic) for name, text in texts.items()}
+    while waiting:
+        for name in [name for name, (_, used) in waiting.items() if not used & waiting.keys()]:
+            yield name, *waiting.pop(name)
+
+
 class Formulas:
     """Parameters, definitions and formulas of a table."""
 
     def __init__(self, table, coordinates, arithmetic=EXACT):
         self.arithmetic, self.coordinates, self.parameters = arithmetic, coordinates, {"pi": +mp.pi}
-        # Parameters and definitions in an order in which each has those that it uses.
-        given = {name: parse(text) for name, text in table.parameters.items()}
-        while given:
-            for name in [name for name, (_, used) in given.items() if not used & given.keys()]:
-                self.parameters[name] = arithmetic[1](given.pop(name)[0](self.parameters))
+        for name, function, _ in in_order(table.parameters):
+            self.parameters[name] = arithmetic[1](function(self.parameters))
         self.definitions, self.depends = {}, {}
-        waiting = {name: parse(text, arithmetic) for name, text in table.definitions.items()}
-        while waiting:
-            for name in [name for name, (_, used) in waiting.items() if not used & waiting.keys()]:
-                self.definitions[name], used = waiting.pop(name)
-                self.depends[name] = used.union(*(self.depends.get(one, ()) for one in used))
+        for name, function, used in in_order(table.definitions, arithmetic):
+            self.definitions[name] = function
+            self.depends[name] = used.union(*(self.depends.get(one, ()) for one in used))
 
     def formula(self, text):
         """A function of the names, and the coordinates that it depends on."""
@@ -253,7 +256,19 @@ def solve_banded(rows, rhs):
     return rhs
 
 
-class Hamiltonian:
+class Motion:
+    """A case whose state begins with its coordinates."""
+
+    def velocity(self, y):
+        return self.rates(y)[: len(self.coordinates)]
+
+    def values(self, y):
+        """What formulas of a case may use: parameters, coordinates and their rates."""
+        rates = {f"{name}_dot": rate for name, rate in zip(self.coordinates, self.velocity(y))}
+        return self.formulas.parameters | dict(zip(self.coordinates, y)) | rates
+
+
+class Hamiltonian(Motion):
     """A case with a metric, or with a potential in the paper's metric. Its state is all q, then all p."""
 
     def __init__(self, case):
@@ -342,11 +357,8 @@ class Hamiltonian:
         p = [sum(g * u for g, u in zip(row, q_dot)) + v for row, v in zip(matrix, one_form)]
         return q, p, form(q_dot, q_dot)
 
-    def velocity(self, y):
-        return self.rates(y)[: len(self.coordinates)]
 
-
-class Newtonian:
+class Newtonian(Motion):
     """A case with Newton's law. Its state is t, x, s, then v; the parameter is t, or gamma where t_dot is 1."""
 
     def __init__(self, case):
@@ -394,14 +406,11 @@ class Newtonian:
         work = sum(formula(names) * v[b] for b, formula in self.one_form.items())
         return [mpf(1), *v, kinetic - self.potential(names) + work, *acceleration]
 
-    def velocity(self, y):
-        return self.rates(y)[: len(self.coordinates)]
 
-
-def extrapolated_step(rates, y, length):
+def extrapolated_step(rates, y, length, columns=COLUMNS):
     """A step of the extrapolated midpoint rule, and how much its last extrapolation changed."""
     slope, table = rates(y), []
-    for j in range(1, COLUMNS + 1):
+    for j in range(1, columns + 1):
         n = 2 * j
         h = length / n
         before, now = y, [u + h * s for u, s in zip(y, slope)]
@@ -440,19 +449,16 @@ def integrate(scene, length, until=None):
 
 def with_events(scene, length, events):
     """The same with the events that act, of Newton's law and of velocities alone, each after the one before."""
-    velocities, gone = [f"{name}_dot" for name in scene.coordinates], mpf(0)
-    state = lambda y: dict(zip(scene.coordinates, y)) | dict(zip(velocities, scene.velocity(y)))
-    names = lambda y: scene.formulas.parameters | state(y)
-    (event,) = events
+    (event,), gone = events, mpf(0)
     when = parse(event["when"])[0]
     sets = {scene.names.index(key.removesuffix("_dot")): parse(text)[0] for key, text in event["set"].items()}
     first = len(scene.coordinates)
     while gone < length:
-        y, part = integrate(scene, length - gone, lambda y: when(names(y)))
+        y, part = integrate(scene, length - gone, lambda y: when(scene.values(y)))
         gone += part
         if gone < length:
-            before, ahead = names(y), extrapolated_step(scene.rates, y, mpf("1e-6"))[0]
-            if (when(names(ahead)) < 0) == (event["direction"] == "down"):
+            before, ahead = scene.values(y), extrapolated_step(scene.rates, y, mpf("1e-6"))[0]
+            if (when(scene.values(ahead)) < 0) == (event["direction"] == "down"):
                 for place, formula in sets.items():
                     y[first + place] = formula(before)
             # The zero itself is left behind.
@@ -501,19 +507,12 @@ def derivative_rows(name, n, h, form):
     return [{j: scaled(d) for j, d in row.items() if d} for row in rows], scaled(penalty)
 
 
-def first_guess(scene, n, h, substeps=8):
-    """The classical Runge-Kutta method, in double precision."""
+def first_guess(scene, n, h):
+    """The nodes in double precision, step by step."""
     y = [scene.state]
     with mp.workdps(15):
         for _ in range(n - 1):
-            u, s = y[-1], h / substeps
-            for _ in range(substeps):
-                k1 = scene.rates(u)
-                k2 = scene.rates([a + s / 2 * b for a, b in zip(u, k1)])
-                k3 = scene.rates([a + s / 2 * b for a, b in zip(u, k2)])
-                k4 = scene.rates([a + s * b for a, b in zip(u, k3)])
-                u = [a + s / 6 * (b + 2 * c + 2 * e + f) for a, b, c, e, f in zip(u, k1, k2, k3, k4)]
-            y.append(u)
+            y.append(extrapolated_step(scene.rates, y[-1], h, columns=4)[0])
     return y
 
 
@@ -592,9 +591,8 @@ def solve(case):
         length = t_f - scene.state[0] if is_newtonian else mpf("1e18")
         until = None if is_newtonian else lambda y: y[t] - t_f
     if "until" in grid:
-        formula, velocities = parse(grid["until"])[0], [f"{name}_dot" for name in scene.coordinates]
-        names = lambda y: dict(zip(scene.coordinates, y)) | dict(zip(velocities, scene.velocity(y)))
-        until = lambda y: formula(scene.formulas.parameters | names(y))
+        formula = parse(grid["until"])[0]
+        until = lambda y: formula(scene.values(y))
     if acting := [event for event in case.get("events", {}).values() if "set" in event]:
         y, gone = with_events(scene, length, acting)
         return dict(zip(scene.coordinates, y)), gamma_i + gone

@@ -13,15 +13,15 @@ from types import SimpleNamespace
 ROOT = Path(__file__).resolve().parent.parent.parent
 DOCS = ROOT / "docs"
 SECTIONS = {}
-# The program that is measured, and whether the methods of Python stand beside it.
-chosen = SimpleNamespace(program=ROOT / "target/release/geodesic-ivp", python=False)
+# The program that is measured.
+chosen = SimpleNamespace(program=ROOT / "target/release/geodesic-ivp")
 
 
-def section(title, name=None):
+def section(title):
     """A section of the page: a function that returns its text."""
 
     def register(make):
-        SECTIONS[name or make.__name__.replace("_", "-")] = (title, make)
+        SECTIONS[make.__name__.replace("_", "-")] = (title, make)
         return make
 
     return register
