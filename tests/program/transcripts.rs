@@ -9,9 +9,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 
-use crate::common::{ROOT, tree};
+use crate::common::{ROOT, shell, tree};
 use crate::documentation::commands::folder;
 use crate::documentation::pages::Page;
 
@@ -22,24 +21,18 @@ fn is_shown(line: &str, shown: &str) -> bool {
     rest.char_indices().map(|(at, _)| at).chain([rest.len()]).any(|at| is_shown(&rest[at..], shown))
 }
 
-/// Gives a line to a shell that finds the program: the exit code, and what is printed.
-fn shell(folder: &Path, line: &str) -> (i32, String) {
-    let own = Path::new(env!("CARGO_BIN_EXE_geodesic-ivp")).parent().unwrap();
-    let path = format!("{}:{}", own.display(), std::env::var("PATH").unwrap_or_default());
-    let mut shell = Command::new("sh");
-    // Help is as wide as the terminal where there is one.
-    shell.args(["-c", line]).current_dir(folder).env("PATH", path).env_remove("COLUMNS").stdin(Stdio::null());
-    let output = shell.stderr(Stdio::null()).output().unwrap();
-    (output.status.code().unwrap_or(-1), String::from_utf8(output.stdout).unwrap())
-}
-
-/// Returns what a line prints. A refusal prints nothing on standard output, and leaves the folder as it was.
+/// Returns the exit code of a line and what it prints. A refusal prints nothing on standard output, and leaves the
+/// folder as it was.
 fn answer(folder: &Path, line: &str) -> (i32, String) {
+    let printed = |line: &str| {
+        let output = shell(folder, line);
+        (output.status.code().unwrap_or(-1), String::from_utf8(output.stdout).unwrap())
+    };
     let before = tree(folder);
-    let (code, said) = shell(folder, &format!("exec 2>&1\n{line}"));
+    let (code, said) = printed(&format!("exec 2>&1\n{line}"));
     if matches!(code, 1 | 2) {
         assert!(tree(folder) == before, "{line}: files were written or removed");
-        assert_eq!(shell(folder, line), (code, String::new()), "{line}: it prints on standard output");
+        assert_eq!(printed(line), (code, String::new()), "{line}: it prints on standard output");
     }
     (code, said)
 }

@@ -1,10 +1,6 @@
-//! Scenes get from `run` what a case of one coordinate gets.
+//! Scenes get from `run` what a case of one coordinate gets, and with `solver.sensitivity` how changes grow.
 
-use std::fs;
-
-use tempfile::TempDir;
-
-use crate::common::{json, run_in, stderr, succeeded};
+use crate::common::{Folder, stderr};
 
 /// The quartic case with a second coordinate that nothing depends on.
 const QUARTIC: &str = r#"
@@ -17,14 +13,13 @@ const QUARTIC: &str = r#"
 
 #[test]
 fn a_scene_is_warned_of_its_sawtooth_as_one_coordinate_is() {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("scene.toml"), QUARTIC).unwrap();
-    let told = succeeded(&run_in(folder.path(), "run scene.toml --out scene --verbose"));
+    let folder = Folder::new();
+    folder.write("scene.toml", QUARTIC);
+    let told = folder.succeeds("run scene.toml --out scene --verbose");
     assert!(told.contains("even and odd nodes are apart: the sawtooth in x is"), "{told}");
     assert!(told.contains("an explicit recursion"), "{told}");
-    let one = "run quartic --out one --quiet --set grid.gamma_f=100 --set grid.n_gamma=2001";
-    succeeded(&run_in(folder.path(), one));
-    let [scene, one] = ["scene", "one"].map(|name| json(&folder.path().join(name).join("summary.json")));
+    folder.succeeds("run quartic --out one --quiet --set grid.gamma_f=100 --set grid.n_gamma=2001");
+    let [scene, one] = ["scene", "one"].map(|name| folder.summary(name));
     let of = |value: &serde_json::Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));
     let (x, alone) = (&scene["sawtooth"]["x"], &one["sawtooth"]);
     assert!((of(x) / of(alone) - 1.0).abs() < 1e-3, "{x} {alone}");
@@ -34,83 +29,105 @@ fn a_scene_is_warned_of_its_sawtooth_as_one_coordinate_is() {
     assert!(listed.iter().any(|warning| warning.as_str().unwrap().contains("the sawtooth in x")), "{listed:?}");
     // In a spectral element there is no such oscillation to be measured, and a resolved motion is not warned of.
     let weak = "--set scheme.sbp=GLL16 --set scheme.form=weak --set grid.n_gamma=16 --set grid.windows=100";
-    let output = run_in(folder.path(), &format!("run scene.toml --out weak {weak}"));
-    assert_eq!(stderr(&output), "");
-    assert!(json(&folder.path().join("weak/summary.json"))["sawtooth"]["x"].is_null());
+    assert_eq!(stderr(&folder.run(&format!("run scene.toml --out weak {weak}"))), "");
+    assert!(folder.summary("weak")["sawtooth"]["x"].is_null());
 }
 
 #[test]
 fn the_effective_case_has_expectations_only_as_it_stands_in_its_file() {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("scene.toml"), QUARTIC).unwrap();
+    let folder = Folder::new();
+    folder.write("scene.toml", QUARTIC);
     for (more, has) in [("", true), ("--set grid.gamma_f=1.0 --set grid.n_gamma=21", false)] {
-        succeeded(&run_in(folder.path(), &format!("run scene.toml --quiet --out out {more}")));
-        let text = fs::read_to_string(folder.path().join("out/case.toml")).unwrap();
-        assert_eq!(text.contains("expect"), has, "{text}");
+        folder.succeeds(&format!("run scene.toml --quiet --out out {more}"));
+        assert_eq!(folder.read("out/case.toml").contains("expect"), has);
     }
 }
 
 #[test]
 fn samples_events_and_pictures_of_a_scene_are_written() {
-    let folder = TempDir::new().unwrap();
-    let told = succeeded(&run_in(folder.path(), "run kepler --plot --sample-gamma 6:0:-0.5 --out all"));
+    let folder = Folder::new();
+    let told = folder.succeeds("run kepler --plot --sample-gamma 6:0:-0.5 --out all");
     assert!(told.contains("  events   ") && told.contains("periapsis 1"), "{told}");
     assert!(told.contains("  exact    energy = -0.5, to "), "{told}");
-    let all = folder.path().join("all");
-    let pictures = ["orbit.svg", "charges.svg", "mesh.svg", "section.svg"];
-    assert!(pictures.iter().all(|name| fs::read_to_string(all.join(name)).unwrap().ends_with("</svg>\n")));
-    let table = |name: &str| {
-        let mut reader = csv::Reader::from_path(all.join(name)).unwrap();
-        let rows = reader.records().map(|row| row.unwrap().iter().map(str::to_owned).collect::<Vec<_>>());
-        rows.collect::<Vec<_>>()
-    };
-    let (samples, events) = (table("samples.csv"), table("events.csv"));
-    assert_eq!((samples.len(), samples[0][0].as_str(), samples[12][0].as_str()), (13, "6.0", "0.0"));
-    assert_eq!((&events[0][0], &events[1][0], events.len()), (&"apoapsis".to_owned(), &"periapsis".to_owned(), 2));
-    let number = |text: &str| text.parse::<f64>().unwrap();
-    assert!(
-        (number(&events[0][1]) - std::f64::consts::PI).abs() < 1e-12 && (number(&events[0][3]) + 1.6).abs() < 1e-12
-    );
-    let summary = json(&all.join("summary.json"));
+    assert_eq!(folder.pictures("all"), ["charges.svg", "mesh.svg", "orbit.svg", "section.svg"]);
+    let gamma = folder.table("all/samples.csv").numbers("gamma");
+    assert_eq!((gamma.len(), gamma[0], gamma[12]), (13, 6.0, 0.0));
+    let events = folder.table("all/events.csv");
+    assert_eq!(events.column("event"), ["apoapsis", "periapsis"]);
+    let [gamma, x] = ["gamma", "x"].map(|name| events.numbers(name)[0]);
+    assert!((gamma - std::f64::consts::PI).abs() < 1e-12 && (x + 1.6).abs() < 1e-12);
+    let summary = folder.summary("all");
     assert_eq!(summary["events"], serde_json::json!({ "apoapsis": 1, "periapsis": 1 }));
+    assert_eq!(summary["ignorable"], serde_json::json!(["t", "s"]));
     let number = |key: &str| summary[key].as_f64().unwrap();
     assert!((number("energy") + 0.5).abs() < 1e-15 && number("max_abs_delta_energy_ends") < 1e-13);
     assert!(number("max_abs_delta_energy") > number("max_abs_delta_energy_ends"));
     // The events stand in the effective case too, and what was not asked for is taken away.
-    assert!(fs::read_to_string(all.join("case.toml")).unwrap().contains("[events]"));
-    succeeded(&run_in(folder.path(), "run damped-oscillator --sample-t 0:10:2.5 --out all --force"));
-    assert!(!all.join("events.csv").exists() && !all.join("orbit.svg").exists());
-    let times: Vec<f64> = table("samples.csv").iter().map(|row| row[1].parse().unwrap()).collect();
-    assert_eq!(times, [0.0, 2.5, 5.0, 7.5, 10.0]);
+    assert!(folder.read("all/case.toml").contains("[events]"));
+    folder.succeeds("run damped-oscillator --sample-t 0:10:2.5 --out all --force");
+    assert!(!folder.has("all/events.csv") && !folder.has("all/orbit.svg"));
+    assert_eq!(folder.table("all/samples.csv").numbers("t"), [0.0, 2.5, 5.0, 7.5, 10.0]);
 }
 
 #[test]
 fn a_particle_with_a_conformal_factor_has_tau_in_every_file_and_table() {
-    let folder = TempDir::new().unwrap();
-    let text = succeeded(&run_in(folder.path(), "init kerr-mino"));
-    fs::write(folder.path().join("mino.toml"), text).unwrap();
-    succeeded(&run_in(folder.path(), "check mino.toml --run"));
-    let told = succeeded(&run_in(folder.path(), "run mino.toml --plot --sample-gamma 0:1:0.5 --out one"));
+    let folder = Folder::new();
+    let told = folder.succeeds("run kerr-mino --plot --sample-gamma 0:1:0.5 --out one");
     assert!(told.contains("p_tau = -1"), "{told}");
-    let header = |file: &str| fs::read_to_string(folder.path().join(file)).unwrap().lines().next().unwrap().to_owned();
-    for file in ["one/trajectory.csv", "one/samples.csv", "one/events.csv"] {
-        assert!(header(file).contains(",tau,") && header(file).contains(",tau_dot"), "{file}: {}", header(file));
+    folder.succeeds("run kerr-mino --vary initial.r=4.0,4.5 --quiet --out two");
+    for (file, columns) in [
+        ("one/trajectory.csv", [",tau,", ",tau_dot"]),
+        ("one/samples.csv", [",tau,", ",tau_dot"]),
+        ("one/events.csv", [",tau,", ",tau_dot"]),
+        ("one/residuals.csv", [",delta_q_tau,", ""]),
+        ("two/runs.csv", [",phi,tau,t_dot,", ""]),
+    ] {
+        let header = folder.first_line(file);
+        assert!(columns.iter().all(|columns| header.contains(columns)), "{file}: {header}");
     }
-    assert!(header("one/residuals.csv").contains(",delta_q_tau,"));
-    let summary = json(&folder.path().join("one/summary.json"));
+    let summary = folder.summary("one");
     let of = |key: &str| summary[key]["tau"].as_f64().unwrap_or_else(|| panic!("{summary}"));
     assert!((of("final") - 400.0).abs() < 1e-10 && (of("charges") + 1.0).abs() < 1e-15, "{summary}");
-    let charges = fs::read_to_string(folder.path().join("one/charges.svg")).unwrap();
-    assert!(charges.contains("\u{3c4}</tspan>"), "p_tau has a curve");
-    succeeded(&run_in(folder.path(), "run mino.toml --vary initial.r=4.0,4.5 --quiet --out two"));
-    assert!(header("two/runs.csv").contains(",phi,tau,t_dot,"), "{}", header("two/runs.csv"));
+    assert!(folder.read("one/charges.svg").contains("\u{3c4}</tspan>"), "p_tau has a curve");
 }
 
 #[test]
 fn one_iteration_is_no_plural() {
-    let folder = TempDir::new().unwrap();
-    fs::write(folder.path().join("scene.toml"), QUARTIC.replace("x^4/2", "y/10")).unwrap();
+    let folder = Folder::new();
+    folder.write("scene.toml", QUARTIC.replace("x^4/2", "y/10"));
     let set = "--set scheme.sbp=SBP42 --set grid.gamma_f=1e-3 --set grid.n_gamma=8";
-    let told = succeeded(&run_in(folder.path(), &format!("run scene.toml --verbose --out out {set}")));
+    let told = folder.succeeds(&format!("run scene.toml --verbose --out out {set}"));
     assert!(told.contains("1 Newton iteration\n"), "{told}");
+}
+
+#[test]
+fn a_sensitivity_has_a_table_and_says_how_changes_grow() {
+    let folder = Folder::new();
+    let told = folder.succeeds("run henon-heiles-megno --set grid.gamma_f=20 --out out");
+    let summary = &folder.summary("out")["sensitivity"];
+    let [lyapunov, megno] = ["lyapunov", "megno"].map(|key| format!("{:.6}", summary[key].as_f64().unwrap()));
+    let growth = format!("  growth   largest Lyapunov exponent {lyapunov}, MEGNO {megno} (2: regular)\n");
+    assert!(told.contains(&growth), "{told}{growth}");
+    let table = folder.read("out/sensitivity.csv");
+    let header = "gamma,d_x_d_x,d_x_d_y,d_x_d_p_x,d_x_d_p_y,d_y_d_x,d_y_d_y,d_y_d_p_x,d_y_d_p_y,d_p_x_d_x,d_p_x_d_y,\
+                  d_p_x_d_p_x,d_p_x_d_p_y,d_p_y_d_x,d_p_y_d_y,d_p_y_d_p_x,d_p_y_d_p_y";
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some(header));
+    assert_eq!(lines.next(), Some("0.0,1.0,0.0,0.0,0.0,0.0,1.0,0.0,0.0,0.0,0.0,1.0,0.0,0.0,0.0,0.0,1.0"));
+    assert!(lines.last().unwrap().starts_with("20.0,"), "{table}");
+}
+
+#[test]
+fn many_runs_have_the_growth_of_each_in_columns() {
+    let folder = Folder::new();
+    let run = "run henon-heiles-megno --set grid.gamma_f=20 --set potential.parameters.v_i=0.1";
+    folder.succeeds(&format!("{run} --vary potential.parameters.y_i=0.1,0.2 --out many"));
+    folder.succeeds(&format!("{run} --set potential.parameters.y_i=0.2 --out one"));
+    let (table, summary) = (folder.table("many/runs.csv"), &folder.summary("one")["sensitivity"]);
+    for key in ["lyapunov", "megno"] {
+        assert_eq!(table.numbers(key)[1], summary[key].as_f64().unwrap(), "{key}");
+    }
+    let words = "solver.sensitivity needs solver.accuracy or solver.tolerance … \
+                 give solver.tolerance in place of scheme and grid";
+    folder.refuses(&[("run henon-heiles --set solver.sensitivity=true", 2, words)]);
 }

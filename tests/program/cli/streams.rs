@@ -1,43 +1,73 @@
-//! Standard output that cannot be written is noticed.
+//! Standard output: the text of summary.json with `--json` and nothing else, and it is noticed if it cannot be written.
 
-use std::process::{Command, Output};
+use crate::common::{Folder, failed, shell, stderr, succeeded};
 
-use crate::common::{CASES, failed, stderr};
+#[test]
+fn every_command_with_a_summary_prints_its_text() {
+    let folder = Folder::new();
+    for (arguments, key) in [
+        ("run quartic", "t_final"),
+        ("run quartic --set solver.digits=30 --plot", "t_final"),
+        ("converge quartic --n-gamma 16,32 --sbp SBP21", "slopes"),
+        ("work-precision quartic --methods rk4 --longest 1e-3", "ratios"),
+        ("stability quartic --methods rk4 --gamma-f 1 --delta-gamma 0.1", "omega"),
+    ] {
+        let text = folder.succeeds(&format!("{arguments} --out out --force --json"));
+        assert_eq!(text, folder.read("out/summary.json"), "{arguments}");
+        assert!(folder.summary("out").get(key).is_some(), "{arguments}: {text}");
+    }
+    // Without a case there is one object of both.
+    let text = folder.succeeds("converge --n-gamma 16,32 --sbp SBP21 --out both --json");
+    let both: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&text).unwrap();
+    assert_eq!(both.keys().collect::<Vec<_>>(), ["linear", "quartic"]);
+    assert!(both.iter().all(|(name, summary)| *summary == folder.summary(&format!("both/{name}"))));
+}
 
-/// Runs a line of the shell in which PROGRAM is the program and CASES the folder of the shipped cases.
-pub(crate) fn shell(line: &str) -> Output {
-    let line = line.replace("PROGRAM", concat!("'", env!("CARGO_BIN_EXE_geodesic-ivp"), "'")).replace("CASES", CASES);
-    let folder = tempfile::TempDir::new().unwrap();
-    Command::new("sh").current_dir(folder.path()).args(["-c", &line]).output().unwrap()
+#[test]
+fn warnings_and_errors_stay_on_standard_error() {
+    let folder = Folder::new();
+    for (case, code, status, words) in
+        [("horizon-near", 0, "converged", "warning:"), ("horizon", 4, "outside-domain", "leaves the domain")]
+    {
+        let output = folder.run(&format!("run {case} --json --out out"));
+        assert!(failed(&output, code).contains(words), "{case}");
+        assert_eq!(String::from_utf8(output.stdout).unwrap(), folder.read("out/summary.json"));
+        assert_eq!(folder.summary("out")["status"], status);
+    }
+    let nothing = folder.run("converge horizon --json --out none");
+    failed(&nothing, 4);
+    assert!(nothing.stdout.is_empty(), "there is no summary");
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn lost_output_is_an_error() {
-    for command in ["run CASES/quartic.toml --stdout", "run quartic --json", "init quartic", "completions bash", "man"]
-    {
-        let message = failed(&shell(&format!("PROGRAM {command} >&-")), 1);
-        assert!(message.contains("standard output is closed"), "{command}: {message}");
-        let message = failed(&shell(&format!("PROGRAM {command} >/dev/full")), 1);
-        assert!(message.contains("No space left"), "{command}: {message}");
+    let folder = Folder::new();
+    let lost = |line: &str| failed(&shell(&folder.path(""), &format!("geodesic-ivp {line}")), 1);
+    for command in ["run quartic --stdout", "run quartic --json", "init quartic", "completions bash", "man"] {
+        assert!(lost(&format!("{command} >&-")).contains("standard output is closed"), "{command}");
+        assert!(lost(&format!("{command} >/dev/full")).contains("No space left"), "{command}");
     }
-    for command in
-        ["run CASES/quartic.toml", "check CASES/quartic.toml", "check --run CASES/quartic.toml", "init --list"]
-    {
-        failed(&shell(&format!("PROGRAM {command} >/dev/full")), 1);
+    for command in ["run quartic", "check quartic", "check --run quartic", "init --list"] {
+        lost(&format!("{command} >/dev/full"));
     }
 }
 
+#[cfg(unix)]
 #[test]
 fn output_that_nobody_wants_is_no_error() {
+    let folder = Folder::new();
     for line in [
-        "PROGRAM run CASES/quartic.toml --stdout >/dev/null",
-        "PROGRAM check CASES/quartic.toml >&-",
-        "PROGRAM run CASES/quartic.toml --json >/dev/null",
-        "PROGRAM run CASES/quartic.toml --quiet >&-",
-        "PROGRAM run CASES/quartic.toml --stdout --set grid.n_gamma=200000 | head -1",
+        "run quartic --stdout >/dev/null",
+        "check quartic >&-",
+        "run quartic --json >/dev/null",
+        "run free --quiet >&-",
     ] {
-        let output = shell(line);
-        assert_eq!(output.status.code(), Some(0), "{line}: {}", stderr(&output));
+        succeeded(&shell(&folder.path(""), &format!("geodesic-ivp {line}")));
     }
+    // A reader that goes away.
+    let long = "run quartic --stdout --set grid.n_gamma=200000 --set particle.c=2000.0";
+    let output = shell(&folder.path(""), &format!("{{ geodesic-ivp {long}; echo $? >&2; }} | head -1"));
+    assert!(succeeded(&output).starts_with("gamma,t,x,"));
+    assert_eq!(stderr(&output), "0\n");
 }

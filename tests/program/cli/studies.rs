@@ -1,80 +1,114 @@
-//! `converge` and `work-precision`: files, columns, what they refuse, interrupts.
+//! `converge` and `work-precision`: files, columns, what they refuse. `tests/cmd/studies.md` has what they print.
 
-use std::fs;
-use std::process::{Command, Stdio};
-
-use tempfile::TempDir;
-
-use crate::common::{CASES, failed, first_line, json, names, program, run_in, stderr, succeeded};
+use crate::common::{Folder, stderr, succeeded};
 
 /// Every row below this heading has a cell that begins where the heading does.
 fn assert_column(text: &str, heading: &str) {
     let (above, below) = text.split_once(heading).unwrap_or_else(|| panic!("no {heading} in {text}"));
     let column = above.lines().last().map_or(0, |line| line.chars().count());
     let ends =
-        |line: &str| ["written", "error", "ratio", "length"].iter().any(|end| line.trim_start().starts_with(end));
-    let mut rows = 0;
-    for line in below.lines().skip(1).take_while(|line| !ends(line)) {
+        |line: &&str| ["written", "error", "ratio", "length"].iter().any(|end| line.trim_start().starts_with(end));
+    let rows: Vec<&str> = below.lines().skip(1).take_while(|line| !ends(line)).collect();
+    assert!(rows.len() >= 4, "{rows:?} below {heading} in {text}");
+    for line in rows {
         let cell: Vec<char> = line.chars().skip(column - 1).take(2).collect();
         assert!(cell[0] == ' ' && cell[1] != ' ', "{heading}: {line}");
-        rows += 1;
     }
-    assert!(rows >= 4, "{rows} rows below {heading} in {text}");
 }
+
+const CONVERGENCE: [&str; 5] = ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"];
 
 #[test]
 fn converge_writes_errors_slopes_and_pictures() {
-    let folder = TempDir::new().unwrap();
-    let text = succeeded(&run_in(
-        folder.path(),
-        "converge CASES/quartic.toml --n-gamma 64,32,16 --sbp SBP21 --out out --plot --verbose",
-    ));
+    let folder = Folder::new();
+    let text = folder.succeeds("converge quartic --n-gamma 64,32,16 --sbp SBP21 --out out --plot --verbose");
     assert!(text.contains("2.007") && text.contains("2.078"), "{text}");
     ["slope", "grids", "against 1/N", "points"].iter().for_each(|heading| assert_column(&text, heading));
-    let out = folder.path().join("out");
-    assert_eq!(names(&out), ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"]);
-    let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_x_final,eps_t_l2,eps_x_l2,delta_q_t_last,delta_k_max,\
-         iterations,seconds,status";
-    assert_eq!(first_line(&out.join("convergence.csv")), columns);
+    assert_eq!(folder.names("out"), CONVERGENCE);
     let columns = "sbp,form,quantity,slope,standard_error,slope_vs_inverse_n,n_min,n_max,points";
-    assert_eq!(first_line(&out.join("slopes.csv")), columns);
-    let slopes = fs::read_to_string(out.join("slopes.csv")).unwrap();
+    assert_eq!(folder.first_line("out/slopes.csv"), columns);
+    let slopes = folder.read("out/slopes.csv");
     assert!(slopes.lines().nth(1).unwrap().starts_with("SBP21,strong,eps_t_final,1.98"), "{slopes}");
-    assert_eq!(json(&out.join("summary.json"))["status"], "complete");
-    let ranged = succeeded(&run_in(folder.path(), "converge CASES/quartic.toml --fit-range 64:256 --out out"));
+    assert_eq!(folder.summary("out")["status"], "complete");
+    let ranged = folder.succeeds("converge quartic --fit-range 64:256 --out out");
     assert!(ranged.contains("64 … 256") && !ranged.contains("16 …"), "{ranged}");
 }
 
 #[test]
-fn a_slope_of_a_base_case_stands_beside_that_of_the_paper() {
-    let folder = TempDir::new().unwrap();
-    let text = succeeded(&run_in(folder.path(), "converge quartic --sbp SBP21 --n-gamma 16,32,64"));
-    assert!(text.contains("SBP21       eps_x_final  2.007 ± 0.002   2.08  16 … 64\n"), "{text}");
-    assert!(!text.contains("1/N"), "{text}");
-    let changed = succeeded(&run_in(folder.path(), "converge quartic --sbp SBP21 --set particle.mass=2.0"));
-    assert!(!changed.contains("paper"), "{changed}");
+fn converge_without_a_case_sweeps_the_paper_s_four_and_puts_its_slopes_beside() {
+    let folder = Folder::new();
+    let [table, verbose] = ["converge", "converge --verbose"].map(|command| folder.succeeds(command));
+    for (row, paper, inverse) in [
+        ("linear     SBP21       eps_x_final  2.000", "2.08  16 … 64", "2.070"),
+        ("linear     SBP42       eps_t_final  3.514", "3.48  16 … 64", "3.638"),
+        ("quartic    SBP21       eps_x_final  2.007", "2.08  16 … 64", "2.078"),
+        ("quartic    SBP42       eps_x_final  2.866", "2.84  64 … 256", "2.891"),
+        ("quartic    SBP42       eps_t_final  3.024", "3.13  64 … 256", "3.050"),
+        ("quartic    SBP42       eps_x_l2     2.999", "-  64 … 256", "3.024"),
+    ] {
+        let line = |table: &str| table.lines().find(|line| line.contains(row)).map(str::to_owned).unwrap();
+        assert!(line(&table).ends_with(paper), "{row}\n{table}");
+        assert!(line(&verbose).contains(paper) && line(&verbose).contains(inverse), "{verbose}");
+    }
+    assert_eq!(table.lines().filter(|line| line.contains("eps_")).count(), 16, "{table}");
+    assert_eq!(folder.names("results/converge"), ["linear", "quartic"]);
+    for case in ["results/converge/linear", "results/converge/quartic"] {
+        assert_eq!(folder.names(case), ["convergence.csv", "slopes.csv", "summary.json"]);
+        assert_eq!(folder.summary(case)["status"], "complete");
+    }
+    // Other grids, operators and cases: the paper's numbers stand only where they belong.
+    let table = folder.succeeds("converge --out out --n-gamma 32,64 --sbp SBP42,GLL8 --plot");
+    assert!(table.contains("3.48") && table.contains("GLL8") && table.contains("32 … 64"), "{table}");
+    assert_eq!(folder.names("out/linear"), CONVERGENCE);
+    let table = folder.succeeds("converge --out out --n-gamma 32,64 --set grid.gamma_f=2.0");
+    assert!(table.contains("changed by --set") && !table.contains("3.48"), "{table}");
+    let table = folder.succeeds("converge quartic --sbp SBP21 --n-gamma 16,32,64");
+    assert!(table.contains("SBP21       eps_x_final  2.007 ± 0.002   2.08  16 … 64\n"), "{table}");
+    let table = folder.succeeds("converge quartic --sbp SBP21 --set particle.mass=2.0");
+    assert!(!table.contains("paper"), "{table}");
 }
 
 #[test]
-fn a_warning_of_a_slope_has_its_remedy() {
-    let folder = TempDir::new().unwrap();
-    let warned = |arguments: &str| stderr(&run_in(folder.path(), &format!("converge quartic --sbp SBP42 {arguments}")));
-    let all = warned("");
-    assert!(
-        all.contains("eps_x_final: not asymptotic") && all.contains("fit finer grids: --fit-range 64:1024"),
-        "{all}"
-    );
-    assert!(!warned("--fit-range 64:1024").contains("warning"));
-    assert!(warned("--n-gamma 16,32,64").contains("sweep finer grids: --n-gamma 64,128,256"));
-    // Where all errors are rounding, one warning is for all of them.
-    let rounding = warned("--sbp GLL24 --n-gamma 96,192,384");
-    assert_eq!(rounding.matches("warning").count(), 1, "{rounding}");
-    assert!(rounding.contains("sweep coarser grids with --n-gamma"), "{rounding}");
+fn charts_without_a_case_are_those_of_the_quartic_one() {
+    let folder = Folder::new();
+    for (arguments, table) in [
+        ("work-precision --methods rk4 --longest 1e-3 --out work", "work/work_precision.csv"),
+        ("stability --methods rk4 --gamma-f 1 --delta-gamma 0.1 --out map", "map/stability.csv"),
+    ] {
+        let output = folder.run(arguments);
+        assert!(succeeded(&output).starts_with("Quartic oscillator"), "{arguments}");
+        assert!(stderr(&output).contains("no CASE is given: the built-in case 'quartic' is used"), "{arguments}");
+        assert!(folder.has(table), "{arguments}");
+    }
 }
 
 #[test]
-fn tables_of_studies_fit_a_hundred_columns_and_say_the_answer_first() {
-    let folder = TempDir::new().unwrap();
+fn a_warning_of_a_sweep_has_its_remedy_and_stands_only_where_it_belongs() {
+    const FIT: &str = "eps_x_final: not asymptotic … fit finer grids: --fit-range 64:1024";
+    const MIXED: &str = "even and odd numbers of nodes";
+    let folder = Folder::new();
+    for (arguments, words, is_warned) in [
+        ("--sbp SBP42", FIT, true),
+        ("--sbp SBP42 --fit-range 64:1024", "warning", false),
+        ("--sbp SBP42 --n-gamma 16,32,64", "sweep finer grids: --n-gamma 64,128,256", true),
+        ("--sbp GLL24 --n-gamma 96,192,384", "sweep coarser grids with --n-gamma", true),
+        ("--sbp SBP21 --n-gamma 63,64,65,128", MIXED, true),
+        ("--sbp SBP21 --n-gamma 64,96,128", MIXED, false),
+        ("--sbp SBP21 --n-gamma 65,97,129", MIXED, false),
+        ("--sbp SBP21 --n-gamma 63,64,65,128 --form weak", MIXED, false),
+    ] {
+        let output = folder.run(&format!("converge quartic {arguments}"));
+        succeeded(&output);
+        let warned = stderr(&output);
+        assert_eq!(words.split(" … ").all(|words| warned.contains(words)), is_warned, "{arguments}: {warned}");
+        // Where all errors are rounding, one warning is for all of them.
+        assert!(!arguments.contains("GLL24") || warned.matches("warning").count() == 1, "{warned}");
+    }
+}
+
+#[test]
+fn tables_fit_a_hundred_columns_and_say_the_answer_first() {
+    let folder = Folder::new();
     for (command, answer) in [
         ("converge --n-gamma 16,32,64,128", "The paper's base cases: the slopes against 1/N agree with"),
         ("converge --n-gamma 16,32,64,128 --verbose", "The paper's base cases: the slopes against 1/N agree with"),
@@ -83,8 +117,9 @@ fn tables_of_studies_fit_a_hundred_columns_and_say_the_answer_first() {
         ("stability quartic --gamma-f 1,4 --delta-gamma 0.1,0.5", "Quartic oscillator: "),
         ("check quartic --run", "# The case meets its [expect] table:"),
         ("check kerr-inclined --run", "# The case meets its [expect] table:"),
+        ("init --list", ""),
     ] {
-        let text = succeeded(&run_in(folder.path(), command));
+        let text = folder.succeeds(command);
         assert!(text.starts_with(answer), "{command}: {text}");
         // A comment of a case is as long as its author made it.
         let long = text.lines().find(|line| line.chars().count() > 100 && !line.starts_with("# "));
@@ -92,225 +127,103 @@ fn tables_of_studies_fit_a_hundred_columns_and_say_the_answer_first() {
     }
 }
 
-#[test]
-fn what_is_refused_leaves_no_folder() {
-    let folder = TempDir::new().unwrap();
-    for (arguments, code) in [
-        ("converge quartic --n-gamma 7", 2),
-        ("stability quartic --delta-gamma 1e-9 --gamma-f 100", 2),
-        ("run quartic --sample-gamma 0:5:1", 2),
-        ("converge horizon", 4),
-    ] {
-        failed(&run_in(folder.path(), &format!("{arguments} --out deep/er")), code);
-        assert!(names(folder.path()).is_empty(), "{arguments}: {:?}", names(folder.path()));
-    }
-}
+const PLUNGE: &str = "metric.preset = \"schwarzschild\"\n\
+                      initial = { r = 3.0, t_dot = 3.0, r_dot = -1.0, phi_dot = 0.0 }\n\
+                      grid.gamma_f = 20.0\nscheme.sbp = \"GLL8\"\n";
 
 #[test]
 fn converge_takes_scenes() {
-    let folder = TempDir::new().unwrap();
+    let folder = Folder::new();
     let command = "converge kerr-inclined --set grid.gamma_f=60.0 --n-gamma 128,256,512 --sbp SBP21 --out out --plot";
-    let text = succeeded(&run_in(folder.path(), &(command.to_owned() + " --set grid.windows=1")));
+    let text = folder.succeeds(&format!("{command} --set grid.windows=1"));
     assert!(text.contains("SBP21 weak  eps_theta_l2     2.0"), "{text}");
     assert!(text.contains("the order is 2.0 for SBP21 weak"), "{text}");
-    let out = folder.path().join("out");
-    assert_eq!(names(&out), ["convergence.csv", "errors_final.svg", "errors_l2.svg", "slopes.csv", "summary.json"]);
+    assert_eq!(folder.names("out"), CONVERGENCE);
     let columns = "sbp,form,n_gamma,delta_gamma,eps_t_final,eps_r_final,eps_theta_final,eps_phi_final,eps_t_l2,\
                    eps_r_l2,eps_theta_l2,eps_phi_l2,delta_q_t_last,delta_q_phi_last,delta_k_max,iterations,seconds,\
                    status";
-    assert_eq!(first_line(&out.join("convergence.csv")), columns);
-    let slopes = fs::read_to_string(out.join("slopes.csv")).unwrap();
-    assert_eq!(slopes.lines().count(), 9);
-    let reference = &json(&out.join("summary.json"))["reference"];
+    assert_eq!(folder.first_line("out/convergence.csv"), columns);
+    assert_eq!(folder.table("out/slopes.csv").rows.len(), 8);
+    let reference = &folder.summary("out")["reference"];
     assert!(reference["theta_final"].is_number() && reference["phi_size"].is_number(), "{reference}");
-    let picture = fs::read_to_string(out.join("errors_final.svg")).unwrap();
-    assert!(picture.contains("slope 2.0"), "the largest error is drawn with its slope");
-    let plunge = "metric.preset = \"schwarzschild\"\ninitial = { r = 3.0, t_dot = 3.0, r_dot = -1.0, phi_dot = 0.0 }\n\
-                  grid.gamma_f = 20.0\nscheme.sbp = \"GLL8\"\n";
-    fs::write(folder.path().join("plunge.toml"), plunge).unwrap();
-    for command in ["converge plunge.toml --sbp SBP21 --n-gamma 16", "work-precision plunge.toml --methods rk4"] {
-        let outside = run_in(folder.path(), command);
-        assert_eq!(outside.status.code(), Some(4), "{command}: {}", stderr(&outside));
-        assert!(stderr(&outside).contains("the reference trajectory ends at"), "{command}");
-    }
+    assert!(folder.read("out/errors_final.svg").contains("slope 2.0"), "the largest error is drawn with its slope");
 }
 
+/// Other refusals are in `tests/cmd/studies.md`.
 #[test]
-fn a_mixture_of_even_and_odd_grids_is_a_warning_in_the_strong_form() {
-    let folder = TempDir::new().unwrap();
-    for (arguments, is_mixed) in [
-        ("--n-gamma 63,64,65,128 --sbp SBP21", true),
-        ("--n-gamma 64,96,128 --sbp SBP21", false),
-        ("--n-gamma 65,97,129 --sbp SBP21", false),
-        ("--n-gamma 63,64,65,128 --sbp SBP21 --form weak", false),
-    ] {
-        let output = run_in(folder.path(), &format!("converge quartic {arguments}"));
-        succeeded(&output);
-        assert_eq!(stderr(&output).contains("even and odd numbers of nodes"), is_mixed, "{arguments}");
-    }
-}
-
-#[test]
-fn converge_refuses_what_it_cannot_sweep() {
-    let folder = TempDir::new().unwrap();
-    for (arguments, code, message) in [
-        ("converge CASES/quartic.toml --n-gamma 7", 2, "SBP42 needs at least 8 points"),
-        ("converge CASES/quartic.toml --n-gamma 9223372036854775807", 2, "above the limit"),
-        (
-            "converge CASES/quartic.toml --set potential={formula={expression=\"abs(x)^2.5\"}} --set initial.x=0.0",
-            3,
-            "no Taylor series",
-        ),
-        (
-            "converge CASES/quartic.toml --set initial.x_dot=10.0 --set grid={t_f=10.0,n_gamma=32}",
-            3,
-            "t_f is not reached",
-        ),
-        ("converge CASES/quartic.toml --n-gamma 16,x", 2, "invalid value 'x'"),
-        ("converge CASES/quartic.toml --sbp SBP99", 2, "unknown operator \"SBP99\""),
-        ("converge CASES/quartic.toml --sbp SBP84 --n-gamma 15", 2, "SBP84 needs at least 16 points"),
-        ("converge CASES/quartic.toml --sbp GLL3 --n-gamma 1", 2, "2 or more"),
-        (
-            "converge CASES/quartic.toml --form weak --set scheme.regularised=false --set solver.system=doubled",
-            2,
-            "regularised",
-        ),
-        ("converge CASES/quartic.toml --fit-range 64", 2, "expected MIN:MAX"),
-        ("converge CASES/hard/horizon.toml", 4, "the reference trajectory ends at"),
-    ] {
-        let output = run_in(folder.path(), arguments);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{arguments}: {stderr}");
-        assert!(stderr.contains(message), "{arguments}: {stderr}");
-    }
-    assert!(!folder.path().join("results/horizon/convergence.csv").exists());
-    let unresolved =
-        run_in(folder.path(), "converge CASES/quartic.toml --set grid.gamma_f=100.0 --sbp SBP42 --n-gamma 16,32");
-    assert_eq!(unresolved.status.code(), Some(3), "{}", String::from_utf8_lossy(&unresolved.stderr));
+fn what_cannot_be_studied_is_refused() {
+    let folder = Folder::new();
+    folder.write("plunge.toml", PLUNGE);
+    let rough = "converge quartic --set potential={formula={expression=\"abs(x)^2.5\"}} --set initial.x=0.0";
+    let spacelike = "converge quartic --set initial.x_dot=10.0 --set grid={t_f=10.0,n_gamma=32}";
+    let doubled = "converge quartic --form weak --set scheme.regularised=false --set solver.system=doubled";
+    folder.refuses(&[
+        ("converge quartic --n-gamma 9223372036854775807", 2, "above the limit"),
+        (rough, 3, "no Taylor series"),
+        (spacelike, 3, "t_f is not reached"),
+        ("converge quartic --sbp SBP84 --n-gamma 15", 2, "SBP84 needs at least 16 points"),
+        ("converge quartic --sbp GLL3 --n-gamma 1", 2, "2 or more"),
+        (doubled, 2, "regularised"),
+        ("converge quartic --fit-range 64", 2, "expected MIN:MAX"),
+        ("converge --n-gamma 4", 2, "SBP42"),
+        ("converge horizon", 4, "the reference trajectory ends at"),
+        ("work-precision horizon", 4, "the reference trajectory ends at"),
+        ("converge plunge.toml --sbp SBP21 --n-gamma 16", 4, "the reference trajectory ends at"),
+        ("work-precision plunge.toml --methods rk4", 4, "the reference trajectory ends at"),
+        ("work-precision quartic --gamma-f 1,2,3,4,5", 2, "4 lengths at most"),
+        // Nothing is left of what was refused, not even a folder.
+        ("converge quartic --n-gamma 7 --out deep/er", 2, ""),
+        ("stability quartic --delta-gamma 1e-9 --gamma-f 100 --out deep/er", 2, ""),
+        ("run quartic --sample-gamma 0:5:1 --out deep/er", 2, ""),
+        ("converge horizon --out deep/er", 4, ""),
+    ]);
+    assert_eq!(folder.names(""), ["plunge.toml"]);
+    folder.fails("converge quartic --set grid.gamma_f=100.0 --sbp SBP42 --n-gamma 16,32", 3);
 }
 
 #[test]
 fn work_precision_takes_scenes() {
-    let folder = TempDir::new().unwrap();
-    let small = "--methods gll8,sbp21,rk4,dop853 --longest 1e-3";
-    let command = format!("work-precision schwarzschild-orbit {small} --gamma-f 200 --plot --out out");
-    let text = succeeded(&run_in(folder.path(), &command));
+    let folder = Folder::new();
+    let orbit = "work-precision schwarzschild-orbit --gamma-f 200 --longest 1e-3";
+    let text = folder.succeeds(&format!("{orbit} --methods gll8,sbp21,rk4,dop853 --plot --out out"));
     assert!(text.contains("ratio") && text.contains("1e-12"), "{text}");
-    let out = folder.path().join("out");
     let columns = "method,setting,error_t,error_r,error_phi,delta_k_max,seconds_min,seconds_median,evaluations,points,\
                    status,gamma_f";
-    assert_eq!(first_line(&out.join("work_precision.csv")), columns);
-    assert_eq!(first_line(&out.join("drift.csv")), "method,setting,gamma,error_t,error_r,error_phi,delta_k");
-    let table = fs::read_to_string(out.join("work_precision.csv")).unwrap();
+    assert_eq!(folder.first_line("out/work_precision.csv"), columns);
+    assert_eq!(folder.first_line("out/drift.csv"), "method,setting,gamma,error_t,error_r,error_phi,delta_k");
+    let table = folder.read("out/work_precision.csv");
     assert!(["GLL8 weak", "SBP21 strong", "RK4", "DOP853"].iter().all(|name| table.contains(name)), "{table}");
-    let picture = fs::read_to_string(out.join("error_time.svg")).unwrap();
-    assert!(picture.contains("largest error of t, r and phi"));
+    assert!(folder.read("out/error_time.svg").contains("largest error of t, r and phi"));
     // Its own table can be read back, and that of another number of coordinates is refused.
-    let command = "work-precision schwarzschild-orbit --methods rk4 --longest 1e-3 --gamma-f 200 --out again --rows \
-                   out/work_precision.csv";
-    succeeded(&run_in(folder.path(), command));
-    let command = "work-precision henon-heiles --methods rk4 --longest 1e-3 --rows out/work_precision.csv --out again";
-    let refused = run_in(folder.path(), command);
-    assert_eq!(refused.status.code(), Some(1), "{}", stderr(&refused));
-    let unknown = run_in(folder.path(), "work-precision schwarzschild-orbit --methods verlet");
-    assert_eq!(unknown.status.code(), Some(2), "{}", stderr(&unknown));
-    assert!(stderr(&unknown).contains("error: Verlet needs a scene that is separable"), "{}", stderr(&unknown));
+    let rows = "--methods rk4 --rows out/work_precision.csv --out again";
+    folder.succeeds(&format!("{orbit} {rows}"));
+    folder.fails(&format!("work-precision henon-heiles --longest 1e-3 {rows}"), 1);
 }
 
 #[test]
 fn work_precision_writes_its_table_its_summary_and_pictures() {
-    let folder = TempDir::new().unwrap();
-    let small = "--methods gll8,sbp21,rk4,gauss --longest 1e-3";
+    let folder = Folder::new();
+    let wall = "work-precision tanh-wall --longest 1e-3";
     // The step of GLL and Gauss methods at its coarsest is too long for the steep wall: a row with its status.
-    let command = format!("work-precision CASES/hard/tanh-wall.toml {small} --gamma-f 4,20 --plot --out out");
-    let text = succeeded(&run_in(folder.path(), &command));
+    let text = folder.succeeds(&format!("{wall} --methods gll8,sbp21,rk4,gauss --gamma-f 4,20 --plot --out out"));
     assert!(text.contains("ratio") && text.contains("1e-12"), "{text}");
     ["own s", "this program  ", "others  "].iter().for_each(|heading| assert_column(&text, heading));
-    let out = folder.path().join("out");
-    let pictures = ["drift_error.svg", "drift_k.svg", "error_evaluations.svg", "error_evaluations_2.svg"];
-    let pictures = [&pictures[..], &["error_time.svg", "error_time_2.svg"]].concat();
-    assert_eq!(names(&out), [&["drift.csv"][..], &pictures, &["summary.json", "work_precision.csv"]].concat());
+    let pictures = ["drift_error", "drift_k", "error_evaluations", "error_evaluations_2", "error_time", "error_time_2"];
+    assert_eq!(folder.pictures("out"), pictures.map(|name| format!("{name}.svg")));
     let columns =
         "method,setting,error_t,error_x,delta_k_max,seconds_min,seconds_median,evaluations,points,status,gamma_f";
-    assert_eq!(first_line(&out.join("work_precision.csv")), columns);
-    assert_eq!(first_line(&out.join("drift.csv")), "method,setting,gamma,error_t,error_x,delta_k");
-    let table = fs::read_to_string(out.join("work_precision.csv")).unwrap();
-    assert!(table.contains("converged") && table.contains("not-converged"), "{table}");
-    let summary = json(&out.join("summary.json"));
+    assert_eq!(folder.first_line("out/work_precision.csv"), columns);
+    assert_eq!(folder.first_line("out/drift.csv"), "method,setting,gamma,error_t,error_x,delta_k");
+    let table = folder.table("out/work_precision.csv");
+    assert!(["converged", "not-converged"].iter().all(|status| table.column("status").contains(status)), "{table:?}");
+    let summary = folder.summary("out");
     assert_eq!((summary["status"].as_str(), summary["ratios"].as_array().unwrap().len()), (Some("complete"), 20));
     assert!(!summary["fronts"].as_array().unwrap().is_empty());
     // The table of one run can stand beside another's, and pictures of an earlier run do not.
-    let command = "work-precision CASES/hard/tanh-wall.toml --methods rk4 --longest 1e-3 --rows \
-         out/work_precision.csv --out again";
-    succeeded(&run_in(folder.path(), &command.replace("again", "out").replace("--rows out/work_precision.csv", "")));
-    assert_eq!(names(&out), ["drift.csv", "summary.json", "work_precision.csv"]);
-    succeeded(&run_in(folder.path(), command));
-    let lines = |name: &str| fs::read_to_string(folder.path().join(name)).unwrap().lines().count();
+    folder.succeeds(&format!("{wall} --methods rk4 --out out"));
+    assert_eq!(folder.names("out"), ["drift.csv", "summary.json", "work_precision.csv"]);
+    folder.succeeds(&format!("{wall} --methods rk4 --rows out/work_precision.csv --out again"));
+    let rows = |out: &str| folder.table(&format!("{out}/work_precision.csv")).rows.len();
     // On a busy machine the first row may be the only one below the longest time.
-    assert!(lines("again/work_precision.csv") > lines("out/work_precision.csv"));
-}
-
-#[test]
-fn work_precision_refuses_what_it_cannot_chart() {
-    let folder = TempDir::new().unwrap();
-    for (arguments, code, message) in [
-        ("work-precision CASES/hard/horizon.toml", 4, "the reference trajectory ends at"),
-        ("work-precision CASES/quartic.toml --methods euler", 2, "no method is called 'euler'"),
-        ("work-precision CASES/quartic.toml --gamma-f 0", 2, "expected a positive number"),
-        ("work-precision CASES/quartic.toml --gamma-f 1,2,3,4,5", 2, "4 lengths at most"),
-        ("work-precision CASES/quartic.toml --rows none.csv", 1, "none.csv"),
-    ] {
-        let output = run_in(folder.path(), arguments);
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(code), "{arguments}: {stderr}");
-        assert!(stderr.contains(message), "{arguments}: {stderr}");
-    }
-    assert!(!folder.path().join("results/horizon/work_precision.csv").exists());
-}
-
-/// Interrupts a command while it works. Returns its folder and what it says.
-#[cfg(unix)]
-fn interrupted(command: &str) -> (TempDir, String) {
-    use std::io::Read;
-
-    let folder = TempDir::new().unwrap();
-    let mut child = program(folder.path())
-        .args(command.replace("CASES", CASES).split_whitespace())
-        .args(["--out", "out"])
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(700));
-    assert!(Command::new("sh").args(["-c", &format!("kill -INT {}", child.id())]).status().unwrap().success());
-    let mut stderr = String::new();
-    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(130), "{stderr}");
-    assert_eq!(json(&folder.path().join("out/summary.json"))["status"], "interrupted");
-    (folder, stderr)
-}
-
-/// The commands have so much to do that some is certainly left when the signal arrives, and each piece takes a while,
-/// so that some is done.
-#[cfg(unix)]
-#[test]
-fn interrupted_studies_keep_what_was_finished() {
-    let grids: Vec<String> = (0..4000).map(|k| (20_000 + k).to_string()).collect();
-    let steps: Vec<String> = (0..3000).map(|k| format!("{:e}", 1e-4 + 1e-9 * f64::from(k))).collect();
-    let converge = format!("converge CASES/quartic.toml --n-gamma {}", grids.join(","));
-    let stability =
-        format!("stability CASES/quartic.toml --methods sbp42,rk4 --gamma-f 1,2 --delta-gamma {}", steps.join(","));
-    let chart = "work-precision CASES/quartic.toml --longest 1".to_owned();
-    for (command, done, table, most) in [
-        (converge, "grids were finished", Some("convergence.csv"), 8000),
-        (stability, "cells were finished", Some("stability.csv"), 15_000),
-        (chart, "settings were finished", None, 0),
-    ] {
-        let (folder, stderr) = interrupted(&command);
-        assert!(stderr.contains("interrupted:") && stderr.contains(done), "{stderr}");
-        if let Some(table) = table {
-            let rows = fs::read_to_string(folder.path().join("out").join(table)).unwrap().lines().count();
-            assert!((2..most).contains(&rows), "{rows} rows");
-        }
-    }
+    assert!(rows("again") > rows("out"));
 }

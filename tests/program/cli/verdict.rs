@@ -1,24 +1,20 @@
 //! The verdict: the first line of `run`, the keys of its summary, and the column of a table of many runs.
 
-use std::fs;
-
 use serde_json::Value;
-use tempfile::TempDir;
 
-use crate::common::{case_file, failed, json, run_in, succeeded};
+use crate::common::Folder;
 
 /// Returns what a run tells, its first line and the others without line breaks, and its summary.
-fn verdict(folder: &TempDir, arguments: &str) -> (String, String, Value) {
-    let told = succeeded(&run_in(folder.path(), &format!("run {arguments} --out out --force")));
+fn verdict(folder: &Folder, arguments: &str) -> (String, String, Value) {
+    let told = folder.succeeds(&format!("run {arguments} --out out --force"));
     assert!(told.lines().all(|line| line.chars().count() <= 100), "{told}");
     let (first, others) = told.split_once('\n').unwrap();
-    let others = others.split_whitespace().collect::<Vec<_>>().join(" ");
-    (first.to_owned(), others, json(&folder.path().join("out/summary.json")))
+    (first.to_owned(), others.split_whitespace().collect::<Vec<_>>().join(" "), folder.summary("out"))
 }
 
 #[test]
 fn the_first_line_and_the_summary_of_every_kind_of_run_say_the_same() {
-    let folder = TempDir::new().unwrap();
+    let folder = Folder::new();
     for (arguments, most, digits) in [
         ("quartic", 2e-3, 3),
         ("quartic --set solver.digits=30 --set scheme.sbp=SBP84 --set grid.n_gamma=64", 1e-4, 5),
@@ -40,11 +36,11 @@ fn the_first_line_and_the_summary_of_every_kind_of_run_say_the_same() {
 
 #[test]
 fn a_doubtful_result_has_its_reasons_and_exit_code_0() {
-    let folder = TempDir::new().unwrap();
-    let coarse = "--set grid.gamma_f=32.0 --set grid.n_gamma=65";
+    let folder = Folder::new();
+    let coarse = "quartic --set grid.gamma_f=32.0 --set grid.n_gamma=65";
     let kepler = "kepler --set scheme.sbp=SBP21 --set scheme.form=strong --set grid.windows=1 --set grid.n_gamma=30";
-    for (arguments, reasons, coordinate) in [(format!("quartic {coarse}"), 6, "x"), (kepler.to_owned(), 2, "x")] {
-        let (line, others, summary) = verdict(&folder, &arguments);
+    for (arguments, reasons) in [(kepler, 2), (coarse, 6)] {
+        let (line, others, summary) = verdict(&folder, arguments);
         let found = summary["verdict_reasons"].as_array().unwrap();
         assert!(line.contains(&format!(": doubtful for {} reasons, ", found.len())), "{line}");
         assert_eq!(others.matches("doubt ").count(), 1, "{others}");
@@ -54,8 +50,8 @@ fn a_doubtful_result_has_its_reasons_and_exit_code_0() {
         assert!(found.len() >= reasons, "{found:?}");
         let (_, all, _) = verdict(&folder, &format!("{arguments} --verbose"));
         assert_eq!(all.matches("doubt ").count(), found.len(), "{all}");
-        let starts = format!("the error of {coordinate} is up to about ");
-        assert!(found.iter().any(|reason| reason["reason"].as_str().unwrap().starts_with(&starts)), "{found:?}");
+        let of_x = |reason: &Value| reason["reason"].as_str().unwrap().starts_with("the error of x is up to about ");
+        assert!(found.iter().any(of_x), "{found:?}");
         // Every warning is a reason, and in the same words.
         for warning in summary["warnings"].as_array().unwrap() {
             let warning = warning.as_str().unwrap();
@@ -66,43 +62,44 @@ fn a_doubtful_result_has_its_reasons_and_exit_code_0() {
             assert!(found.iter().any(is_reason) || warning.contains("Newton's mechanics"), "{warning}: {found:?}");
         }
     }
+    let (_, told, summary) = verdict(&folder, &format!("{coarse} --verbose"));
+    assert!(told.contains("K drifts by") && told.contains("exceeds its bound"), "{told}");
+    let warnings = summary["warnings"].as_array().unwrap().len();
+    assert_eq!(warnings, 5, "the sawtooth, K, the step, the bound, and another critical point");
+    // The effective case of a changed case makes no promise that was made for another.
+    assert!(!folder.read("out/case.toml").contains("[expect]"));
 }
 
 #[test]
 fn a_run_without_a_result_is_refused() {
-    let folder = TempDir::new().unwrap();
-    let stalled = "run quartic --set scheme.sbp=SBP42 --set grid.n_gamma=8 --set grid.gamma_f=20.0";
-    for (arguments, code) in [(format!("run {}", case_file("horizon")), 4), (stalled.to_owned(), 3)] {
-        failed(&run_in(folder.path(), &format!("{arguments} --out out --force")), code);
-        let summary = json(&folder.path().join("out/summary.json"));
-        assert_eq!(summary["verdict"], "refused", "{arguments}");
+    let folder = Folder::new();
+    let stalled = "quartic --set scheme.sbp=SBP42 --set grid.n_gamma=8 --set grid.gamma_f=20.0";
+    for (arguments, code, status) in [("horizon", 4, "outside-domain"), (stalled, 3, "stalled")] {
+        folder.fails(&format!("run {arguments} --out out --force"), code);
+        let summary = folder.summary("out");
+        assert_eq!((&summary["verdict"], &summary["status"]), (&"refused".into(), &status.into()));
         assert!(summary.get("verdict_error").is_none() && summary["message"].is_string(), "{summary}");
     }
 }
 
 #[test]
 fn every_row_of_a_table_has_the_verdict_of_the_single_run() {
-    let folder = TempDir::new().unwrap();
+    let folder = Folder::new();
     let kepler = "kepler --set scheme.form=strong --set scheme.sbp=SBP42 --set grid.windows=1";
     for (case, values) in [("quartic", "1,100,0"), (kepler, "0.5,9")] {
-        let nodes = "--set grid.n_gamma=200";
-        let vary = format!("run {case} {nodes} --vary grid.gamma_f={values} --out table --force");
-        let told = succeeded(&run_in(folder.path(), &vary));
+        let run = format!("run {case} --set grid.n_gamma=200");
+        let told = folder.succeeds(&format!("{run} --vary grid.gamma_f={values} --out table --force"));
         assert!(told.lines().next().unwrap().contains(": 1 trusted, 1 doubtful, "), "{told}");
-        let text = fs::read_to_string(folder.path().join("table/runs.csv")).unwrap();
-        let mut rows = csv::Reader::from_reader(text.as_bytes());
-        let place = rows.headers().unwrap().iter().position(|name| name == "verdict").unwrap();
-        for (row, value) in rows.records().zip(values.split(',')) {
-            let row = row.unwrap();
-            let one =
-                run_in(folder.path(), &format!("run {case} {nodes} --set grid.gamma_f={value} --out one --force"));
-            if one.status.success() {
-                let summary = json(&folder.path().join("one/summary.json"));
-                assert_eq!(summary["verdict"], row[place], "{case} {value}");
+        let table = folder.table("table/runs.csv");
+        let rows = table.column("verdict").into_iter().zip(table.column("message"));
+        for ((verdict, message), value) in rows.zip(values.split(',')) {
+            if folder.run(&format!("{run} --set grid.gamma_f={value} --out one --force")).status.success() {
+                let summary = folder.summary("one");
+                assert_eq!(summary["verdict"], verdict, "{case} {value}");
                 let reason = summary["verdict_reasons"][0]["reason"].as_str().unwrap_or("");
-                assert!(row[place + 1].starts_with(reason), "{case} {value}: {reason}");
+                assert!(message.starts_with(reason), "{case} {value}: {reason}");
             } else {
-                assert_eq!(&row[place], "refused");
+                assert_eq!(verdict, "refused");
             }
         }
     }

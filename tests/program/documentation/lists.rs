@@ -8,15 +8,14 @@ use geodesic_ivp::case::builtin::{self, Group};
 use geodesic_ivp::case::{KEYS, SCENE_KEYS};
 use geodesic_ivp::geometry::PRESETS;
 use geodesic_ivp::methods::PEERS;
-use tempfile::TempDir;
 
+use super::manual::{page, section};
 use super::pages::Page;
-use crate::common::{ROOT, program};
+use crate::common::{Folder, MANIFEST, ROOT};
 
 /// Returns what the program says that it knows where it is told something else.
-fn known(directory: &Path, setting: &str) -> Vec<String> {
-    let output = program(directory).args(["check", "quartic", "--quiet", "--set", setting]).output().unwrap();
-    let error = String::from_utf8(output.stderr).unwrap();
+fn known(setting: &str) -> Vec<String> {
+    let error = Folder::new().fails(&format!("check quartic --quiet --set {setting}"), 2);
     let line = error.lines().find(|line| line.starts_with("error: ")).unwrap_or_else(|| panic!("{setting}: {error}"));
     match (line.split_once("available keys: "), line.split_once("expected ").or(line.split_once("the only key is "))) {
         (Some((_, list)), _) => list.split(", ").map(str::to_owned).collect(),
@@ -28,16 +27,13 @@ fn known(directory: &Path, setting: &str) -> Vec<String> {
 /// Every key of a case of the paper, dotted: what the program knows and the list of keys of scenes does not have.
 /// Tables other than that of a potential's kind are no keys of their own.
 pub(crate) fn keys() -> BTreeSet<String> {
-    let folder = TempDir::new().unwrap();
-    let known = |setting: &str| known(folder.path(), setting);
     let mut keys = BTreeSet::new();
     for top in known("unknown=1") {
         match top.as_str() {
             "title" => drop(keys.insert(top)),
             "metric" | "body" | "pair" | "force" | "invariants" | "events" | "plot" | "tables" => {}
             "potential" => {
-                for kind in known("potential={unknown={}}").into_iter().filter(|kind| !is_of_scenes("potential", kind))
-                {
+                for kind in known("potential={unknown={}}").iter().filter(|kind| !is_of_scenes("potential", kind)) {
                     if kind != "free" {
                         let inner = known(&format!("potential={{{kind}={{unknown=1}}}}"));
                         keys.extend(inner.into_iter().map(|key| format!("potential.{kind}.{key}")));
@@ -111,29 +107,15 @@ fn the_index_of_cases_has_every_one_once_and_below_its_group() {
 
 #[test]
 fn the_list_of_statuses_is_complete() {
-    let folder = TempDir::new().unwrap();
     let page = Page::named("docs/results.md");
-    let (exits, all) = (["0", "3", "4"], known(folder.path(), "expect.status=unknown"));
-    let listed = page.rows().filter(|row| row.len() == 3 && exits.contains(&row[2].as_str())).map(|row| row[0].clone());
-    assert_eq!(listed.collect::<BTreeSet<_>>(), all.into_iter().collect());
+    let is_status = |row: &Vec<String>| row.len() == 3 && ["0", "3", "4"].contains(&row[2].as_str());
+    let listed = page.rows().filter(is_status).map(|row| row[0].clone());
+    assert_eq!(listed.collect::<BTreeSet<_>>(), known("expect.status=unknown").into_iter().collect());
 }
 
-/// A folder with what commands write that cost little.
-pub(crate) fn results() -> TempDir {
-    let folder = TempDir::new().unwrap();
-    for command in [
-        "run quartic --set solver.system=doubled --sample-gamma 0:1:0.5 --plot",
-        "converge quartic --n-gamma 16,32",
-        "work-precision quartic --methods RK4 --longest 0.001",
-        "stability quartic --methods RK4 --gamma-f 1 --delta-gamma 0.1",
-    ] {
-        let output =
-            program(folder.path()).args(command.split(' ')).args(["--quiet", "--out", "all"]).output().unwrap();
-        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
-        let from = folder.path().join("all");
-        fs::rename(&from, folder.path().join(command.split(' ').next().unwrap())).unwrap();
-    }
-    folder
+/// The names in the first column of these rows.
+fn firsts(rows: &[Vec<String>]) -> BTreeSet<&str> {
+    rows.iter().flat_map(|row| row[0].split(", ")).collect()
 }
 
 /// Returns the columns that a row of the page's table stands for in a case: one with … is there once for each of the
@@ -160,145 +142,82 @@ fn columns_are_expanded() {
     assert_eq!(columns.join(","), "gamma,t,x,p_t,p_t_corrected,delta_t,delta_x,end");
 }
 
+/// There are a case of x in all commands, and scenes in one window, so that there is no column window: a charge and an
+/// invariant; a coordinate that conformal adds; a force; a sum and the other system.
 #[test]
-fn columns_keys_and_files_are_those_that_the_page_lists() {
-    let page = Page::named("docs/results.md");
-    let rows: Vec<Vec<String>> = page.rows().collect();
-    let folder = results();
-    let mut tables = BTreeSet::new();
-    for command in fs::read_dir(folder.path()).unwrap() {
-        let command = command.unwrap();
-        for file in fs::read_dir(command.path()).unwrap() {
-            let file = file.unwrap();
-            let name = file.file_name().into_string().unwrap();
-            if name.starts_with('.') {
-                continue;
-            }
-            let (command, text) =
-                (command.file_name().into_string().unwrap(), fs::read_to_string(file.path()).unwrap());
-            let mentioned =
-                |row: &&Vec<String>| row[0].starts_with(&command) && row.iter().any(|cell| cell.contains(&name));
-            assert!(rows.iter().any(|row| mentioned(&row)), "{command} writes {name}, which its rows do not name");
+fn columns_keys_and_files_are_those_that_the_pages_list() {
+    let run = "--plot --sample-gamma 0:1:0.5 --set grid.windows=1 --set grid.gamma_f=1";
+    let (rows, manual) = (Page::named("docs/results.md").rows().collect::<Vec<_>>(), page());
+    let (listed, files) = (firsts(&rows), section(&manual, "FILES"));
+    let (folder, mut tables) = (Folder::new(), BTreeSet::new());
+    for (command, names, ignorable, invariants) in [
+        (&*format!("run quartic {run} --set solver.system=doubled"), &["t", "x"][..], &["t"][..], &[][..]),
+        ("converge quartic --n-gamma 16,32", &["t", "x"], &["t"], &[]),
+        ("work-precision quartic --methods RK4 --longest 0.001", &["t", "x"], &["t"], &[]),
+        ("stability quartic --methods RK4 --gamma-f 1 --delta-gamma 0.1", &["t", "x"], &["t"], &[]),
+        (&*format!("run kerr-inclined {run}"), &["t", "r", "theta", "phi"], &["t", "phi"], &["carter"]),
+        (&*format!("run kerr-mino {run}"), &["t", "r", "theta", "phi", "tau"], &["t", "phi", "tau"], &["carter"]),
+        (&*format!("run damped-oscillator {run}"), &["t", "x", "s"], &["s"], &[]),
+        (&*format!("run two-bodies {run} --set solver.system=doubled"), &["t", "x1", "x2"], &["t"], &[]),
+    ] {
+        let first = command.split(' ').next().unwrap();
+        folder.succeeds(&format!("{command} --quiet --out out --force"));
+        for name in folder.names("out").into_iter().filter(|name| !name.starts_with('.')) {
+            let is_named = |row: &Vec<String>| row[0].starts_with(first) && row.iter().any(|cell| cell.contains(&name));
+            assert!(rows.iter().any(is_named), "{command} writes {name}, which its rows do not name");
+            assert!(files.contains(&name), "{name} is not in\n{files}");
             if name.ends_with(".csv") {
-                let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
-                let of_x = [("<q>", &["t", "x"][..]), ("<c>", &["t"]), ("<name>", &[])];
-                let mut rows = rows.iter().filter(|row| row.len() == 2 && row[0] == name);
-                assert!(rows.any(|row| expanded(&row[1], &of_x) == header), "{name} has {header:?}");
+                // A lift has s as its last coordinate, and the energy in the place of K.
+                let header = folder.first_line(&format!("out/{name}"));
+                assert_eq!(
+                    header.contains(",delta_energy"),
+                    name == "residuals.csv" && names.contains(&"s"),
+                    "{header}"
+                );
+                let header = header.replace(",delta_energy", ",delta_k");
+                let places = [("<q>", names), ("<c>", ignorable), ("<name>", invariants)];
+                let is_header = |row: &Vec<String>| expanded(&row[1], &places).join(",") == header;
+                let mut of_table = rows.iter().filter(|row| row.len() == 2 && row[0] == name);
+                assert!(of_table.any(is_header), "{command}: {name} has {header}");
                 tables.insert(name);
             }
         }
+        let summary = folder.summary("out");
+        let mut keys = summary.as_object().unwrap().keys();
+        let missing = keys.find(|key| first == "run" && !listed.contains(key.as_str()));
+        assert_eq!(missing, None, "{command} has a key that docs/results.md does not have");
     }
-    assert_eq!(tables.len(), 9, "{tables:?}");
-    let summary: serde_json::Map<String, serde_json::Value> =
-        serde_json::from_str(&fs::read_to_string(folder.path().join("run/summary.json")).unwrap()).unwrap();
-    let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
-    let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
-    assert!(missing.is_empty(), "keys of summary.json that docs/results.md does not have: {missing:?}");
-}
-
-#[test]
-fn columns_and_keys_of_scenes_are_those_that_the_page_lists() {
-    let page = Page::named("docs/results.md");
-    let rows: Vec<Vec<String>> = page.rows().collect();
-    let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
-    let folder = TempDir::new().unwrap();
-    let manual = program(folder.path()).arg("man").output().unwrap().stdout;
-    let manual = String::from_utf8(manual).unwrap().replace('\\', "");
-    // In one window, so that there is no column window: a charge and an invariant; a coordinate that conformal adds; a
-    // force; a sum and the other system.
-    for (scene, names, ignorable, invariants) in [
-        ("kerr-inclined", &["t", "r", "theta", "phi"][..], &["t", "phi"][..], &["carter"][..]),
-        ("kerr-mino", &["t", "r", "theta", "phi", "tau"], &["t", "phi", "tau"], &["carter"]),
-        ("damped-oscillator", &["t", "x", "s"], &["s"], &[]),
-        ("two-bodies", &["t", "x1", "x2"], &["t"], &[]),
-    ] {
-        let mut command = program(folder.path());
-        command.args(["run", scene, "--quiet", "--out", scene, "--set", "grid.windows=1", "--set", "grid.gamma_f=1"]);
-        command.args(["--plot", "--sample-gamma", "0:1:0.5"]);
-        if scene == "two-bodies" {
-            command.args(["--set", "solver.system=doubled"]);
-        }
-        assert!(command.status().unwrap().success(), "{scene}");
-        let text = |file: &str| fs::read_to_string(folder.path().join(scene).join(file)).unwrap();
-        let summary: serde_json::Map<String, serde_json::Value> = serde_json::from_str(&text("summary.json")).unwrap();
-        let missing: Vec<&String> = summary.keys().filter(|key| !listed.contains(key.as_str())).collect();
-        assert!(missing.is_empty(), "{scene}: keys that docs/results.md does not have: {missing:?}");
-        let header = |file: &str| text(file).lines().next().unwrap().to_owned();
-        let of_case = [("<q>", names), ("<c>", ignorable), ("<name>", invariants)];
-        let listed_columns = |file: &str| {
-            let row = rows.iter().find(|row| row.len() == 2 && row[0] == file).unwrap_or_else(|| panic!("{file}"));
-            expanded(&row[1], &of_case).join(",")
-        };
-        let all = |suffix: &str| names.iter().map(|name| format!("{name}{suffix}")).collect::<Vec<_>>();
-        let gamma = || vec!["gamma".to_owned()];
-        assert_eq!(header("trajectory.csv"), [gamma(), all(""), all("_dot")].concat().join(","));
-        let charges = ignorable.iter().flat_map(|q| [format!("delta_q_{q}"), format!("delta_q_{q}_corrected")]);
-        // A lift has s as its last coordinate.
-        let k = if names.last() == Some(&"s") { "delta_energy" } else { "delta_k" };
-        let residuals = names.iter().map(|q| format!("delta_g_{q}")).chain([k.to_owned()]);
-        let residuals = residuals.chain(invariants.iter().map(|name| format!("delta_{name}")));
-        assert_eq!(
-            header("residuals.csv"),
-            gamma().into_iter().chain(charges).chain(residuals).collect::<Vec<_>>().join(",")
-        );
-        for file in ["trajectory.csv", "residuals.csv", "samples.csv"] {
-            assert_eq!(header(file).replace(",delta_energy", ",delta_k"), listed_columns(file), "{scene}");
-        }
-        let state = [gamma(), all(""), all("_dot")].concat().join(",");
-        assert_eq!(header("samples.csv"), state);
-        if scene == "kerr-inclined" {
-            assert_eq!(header("events.csv"), format!("event,{state}"));
-            assert_eq!(header("events.csv"), listed_columns("events.csv"));
-        }
-        let files = fs::read_dir(folder.path().join(scene)).unwrap();
-        for name in files.map(|file| file.unwrap().file_name().into_string().unwrap()) {
-            let mentioned =
-                |row: &Vec<String>| row[0].starts_with("run") && row.iter().any(|cell| cell.contains(&name));
-            assert!(name.starts_with('.') || rows.iter().any(mentioned), "{scene}: {name}");
-            assert!(name.ends_with(".lock") || manual.contains(&name), "the manual page does not name {name}");
-        }
-        if scene == "two-bodies" {
-            assert_eq!(header("branches.csv"), [gamma(), all("_1"), all("_2")].concat().join(","));
-        }
-    }
+    assert!(tables.len() == 10 && files.contains(MANIFEST), "{tables:?}");
 }
 
 #[test]
 fn the_guide_has_every_column_of_many_runs() {
-    let page = Page::named("docs/guide.md");
-    let rows: Vec<Vec<String>> = page.rows().filter(|row| row.len() == 2).collect();
-    let listed: BTreeSet<&str> = rows.iter().flat_map(|row| row[0].split(", ")).collect();
+    let guide: Vec<Vec<String>> = Page::named("docs/guide.md").rows().filter(|row| row.len() == 2).collect();
     let files: Vec<Vec<String>> = Page::named("docs/results.md").rows().collect();
-    let folder = TempDir::new().unwrap();
-    for (case, more, coordinates, invariants) in [
-        ("quartic", "", &["t", "x"][..], &[][..]),
-        ("kepler", "solver.accuracy=1e-6", &["t", "x", "y", "s"], &["angular_momentum"]),
-        ("schwarzschild-orbit", "grid.gamma_f=1.0", &["t", "r", "phi"], &[]),
+    let (listed, folder) = (firsts(&guide), Folder::new());
+    for (case, coordinates, invariants) in [
+        ("quartic", &["t", "x"][..], &[][..]),
+        ("kepler --set solver.accuracy=1e-6", &["t", "x", "y", "s"], &["angular_momentum"]),
+        ("schwarzschild-orbit --set grid.gamma_f=1.0", &["t", "r", "phi"], &[]),
     ] {
-        let mut command = program(folder.path());
-        command.args(["run", case, "--quiet", "--out", case, "--vary", "grid.gamma_i=0.0"]);
-        if !more.is_empty() {
-            command.args(["--set", more]);
-        }
-        assert!(command.status().unwrap().success());
-        let header = fs::read_to_string(folder.path().join(case).join("runs.csv")).unwrap();
-        for column in header.lines().next().unwrap().split(',').filter(|column| *column != "grid.gamma_i") {
-            let q = coordinates.iter().find(|q| [q.to_string(), format!("{q}_dot")].contains(&column.to_owned()));
-            let of_charge = |q: &&str| column.replace(&format!("delta_q_{q}_"), "delta_q_NAME_");
-            let general = coordinates.iter().map(of_charge).find(|name| name != column);
-            let invariant = invariants.iter().any(|name| column == format!("max_abs_delta_{name}"));
-            let name = match (q, general) {
-                (Some(q), _) => column.replacen(q, "q", 1),
-                (None, Some(general)) => general,
-                (None, None) if invariant => "max_abs_delta_NAME".to_owned(),
-                (None, None) => column.to_owned(),
-            };
+        folder.succeeds(&format!("run {case} --quiet --out out --force --vary grid.gamma_i=0.0"));
+        for column in folder.table("out/runs.csv").columns.iter().filter(|column| *column != "grid.gamma_i") {
+            // The guide has q in place of a coordinate, and NAME of one that has a charge and of an invariant.
+            let mut name = column.clone();
+            for q in coordinates.iter().filter(|q| column == *q || *column == format!("{q}_dot")) {
+                name = column.replacen(q, "q", 1);
+            }
+            for q in coordinates {
+                name = name.replace(&format!("delta_q_{q}_"), "delta_q_NAME_");
+            }
+            if invariants.iter().any(|invariant| *column == format!("max_abs_delta_{invariant}")) {
+                name = "max_abs_delta_NAME".to_owned();
+            }
             assert!(listed.contains(name.as_str()), "{case}: {column}");
         }
-        for file in fs::read_dir(folder.path().join(case)).unwrap() {
-            let file = file.unwrap().file_name().into_string().unwrap();
-            let is_named = files.iter().any(|row| row[0].starts_with("run CASE --vary") && row[2].contains(&file));
-            assert!(file.starts_with('.') || is_named, "{file}");
+        for file in folder.names("out").into_iter().filter(|file| !file.starts_with('.')) {
+            let is_named = |row: &Vec<String>| row[0].starts_with("run CASE --vary") && row[2].contains(&file);
+            assert!(files.iter().any(is_named), "{file}");
         }
     }
 }

@@ -1,25 +1,21 @@
 //! The manual page and the completions have all that the program has.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use geodesic_ivp::case::SCENE_KEYS;
 use geodesic_ivp::case::builtin::NAMES;
-use tempfile::TempDir;
 
-use super::commands::shell;
-use super::lists::{keys, results};
+use super::commands;
+use super::lists::keys;
 use super::pages::Page;
-use crate::common::program;
+use crate::common::Folder;
 
 fn printed(arguments: &str) -> String {
-    let output = program(Path::new(".")).args(arguments.split_whitespace()).output().unwrap();
-    assert!(output.status.success(), "{arguments}");
-    String::from_utf8(output.stdout).unwrap()
+    Folder::new().succeeds(arguments)
 }
 
 /// The page without its marks for fonts, its definitions and its escapes.
-fn page() -> String {
+pub(crate) fn page() -> String {
     let text = printed("man");
     let plain = ["\\fB", "\\fI", "\\fR", "\\&"].iter().fold(text, |text, mark| text.replace(mark, ""));
     let lines = plain.lines().filter(|line| !line.starts_with(".ie ") && !line.starts_with(".el "));
@@ -27,7 +23,7 @@ fn page() -> String {
 }
 
 /// The part of the page below a heading.
-fn section<'a>(page: &'a str, title: &str) -> &'a str {
+pub(crate) fn section<'a>(page: &'a str, title: &str) -> &'a str {
     let rest = [format!(".SH {title}\n"), format!(".SH \"{title}\"\n")]
         .iter()
         .find_map(|heading| page.split_once(heading.as_str()))
@@ -97,17 +93,11 @@ fn completions_know_cases_folders_and_files() {
 }
 
 #[test]
-fn the_manual_page_has_every_key_of_a_case() {
+fn the_manual_page_has_every_key_of_a_case_and_of_scenes() {
     let page = page();
-    let entries = entries(&page, "CASE FILE");
-    let named: BTreeSet<String> =
-        entries.iter().map(|(heading, _)| heading.split(' ').next().unwrap().to_owned()).collect();
-    assert_eq!(named, keys());
-}
-
-#[test]
-fn the_manual_page_has_the_keys_of_scenes() {
-    let page = page();
+    let named =
+        entries(&page, "CASE FILE").into_iter().map(|(heading, _)| heading.split(' ').next().unwrap().to_owned());
+    assert_eq!(named.collect::<BTreeSet<_>>(), keys());
     let named: Vec<&str> = entries(&page, "SCENES").iter().map(|(heading, _)| *heading).collect();
     assert_eq!(named, SCENE_KEYS.iter().map(|(name, _)| *name).collect::<Vec<_>>());
     assert!(named.contains(&"metric.components") && named.contains(&"expect.gamma_final"));
@@ -125,27 +115,24 @@ fn the_manual_page_has_the_exit_codes_of_the_documentation() {
 }
 
 #[test]
-fn the_manual_page_names_every_file() {
-    let (page, folder) = (page(), results());
-    let files = section(&page, "FILES");
-    let mut count = 0;
-    for command in std::fs::read_dir(folder.path()).unwrap() {
-        for file in std::fs::read_dir(command.unwrap().path()).unwrap() {
-            let name = file.unwrap().file_name().into_string().unwrap();
-            assert!(name.ends_with(".lock") || files.contains(&name), "{name} is not in\n{files}");
-            count += 1;
-        }
-    }
-    assert!(count > 20, "{count} files");
-}
-
-#[test]
 #[ignore = "long: the examples measure speed and map stability"]
 fn the_examples_of_the_manual_page_run() {
-    let (page, folder) = (page(), TempDir::new().unwrap());
+    let (page, folder) = (page(), Folder::new());
     let examples = entries(&page, "EXAMPLES");
     assert!(examples.len() >= 6, "{examples:?}");
     for (command, _) in examples {
-        shell(folder.path(), command).unwrap_or_else(|error| panic!("{command}: {error}"));
+        commands::printed(&folder.path(""), command).unwrap_or_else(|error| panic!("{command}: {error}"));
+    }
+}
+
+#[test]
+fn long_help_names_every_method() {
+    let joined = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    for command in ["work-precision", "stability"] {
+        let help = joined(&printed(&format!("{command} --help")));
+        let refused = Folder::new().fails(&format!("{command} --methods euler"), 2);
+        let list = refused.split_once("the methods for this case are").unwrap().1;
+        assert!(list.lines().all(|line| line.chars().count() <= 100), "{list}");
+        assert!(list.split(',').map(joined).all(|method| help.contains(&method)), "{command}: {list}");
     }
 }

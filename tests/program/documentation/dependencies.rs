@@ -1,5 +1,7 @@
-//! Every package that the program is built from may be used and passed on with it.
+//! The packages that the program is built from: they may be used and passed on with it, and the tests share their
+//! build.
 
+use std::collections::BTreeSet;
 use std::env::consts::{ARCH, OS};
 use std::path::Path;
 use std::process::Command;
@@ -30,19 +32,12 @@ fn is_permissive(expression: &str) -> bool {
     expression.split(" AND ").all(|part| part.split(" OR ").any(|licence| PERMISSIVE.contains(&licence.trim())))
 }
 
-/// The packages of this program on this machine; nothing is fetched.
-fn packages() -> Vec<Value> {
+/// Asks cargo about this project; nothing is fetched.
+fn cargo(options: &[&str]) -> String {
     let cargo = env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
-    let platform = match OS {
-        "linux" => format!("{ARCH}-unknown-linux-gnu"),
-        "macos" => format!("{ARCH}-apple-darwin"),
-        _ => format!("{ARCH}-pc-windows-msvc"),
-    };
-    let options = ["metadata", "--format-version=1", "--locked", "--offline", "--filter-platform", &platform];
-    let output = Command::new(cargo).args(options).current_dir(ROOT).output().unwrap();
+    let output = Command::new(cargo).args(options).args(["--locked", "--offline"]).current_dir(ROOT).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
-    metadata["packages"].as_array().unwrap().clone()
+    String::from_utf8(output.stdout).unwrap()
 }
 
 #[test]
@@ -50,10 +45,17 @@ fn every_dependency_has_a_permissive_licence() {
     assert!(
         !is_permissive("GPL-3.0-only") && !is_permissive("MIT AND GPL-3.0-only") && is_permissive("GPL-2.0 OR MIT")
     );
-    let packages = packages();
+    let platform = match OS {
+        "linux" => format!("{ARCH}-unknown-linux-gnu"),
+        "macos" => format!("{ARCH}-apple-darwin"),
+        _ => format!("{ARCH}-pc-windows-msvc"),
+    };
+    let metadata: Value =
+        serde_json::from_str(&cargo(&["metadata", "--format-version=1", "--filter-platform", &platform])).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
     assert!(packages.len() > 50, "{} packages", packages.len());
-    for package in &packages {
-        let name = package["name"].as_str().unwrap();
+    for package in packages {
+        let name = &package["name"];
         let is_allowed = match package["license"].as_str() {
             Some(expression) => is_permissive(expression),
             None => {
@@ -64,4 +66,18 @@ fn every_dependency_has_a_permissive_licence() {
         };
         assert!(is_allowed, "{name}: {}", package["license"]);
     }
+}
+
+/// Every package with its features, as it is built for what these edges of the tree of dependencies reach.
+fn built(edges: &str) -> BTreeSet<String> {
+    let tree = cargo(&["tree", "--prefix", "none", "--no-dedupe", "--format", "{p} {f}", "--edges", edges]);
+    tree.lines().map(str::to_owned).collect()
+}
+
+#[test]
+fn tests_build_nothing_a_second_time() {
+    let (program, all) = (built("no-dev"), built("normal,build,dev"));
+    assert!(program.len() > 50 && all.len() > program.len(), "{} and {} packages", program.len(), all.len());
+    let again: Vec<&String> = program.difference(&all).collect();
+    assert!(again.is_empty(), "these and all that uses them are built again: {again:?}");
 }
