@@ -22,43 +22,35 @@ use geodesic_ivp::number::vector::Level;
 const RUNS: usize = 200;
 const PATIENCE: f64 = 0.3;
 
-struct Scene {
-    name: &'static str,
-    geometry: Geometry,
-    start: Start,
-    length: f64,
-    /// Coordinates at the end, by their places.
-    end: Vec<(usize, f64)>,
-}
+/// A motion: its name, its case, its length in γ, and coordinates at the end by their places.
+type Scene = (&'static str, &'static str, f64, &'static [(usize, f64)]);
 
-impl Scene {
-    /// The scene of a built-in case.
-    fn new(name: &'static str, case: &str, length: f64, end: &[(usize, f64)]) -> Self {
-        let text = builtin::text(case).expect("it is built in");
-        let case = Case::parse(case, text, &[]).expect("it is valid");
-        let (geometry, start) = (case.geometry(), case.start());
-        Self { name, geometry, start, length, end: end.to_vec() }
-    }
-}
+const SCENES: [Scene; 5] = [
+    ("henon-heiles", "henon-heiles", 1000.0, &[(1, -0.020_869_654_947_295_594), (2, -0.381_630_841_346_697_4)]),
+    ("quartic-1", "quartic", 1.0, &[(1, 0.159_778_018_885_407_24), (0, 1.468_634_756_955_731)]),
+    ("quartic-1000", "quartic", 1000.0, &[(1, -0.022_376_294_624_142_45), (0, 1_547.193_683_282_507_2)]),
+    (
+        "schwarzschild",
+        "schwarzschild-orbit",
+        2000.0,
+        &[(1, 17.262_243_544_431_858), (0, 2_303.946_208_190_368), (2, 54.491_637_278_880_26)],
+    ),
+    (
+        "kerr",
+        "kerr-inclined",
+        400.0,
+        &[
+            (1, 11.318_948_036_563_88),
+            (2, 1.940_975_857_800_152_8),
+            (0, 509.040_671_596_835_9),
+            (3, 25.444_827_068_220_135),
+        ],
+    ),
+];
 
-fn scenes() -> [Scene; 5] {
-    let galaxy = [(1, -0.020_869_654_947_295_594), (2, -0.381_630_841_346_697_4)];
-    let orbit = [(1, 17.262_243_544_431_858), (0, 2_303.946_208_190_368), (2, 54.491_637_278_880_26)];
-    let inclined = [
-        (1, 11.318_948_036_563_88),
-        (2, 1.940_975_857_800_152_8),
-        (0, 509.040_671_596_835_9),
-        (3, 25.444_827_068_220_135),
-    ];
-    let short = [(1, 0.159_778_018_885_407_24), (0, 1.468_634_756_955_731)];
-    let long = [(1, -0.022_376_294_624_142_45), (0, 1_547.193_683_282_507_2)];
-    [
-        Scene::new("henon-heiles", "henon-heiles", 1000.0, &galaxy),
-        Scene::new("quartic-1", "quartic", 1.0, &short),
-        Scene::new("quartic-1000", "quartic", 1000.0, &long),
-        Scene::new("schwarzschild", "schwarzschild-orbit", 2000.0, &orbit),
-        Scene::new("kerr", "kerr-inclined", 400.0, &inclined),
-    ]
+fn geometry_and_start(&(_, case, ..): &Scene) -> (Geometry, Start) {
+    let case = Case::parse(case, builtin::text(case).expect("it is built in"), &[]).expect("it is valid");
+    (case.geometry(), case.start())
 }
 
 /// A kind of runs.
@@ -84,8 +76,8 @@ struct Measured {
 }
 
 fn measure(scene: &Scene, accuracy: f64, (_, wanted, is_complete): Mode, points: usize) -> Result<Measured, Failure> {
-    let Scene { geometry, start, length, .. } = scene;
-    let mut engine = Engine::accurate(geometry, start, *length, wanted(accuracy), points).expect("it is inside");
+    let ((geometry, start), &(.., length, exact)) = (geometry_and_start(scene), scene);
+    let mut engine = Engine::accurate(&geometry, &start, length, wanted(accuracy), points).expect("it is inside");
     let mut sizes: Vec<f64> = start.q.iter().map(|q| q.abs()).collect();
     let (mut kept, mut windows, mut sweeps, mut end) = (Vec::new(), 0, 0, start.q.clone());
     let mut run = |engine: &mut Engine<'_>| {
@@ -117,14 +109,14 @@ fn measure(scene: &Scene, accuracy: f64, (_, wanted, is_complete): Mode, points:
             break;
         }
     }
-    let error = scene.end.iter().map(|&(a, q)| (end[a] - q).abs() / sizes[a]).fold(0.0, f64::max);
+    let error = exact.iter().map(|&(a, q)| (end[a] - q).abs() / sizes[a]).fold(0.0, f64::max);
     Ok(Measured { seconds, windows, sweeps, end, error, estimate: engine.error_estimate() })
 }
 
 fn table(scene: &Scene, points: usize) {
     for accuracy in [1e-4, 1e-6, 1e-9, 1e-12] {
         for mode in MODES {
-            print!("{:<14} {points:>2} nodes {accuracy:.0e} {:<10} ", scene.name, mode.0);
+            print!("{:<14} {points:>2} nodes {accuracy:.0e} {:<10} ", scene.0, mode.0);
             match measure(scene, accuracy, mode, points) {
                 Ok(Measured { seconds, windows, sweeps, error, estimate, .. }) => {
                     let estimate = estimate.map_or(String::new(), |estimate| format!("  estimate {estimate:.1e}"));
@@ -139,39 +131,31 @@ fn table(scene: &Scene, points: usize) {
 
 /// Times of older instructions in units of the best ones, and by how much ends differ.
 fn levels(scene: &Scene) {
-    let Scene { geometry, start, length, .. } = scene;
-    let of_level = |level: Level| {
+    let (geometry, start) = geometry_and_start(scene);
+    let [best, avx2, scalar] = [Level::Best, Level::Avx2, Level::Scalar].map(|level| {
         level.limit();
         let measured = measure(scene, 1e-6, MODES[2], 16).expect("this much is reached");
         let windows = (1.5 * measured.windows as f64) as usize;
-        let mut engine = Engine::equal(geometry, start, *length, windows, 16).expect("it is inside");
-        let mut end = measured.end;
-        let chosen = end.len();
+        let mut engine = Engine::equal(&geometry, &start, scene.2, windows, 16).expect("it is inside");
+        let mut last = Vec::new();
         while let Some(window) = engine.next().expect("windows are short") {
-            end.truncate(chosen);
-            end.extend(window.end().positions());
+            last = window.end().positions();
         }
-        (measured.seconds, end)
-    };
-    let [(best, end), (avx2, other), (scalar, third)] = [Level::Best, Level::Avx2, Level::Scalar].map(of_level);
+        (measured.seconds, [measured.end, last].concat())
+    });
     Level::Best.limit();
-    let off = |other: &[f64]| {
-        let pairs = end.iter().zip(other).map(|(a, b)| (a - b).abs() / a.abs().max(1.0));
-        pairs.fold(0.0, f64::max)
+    let than_best = |(seconds, end): (f64, Vec<f64>)| {
+        let off = best.1.iter().zip(&end).map(|(a, b)| (a - b).abs() / a.abs().max(1.0)).fold(0.0, f64::max);
+        (seconds / best.0, off)
     };
-    println!(
-        "{:<14} AVX2 takes {:.2} times as long, and ends differ by {:.0e}; scalar {:.2}, {:.0e}",
-        scene.name,
-        avx2 / best,
-        off(&other),
-        scalar / best,
-        off(&third),
-    );
+    let ((avx2, off_avx2), (scalar, off)) = (than_best(avx2), than_best(scalar));
+    print!("{:<14} AVX2 takes {avx2:.2} times as long, and ends differ by {off_avx2:.0e}; ", scene.0);
+    println!("scalar {scalar:.2}, {off:.0e}");
 }
 
 fn main() {
     let name = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
-    for scene in scenes().iter().filter(|scene| name.as_ref().is_none_or(|name| scene.name.contains(name.as_str()))) {
+    for scene in SCENES.iter().filter(|scene| name.as_ref().is_none_or(|name| scene.0.contains(name.as_str()))) {
         table(scene, 16);
         table(scene, 8);
         levels(scene);

@@ -10,32 +10,21 @@
 use std::path::Path;
 use std::{env, fs};
 
+use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::output::{Chart, Ink, Mark, Scale, Series};
 use geodesic_ivp::{Case, Solution, solve};
 
-const CASE: &str = r#"
-[potential]
-quartic = { kappa = 0.5 }
-
-[initial]
-t = 0.0
-x = 1.0
-t_dot = 1.0
-x_dot = 0.1
-
-[grid]
-gamma_f = 8.0
-n_gamma = 65
-
-[scheme]
-sbp = "SBP42"
-form = "weak"
-"#;
+/// The quartic case with the weak form of SBP42, and settings.
+fn solved(settings: [&str; 2]) -> Result<Solution, Box<dyn std::error::Error>> {
+    let settings = ["scheme.sbp=SBP42", "scheme.form=weak"].iter().chain(&settings).map(|&setting| setting.to_owned());
+    let text = builtin::text("quartic").expect("it is built in");
+    Ok(solve(&Case::parse("first picture", text, &settings.collect::<Vec<_>>())?)?)
+}
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let Some(folder) = env::args().skip(1).find(|argument| !argument.starts_with('-')) else { return Ok(()) };
-    let short: Solution = solve(&Case::parse("first picture", CASE, &[])?)?;
+    let short = solved(["grid.gamma_f=8.0", "grid.n_gamma=65"])?;
     let nodes: Vec<(f64, f64)> = short.t().zip(short.x().iter().copied()).collect();
     let axis = nodes.iter().map(|&(t, _)| (t, -1.3)).collect();
     let mesh = Chart {
@@ -49,19 +38,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Chart::default()
     };
 
-    let long = Case::parse("first picture", CASE, &["grid.gamma_f=100.0".to_owned(), "grid.n_gamma=2001".to_owned()])?;
-    let solution: Solution = solve(&long)?;
-    let diagnostics = Diagnostics::new(&solution);
-    let own = solution.gamma().zip(diagnostics.charges[0].delta.iter().map(|delta| delta.abs())).collect();
-    let other = runge_kutta([0.0, 1.0, 1.0, 0.1], 100.0, 2000);
+    let long = solved(["grid.gamma_f=100.0", "grid.n_gamma=2001"])?;
+    let own = Diagnostics::new(&long).charges[0].delta.iter().map(|delta| delta.abs()).collect::<Vec<_>>();
     let charge = Chart {
         title: "The charge Q_t over a hundred units of γ".to_owned(),
         x_label: "γ".to_owned(),
         y_label: "|ΔQ_t|".to_owned(),
         y_scale: Scale::Log,
         series: vec![
-            Series::new("RK4 on the geodesic equations", Mark::Line, other).with_ink(Ink::Neutral),
-            Series::new("SBP42, weak form, the same 2001 nodes", Mark::Line, own),
+            Series::new("RK4 on the geodesic equations", Mark::Line, runge_kutta(100.0, 2000)).with_ink(Ink::Neutral),
+            Series::new("SBP42, weak form, the same 2001 nodes", Mark::Line, long.gamma().zip(own).collect()),
         ],
         ..Chart::default()
     };
@@ -72,7 +58,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// |g00 ṫ − Q_t| after every step, where g00 = 1 + x⁴.
-fn runge_kutta(start: [f64; 4], length: f64, steps: usize) -> Vec<(f64, f64)> {
+fn runge_kutta(length: f64, steps: usize) -> Vec<(f64, f64)> {
+    let start = [0.0, 1.0, 1.0, 0.1];
     let g00 = |x: f64| 1.0 + x.powi(4);
     let slope = |[_, x, u, w]: [f64; 4]| {
         let first = 4.0 * x.powi(3);

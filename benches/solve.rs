@@ -23,14 +23,14 @@ fn main() {
     divan::main();
 }
 
-/// The quartic case with settings.
-fn case(settings: &str) -> Case {
+/// A built-in case with settings.
+fn case(name: &str, settings: &str) -> Case {
     let settings: Vec<String> = settings.split_whitespace().map(str::to_owned).collect();
-    Case::parse("quartic", builtin::text("quartic").expect("it is built in"), &settings).expect("the case is valid")
+    Case::parse(name, builtin::text(name).expect("it is built in"), &settings).expect("the case is valid")
 }
 
 fn solves<S: Arithmetic>(bencher: Bencher, settings: &str) {
-    let case = case(settings);
+    let case = case("quartic", settings);
     bencher.bench_local(|| solve::<S>(black_box(&case)));
 }
 
@@ -70,29 +70,20 @@ fn formula(bencher: Bencher) {
 /// Everything that is measured on a solution of 100 000 nodes.
 #[divan::bench]
 fn diagnostics(bencher: Bencher) {
-    let solution: Solution = solve(&case("scheme.sbp=SBP42 grid.n_gamma=100000")).expect("the base case converges");
+    let solution: Solution =
+        solve(&case("quartic", "scheme.sbp=SBP42 grid.n_gamma=100000")).expect("the base case converges");
     bencher.bench_local(|| Diagnostics::new(black_box(&solution)));
 }
 
 /// The Taylor reference over this length of the world-line, with its error estimate.
 #[divan::bench(args = [1.0, 10.0, 100.0])]
 fn reference(bencher: Bencher, length: f64) {
-    let case = case("");
+    let case = case("quartic", "");
     let (metric, initial) = (case.geometry(), case.start());
     bencher.bench_local(|| ReferenceTrajectory::new(black_box(&metric), &initial, length, f64::MOST_DIGITS));
 }
 
 const NODES: usize = 20;
-
-fn scene(text: &str) -> (Geometry, Start) {
-    let case = Case::parse("bench", text, &[]).expect("a valid scene");
-    (case.geometry(), case.start())
-}
-
-fn quartic() -> (Geometry, Start) {
-    let case = case("");
-    (case.geometry(), case.start())
-}
 
 /// This makes the certificate and stores all that a run keeps.
 #[divan::bench]
@@ -102,12 +93,16 @@ fn windows_with_everything(bencher: Bencher) {
 
 #[divan::bench(args = [false, true])]
 fn windows_certified(bencher: Bencher, is_certified: bool) {
-    engine(bencher, quartic(), is_certified, |geometry, start| Engine::equal(geometry, start, 100.0, 2000, NODES));
+    engine(bencher, &case("quartic", ""), is_certified, |geometry, start| {
+        Engine::equal(geometry, start, 100.0, 2000, NODES)
+    });
 }
 
 #[divan::bench(args = [2, 4, 8, 12])]
 fn gauss_stages(bencher: Bencher, stages: usize) {
-    engine(bencher, quartic(), false, |geometry, start| Engine::gauss(geometry, start, 100.0, 2000, stages, 0.0));
+    engine(bencher, &case("quartic", ""), false, |geometry, start| {
+        Engine::gauss(geometry, start, 100.0, 2000, stages, 0.0)
+    });
 }
 
 /// Each coordinate feels its two neighbours.
@@ -123,8 +118,7 @@ fn all_to_all(bencher: Bencher, count: usize) {
 
 #[divan::bench(args = ["schwarzschild-orbit", "kerr-inclined"])]
 fn orbit(bencher: Bencher, name: &str) {
-    let scene = scene(builtin::text(name).expect("a shipped scene"));
-    engine(bencher, scene, false, |geometry, start| Engine::equal(geometry, start, 300.0, 100, NODES));
+    engine(bencher, &case(name, ""), false, |geometry, start| Engine::equal(geometry, start, 300.0, 100, NODES));
 }
 
 /// Each of so many coordinates x feels x², and a coupled pair feels (x − y)⁴. Names are short, as a formula has at most
@@ -137,20 +131,22 @@ fn springs(bencher: Bencher, count: usize, are_coupled: impl Fn(usize, usize) ->
     }
     let start = names.iter().enumerate().map(|(k, name)| format!("{name}={:.3}\n{name}_dot=0.0\n", (k as f64).cos()));
     let (terms, start) = (terms.join("+"), start.collect::<String>());
-    let scene = scene(&format!(
+    let text = format!(
         "potential = {{ coordinates = {names:?}, formula = \"{terms}\" }}\nparticle.law = \"newtonian\"\n\
          grid.gamma_f = 5.0\nsolver.accuracy = 1e-10\n[initial]\n{start}"
-    ));
-    engine(bencher, scene, false, |geometry, start| Engine::equal(geometry, start, 5.0, 100, NODES));
+    );
+    let case = Case::parse("springs", &text, &[]).expect("it is valid");
+    engine(bencher, &case, false, |geometry, start| Engine::equal(geometry, start, 5.0, 100, NODES));
 }
 
 /// An engine solves all of its windows. It is made anew each time.
 fn engine(
     bencher: Bencher,
-    (geometry, start): (Geometry, Start),
+    case: &Case,
     is_certified: bool,
     make: impl for<'g> Fn(&'g Geometry, &Start) -> Result<Engine<'g>, OutsideGeometry>,
 ) {
+    let (geometry, start) = (case.geometry(), case.start());
     let run = || {
         let mut engine = make(&geometry, black_box(&start)).expect("it is inside");
         while let Some(mut window) = engine.next().expect("windows are short") {

@@ -16,7 +16,7 @@
 //! estimates that are too low and of attempts that were begun again, then accuracy/error (least and median),
 //! estimate/error (least, median and 90 %), and refusals. The exit code is 1 if a promise is broken.
 
-#[path = "../trust/random.rs"]
+#[path = "../verdict/random.rs"]
 mod random;
 mod runs;
 mod scenes;
@@ -29,7 +29,7 @@ use geodesic_ivp::engine::Accuracy;
 use geodesic_ivp::geometry::{Geometry, Start};
 
 use random::{Random, arguments};
-use runs::{Run, errors, run, time_and_sizes};
+use runs::{Run, time_and_sizes};
 use scenes::FAMILIES;
 use units::in_units;
 
@@ -87,20 +87,19 @@ fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
     let (_, sizes) = time_and_sizes(&geometry, &start, length);
     let of_units = if is_in_units { " in units" } else { "" };
     let what = format!("{name}{of_units} N {points} seed {seed} a {accuracy:.1e} L/T {turns:.1}");
-    let run_of = |wanted, points| run(&geometry, &start, length, wanted, points);
+    let run_of = |wanted, points| Run::new(&geometry, &start, length, wanted, points);
     let result = run_of(Accuracy::Promised(accuracy), points).map(|promised| {
         // A tolerance alone may step over a hill that it comes to from far away, and loses digits at a pole.
         let (wanted, nodes) = match name {
             "disks" | "polar" => ([10.0, 30.0].map(|share| Accuracy::Promised(accuracy / share)), [8, 8]),
             _ => ([1e-15, 1e-14].map(Accuracy::Local), [16, 8]),
         };
-        let references = [0, 1].map(|k| run_of(wanted[k], nodes[k]));
-        let [Ok(first), Ok(second)] = &references else { return (promised, [0.0, f64::INFINITY]) };
+        let [Ok(first), Ok(second)] = &[0, 1].map(|k| run_of(wanted[k], nodes[k])) else {
+            return (promised, [0.0, f64::INFINITY]);
+        };
         let mut origin = vec![0.0; q.len()];
-        for a in geometry.ignorable() {
-            origin[a] = q[a];
-        }
-        let errors = errors(&promised, points, [(first, nodes[0]), (second, nodes[1])], &origin, &sizes);
+        geometry.ignorable().for_each(|a| origin[a] = q[a]);
+        let errors = promised.errors([first, second], &origin, sizes, geometry.active().len());
         (promised, errors)
     });
     Some((accuracy, result, what))

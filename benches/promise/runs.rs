@@ -1,139 +1,105 @@
 //! Runs to an accuracy, and their errors beside references.
 
-use geodesic_ivp::engine::{Accuracy, Engine, Failure};
+use geodesic_ivp::engine::{Accuracy, Dense, Engine, Failure};
 use geodesic_ivp::geometry::{Geometry, Start};
-use geodesic_ivp::sbp::SbpOperator;
 
 /// A run of more windows is given up.
 const MOST_WINDOWS: usize = 400_000;
 
-/// A finished run: γ of the nodes of every window, and all coordinates there.
+/// A finished run.
+#[derive(Default)]
 pub(crate) struct Run {
-    windows: Vec<(f64, f64)>,
-    /// By windows, coordinates and nodes.
+    /// γ, length and motion of every window.
+    windows: Vec<(f64, f64, Dense)>,
+    /// The places of nodes in a window, and all coordinates there, by windows, coordinates and nodes.
+    fractions: Vec<f64>,
     values: Vec<f64>,
     pub(crate) restarts: usize,
     /// The error that it expects.
     pub(crate) estimate: f64,
 }
 
-/// Runs to an accuracy; otherwise the reason of the refusal.
-pub(crate) fn run(
-    geometry: &Geometry,
-    start: &Start,
-    length: f64,
-    wanted: Accuracy,
-    points: usize,
-) -> Result<Run, String> {
-    let refused = |failure: Failure| format!("{failure:?}").split('(').next().unwrap_or_default().to_owned();
-    let mut engine = Engine::accurate(geometry, start, length, wanted, points).map_err(|_| "NoStart".to_owned())?;
-    let mut run = Run { windows: Vec::new(), values: Vec::new(), restarts: 0, estimate: 0.0 };
-    loop {
-        match engine.next() {
-            Ok(Some(mut window)) => {
-                run.windows.push((window.gamma, window.length));
-                let origin = window.start().positions();
-                let nodes = window.nodes();
-                for (a, &origin) in origin.iter().enumerate() {
-                    let origin = if geometry.active().contains(&a) { 0.0 } else { origin };
-                    run.values.extend(nodes.q(a).iter().map(|q| origin + q));
+impl Run {
+    /// Runs to an accuracy; otherwise the reason of the refusal.
+    pub(crate) fn new(
+        geometry: &Geometry,
+        start: &Start,
+        length: f64,
+        wanted: Accuracy,
+        points: usize,
+    ) -> Result<Self, String> {
+        let mut engine = Engine::accurate(geometry, start, length, wanted, points).map_err(|_| "NoStart".to_owned())?;
+        let mut run = Self::default();
+        loop {
+            match engine.next() {
+                Ok(Some(mut window)) => {
+                    run.windows.push((window.gamma, window.length, window.dense()));
+                    let origin = window.start().positions();
+                    let nodes = window.nodes();
+                    run.fractions = nodes.fractions().to_vec();
+                    for (a, &origin) in origin.iter().enumerate() {
+                        let origin = if geometry.active().contains(&a) { 0.0 } else { origin };
+                        run.values.extend(nodes.q(a).iter().map(|q| origin + q));
+                    }
                 }
+                Ok(None) => break,
+                Err(Failure::BeginAgain) => {
+                    engine.begin_again();
+                    run.windows.clear();
+                    run.values.clear();
+                    run.restarts += 1;
+                }
+                Err(failure) => return Err(format!("{failure:?}").split('(').next().unwrap_or_default().to_owned()),
             }
-            Ok(None) => break,
-            Err(Failure::BeginAgain) => {
-                engine.begin_again();
-                run.windows.clear();
-                run.values.clear();
-                run.restarts += 1;
-            }
-            Err(failure) => return Err(refused(failure)),
-        }
-        if run.windows.len() > MOST_WINDOWS {
-            return Err("TooLong".to_owned());
-        }
-    }
-    // Such a run is doubtful, and promises nothing.
-    if engine.unproved() > 0 {
-        return Err("Unproved".to_owned());
-    }
-    run.estimate = engine.error_estimate().unwrap_or(0.0);
-    Ok(run)
-}
-
-/// Gauss–Lobatto nodes on [0, 1], and their barycentric weights.
-fn lobatto(n: usize) -> (Vec<f64>, Vec<f64>) {
-    let operator = SbpOperator::<f64>::gauss_lobatto(n, 1.0);
-    let nodes: Vec<f64> = (0..n).map(|k| operator.node(k)).collect();
-    let weight = |i: usize| (0..n).filter(|&j| j != i).map(|j| 0.25 / (nodes[i] - nodes[j])).product();
-    let weights = (0..n).map(weight).collect();
-    (nodes, weights)
-}
-
-/// The coordinates of a run at γ, which must not decrease from call to call.
-struct Interpolation<'r> {
-    run: &'r Run,
-    nodes: Vec<f64>,
-    weights: Vec<f64>,
-    window: usize,
-}
-
-impl<'r> Interpolation<'r> {
-    fn new(run: &'r Run, points: usize) -> Self {
-        let (nodes, weights) = lobatto(points);
-        Self { run, nodes, weights, window: 0 }
-    }
-
-    fn at(&mut self, gamma: f64, values: &mut [f64]) {
-        let windows = &self.run.windows;
-        while self.window + 1 < windows.len() && gamma > windows[self.window + 1].0 {
-            self.window += 1;
-        }
-        let (n, (start, h)) = (self.nodes.len(), windows[self.window]);
-        let c = (gamma - start) / h;
-        for (a, value) in values.iter_mut().enumerate() {
-            let own = &self.run.values[(self.window * self.run.values.len() / windows.len()) + a * n..][..n];
-            let (mut above, mut below) = (0.0, 0.0);
-            for i in 0..n {
-                // The first value is taken out, so that rounding is that of the differences.
-                let part = self.weights[i] / (c - self.nodes[i]);
-                above += part * (own[i] - own[0]);
-                below += part;
-            }
-            *value = own[0] + above / below;
-            if let Some(i) = self.nodes.iter().position(|&node| node == c) {
-                *value = own[i];
+            if run.windows.len() > MOST_WINDOWS {
+                return Err("TooLong".to_owned());
             }
         }
+        // Such a run is doubtful, and promises nothing.
+        if engine.unproved() > 0 {
+            return Err("Unproved".to_owned());
+        }
+        run.estimate = engine.error_estimate().unwrap_or(0.0);
+        Ok(run)
     }
-}
 
-/// The largest differences of a run from the reference, and of the two references there, relative to sizes so far.
-pub(crate) fn errors(
-    run: &Run,
-    points: usize,
-    references: [(&Run, usize); 2],
-    origin: &[f64],
-    sizes: &[f64],
-) -> [f64; 2] {
-    let (nodes, _) = lobatto(points);
-    let n = origin.len();
-    let [mut first, mut second] = references.map(|(reference, points)| Interpolation::new(reference, points));
-    let (mut one, mut two, mut sizes) = (vec![0.0; n], vec![0.0; n], sizes.to_vec());
-    let (mut error, mut doubt) = (0.0_f64, 0.0_f64);
-    for (window, &(gamma, h)) in run.windows.iter().enumerate() {
-        for (i, c) in nodes.iter().enumerate() {
-            first.at(gamma + h * c, &mut one);
-            second.at(gamma + h * c, &mut two);
-            for a in 0..n {
-                if sizes[a] > 0.0 {
-                    sizes[a] = sizes[a].max((one[a] - origin[a]).abs());
-                    error = error.max((run.values[(window * n + a) * points + i] - one[a]).abs() / sizes[a]);
-                    doubt = doubt.max((two[a] - one[a]).abs() / sizes[a]);
+    /// The largest differences from the first reference, and of the two references there, relative to sizes, which grow
+    /// with the ways from `origin`.
+    pub(crate) fn errors(
+        &self,
+        references: [&Self; 2],
+        origin: &[f64],
+        mut sizes: Vec<f64>,
+        momenta: usize,
+    ) -> [f64; 2] {
+        let (n, points, mut places) = (origin.len(), self.fractions.len(), [0; 2]);
+        let (mut error, mut doubt) = (0.0_f64, 0.0_f64);
+        for ((gamma, h, _), values) in self.windows.iter().zip(self.values.chunks(n * points)) {
+            for (i, c) in self.fractions.iter().enumerate() {
+                let gamma = gamma + h * c;
+                let [one, two] = [0, 1].map(|k| references[k].at(gamma, &mut places[k], n, momenta));
+                for a in 0..n {
+                    if sizes[a] > 0.0 {
+                        sizes[a] = sizes[a].max((one[a] - origin[a]).abs());
+                        error = error.max((values[a * points + i] - one[a]).abs() / sizes[a]);
+                        doubt = doubt.max((two[a] - one[a]).abs() / sizes[a]);
+                    }
                 }
             }
         }
+        [error, doubt]
     }
-    [error, doubt]
+
+    /// The coordinates at γ, in the window at `place` or one behind it.
+    fn at(&self, gamma: f64, place: &mut usize, coordinates: usize, momenta: usize) -> Vec<f64> {
+        while self.windows.get(*place + 1).is_some_and(|next| gamma > next.0) {
+            *place += 1;
+        }
+        let (start, h, dense) = &self.windows[*place];
+        let (mut q, mut p) = (vec![0.0; coordinates], vec![0.0; momenta]);
+        dense.at((gamma - start) / h, &mut q, &mut p);
+        q
+    }
 }
 
 /// T, the time in which a small error changes, or the length of the run if that is shorter, and the sizes of

@@ -13,10 +13,11 @@ fn names(names: &[&str]) -> Vec<String> {
     names.iter().map(|&name| name.to_owned()).collect()
 }
 
-fn potential(expression: String, dimension: usize) -> PotentialText {
+/// Newton's law in a potential.
+fn potential(expression: impl Into<String>, dimension: usize) -> PotentialText {
     PotentialText {
         coordinates: names(&NAMES[..dimension]),
-        expression,
+        expression: expression.into(),
         mass: "1".to_owned(),
         masses: vec!["1".to_owned(); dimension],
         c: "1".to_owned(),
@@ -25,13 +26,21 @@ fn potential(expression: String, dimension: usize) -> PotentialText {
     }
 }
 
-/// Newton's law.
-fn newton(text: PotentialText, x: &[f64], v: &[f64]) -> Scene {
+fn at(text: PotentialText, x: &[f64], v: &[f64]) -> Scene {
     (GeometryText::Potential(text), [&[0.0], x, &[0.0]].concat(), [&[1.0], v, &[0.0]].concat())
 }
 
-fn plain(expression: String, x: &[f64], v: &[f64]) -> Scene {
-    newton(potential(expression, x.len()), x, v)
+/// A start somewhere around the origin.
+fn around(draw: &mut Random, text: PotentialText, [place, velocity]: [f64; 2]) -> Scene {
+    let n = text.coordinates.len();
+    let (x, v) = (vector(draw, n, place), vector(draw, n, velocity));
+    at(text, &x, &v)
+}
+
+/// A potential with a term for each coordinate and the next one.
+fn terms(draw: &mut Random, n: usize, sizes: [f64; 2], term: fn(&mut Random, &str, &str) -> String) -> Scene {
+    let terms: Vec<String> = (0..n).map(|k| term(draw, NAMES[k], NAMES[(k + 1) % n])).collect();
+    around(draw, potential(terms.join(" + "), n), sizes)
 }
 
 fn metric(coordinates: &[&str], components: &[(usize, usize, String)], q: &[f64], v: &[f64]) -> Scene {
@@ -48,25 +57,19 @@ fn vector(draw: &mut Random, dimension: usize, size: f64) -> Vec<f64> {
 }
 
 fn polynomial(draw: &mut Random, n: usize) -> Scene {
-    let mut terms = Vec::new();
-    for (k, x) in NAMES[..n].iter().enumerate() {
-        terms.push(format!("{}*{x}^2 + {}*{x}^4", draw.between(0.3, 1.5), draw.between(0.05, 0.5)));
-        let other = NAMES[(k + 1) % n];
-        terms.push(format!("{}*{x}^2*{other} + {}*{x}^2*{other}^2", draw.between(-0.2, 0.2), draw.between(0.0, 0.3)));
-    }
-    let (x, v) = (vector(draw, n, 0.8), vector(draw, n, 0.8));
-    plain(terms.join(" + "), &x, &v)
+    terms(draw, n, [0.8, 0.8], |draw, x, other| {
+        let (own, quartic) = (draw.between(0.3, 1.5), draw.between(0.05, 0.5));
+        let (skew, coupling) = (draw.between(-0.2, 0.2), draw.between(0.0, 0.3));
+        format!("{own}*{x}^2 + {quartic}*{x}^4 + {skew}*{x}^2*{other} + {coupling}*{x}^2*{other}^2")
+    })
 }
 
 fn trigonometric(draw: &mut Random, n: usize) -> Scene {
-    let mut terms = Vec::new();
-    for (k, x) in NAMES[..n].iter().enumerate() {
-        terms.push(format!("{}*cos({x} + {})", draw.between(0.3, 1.5), draw.between(0.0, 6.0)));
-        let other = NAMES[(k + 1) % n];
-        terms.push(format!("{}*sin({x} - {}*{other})", draw.between(0.0, 0.5), draw.between(0.5, 1.5)));
-    }
-    let (x, v) = (vector(draw, n, 2.0), vector(draw, n, 1.5));
-    plain(terms.join(" + "), &x, &v)
+    terms(draw, n, [2.0, 1.5], |draw, x, other| {
+        let (own, phase) = (draw.between(0.3, 1.5), draw.between(0.0, 6.0));
+        let (coupling, ratio) = (draw.between(0.0, 0.5), draw.between(0.5, 1.5));
+        format!("{own}*cos({x} + {phase}) + {coupling}*sin({x} - {ratio}*{other})")
+    })
 }
 
 fn kepler(draw: &mut Random) -> Scene {
@@ -74,14 +77,13 @@ fn kepler(draw: &mut Random) -> Scene {
     let (r, sign) = if draw.sign() < 0.0 { (1.0 - e, 1.0) } else { (1.0 + e, -1.0) };
     let v = ((1.0 + sign * e) / r).sqrt();
     let (s, c) = angle.sin_cos();
-    plain("-1/sqrt(x^2 + y^2)".into(), &[r * c, r * s], &[-v * s, v * c])
+    at(potential("-1/sqrt(x^2 + y^2)", 2), &[r * c, r * s], &[-v * s, v * c])
 }
 
 fn radial(draw: &mut Random) -> Scene {
     let e = draw.between(0.0, 0.95);
     let r = if draw.sign() < 0.0 { 1.0 - e } else { 1.0 + e };
-    let square = 1.0 - e * e;
-    plain(format!("{square}/(2*x^2) - 1/x"), &[r], &[0.0])
+    at(potential(format!("{}/(2*x^2) - 1/x", 1.0 - e * e), 1), &[r], &[0.0])
 }
 
 fn kerr(draw: &mut Random) -> Scene {
@@ -113,8 +115,7 @@ fn magnetic(draw: &mut Random) -> Scene {
     let mut text = potential(format!("(x^2 + y^2)/2 + {}*x^2*y^2", draw.between(0.0, 0.5)), 2);
     let b = draw.between(0.2, 3.0);
     text.one_form = vec![(0, format!("-{b}*y/2")), (1, format!("{b}*x/2*(1 + x^2/9)"))];
-    let (x, v) = (vector(draw, 2, 0.8), vector(draw, 2, 0.8));
-    newton(text, &x, &v)
+    around(draw, text, [0.8, 0.8])
 }
 
 fn conformal(draw: &mut Random) -> Scene {
@@ -140,21 +141,21 @@ fn sphere(draw: &mut Random) -> Scene {
 fn scattering(draw: &mut Random) -> Scene {
     let bump = format!("{}*exp(-(x^2 + y^2)) + y^2/50 + x^2/50", draw.between(0.3, 3.0));
     let (x, v) = ([-draw.between(2.0, 6.0), draw.between(-1.0, 1.0)], [draw.between(0.5, 2.0), 0.0]);
-    plain(bump, &x, &v)
+    at(potential(bump, 2), &x, &v)
 }
 
 fn friction(draw: &mut Random) -> Scene {
-    let mut text = potential("(x^2 + y^2)/2 + x^2*y^2/4".into(), 2);
+    let mut text = potential("(x^2 + y^2)/2 + x^2*y^2/4", 2);
     let rate = draw.scale(1e-3, 0.3);
     text.force = vec![(0, format!("-{rate}*x_dot")), (1, format!("-{rate}*y_dot"))];
-    let (x, v) = (vector(draw, 2, 1.0), vector(draw, 2, 1.0));
-    newton(text, &x, &v)
+    around(draw, text, [1.0, 1.0])
 }
 
 fn kink(draw: &mut Random) -> Scene {
     let (a, e) = (draw.between(0.3, 1.5), draw.scale(1e-3, 0.1));
     let (x, v) = (vector(draw, 2, 1.0), vector(draw, 2, 0.5));
-    plain(format!("{a}*sqrt(x^2 + {}) + y^2/2 + {}*x^2*y", e * e, draw.between(-0.2, 0.2)), &x, &v)
+    let b = draw.between(-0.2, 0.2);
+    at(potential(format!("{a}*sqrt(x^2 + {}) + y^2/2 + {b}*x^2*y", e * e), 2), &x, &v)
 }
 
 /// The wall is so narrow that it may lie between two nodes.
@@ -165,8 +166,7 @@ fn narrow_kink(draw: &mut Random) -> Scene {
         1 => format!("sqrt(x^2 + {})", e * e),
         _ => format!("atan((x - y/10)/{e})"),
     };
-    let (x, v) = (vector(draw, 2, 1.0), vector(draw, 2, 0.5));
-    plain(format!("{a}*{wall} + y^2/2 + {b}*x^2*y"), &x, &v)
+    around(draw, potential(format!("{a}*{wall} + y^2/2 + {b}*x^2*y"), 2), [1.0, 0.5])
 }
 
 /// Three hills with flat tops and steep sides, far behind which exp overflows.
@@ -176,8 +176,7 @@ fn disks(draw: &mut Random) -> Scene {
         let (b, a) = (turn + k as f64 * std::f64::consts::TAU / 3.0).sin_cos();
         format!("{h}/(1 + exp((sqrt((x - ({a}))^2 + (y - ({b}))^2) - 0.4)/{w}))")
     };
-    let (x, v) = (vector(draw, 2, 0.1), vector(draw, 2, 0.9));
-    plain([disk(0), disk(1), disk(2)].join(" + "), &x, &v)
+    around(draw, potential([0, 1, 2].map(disk).join(" + "), 2), [0.1, 0.9])
 }
 
 /// A narrow valley.
@@ -185,7 +184,8 @@ fn stiff(draw: &mut Random) -> Scene {
     let (k, a, b) = (draw.scale(1e2, 1e5), draw.between(-0.5, 0.5), draw.between(-0.5, 0.5));
     let (x, v) = (vector(draw, 1, 1.0)[0], draw.between(-1.0, 1.0));
     let valley = a * x * x + b * x.sin();
-    plain(format!("{}*(y - {a}*x^2 - {b}*sin(x))^2 + x^2/2", k * k / 2.0), &[x, valley + 0.1 / k], &[v, 0.0])
+    let text = potential(format!("{}*(y - {a}*x^2 - {b}*sin(x))^2 + x^2/2", k * k / 2.0), 2);
+    at(text, &[x, valley + 0.1 / k], &[v, 0.0])
 }
 
 /// A straight line that passes the origin of polar coordinates closely.
@@ -196,7 +196,7 @@ fn polar(draw: &mut Random) -> Scene {
 }
 
 fn quartic(draw: &mut Random) -> Scene {
-    let mut text = potential("x^4/2".into(), 1);
+    let mut text = potential("x^4/2", 1);
     text.law = Law::Relativistic;
     let (x, v) = (draw.between(0.3, 1.2), draw.between(-0.5, 0.5));
     (GeometryText::Potential(text), vec![0.0, x], vec![1.0, v])
@@ -204,12 +204,7 @@ fn quartic(draw: &mut Random) -> Scene {
 
 fn one(draw: &mut Random, formula: &str, x: [f64; 2], v: f64) -> Scene {
     let x = draw.between(x[0], x[1]);
-    plain(formula.to_owned(), &[x], &[draw.between(-v, v)])
-}
-
-fn two(draw: &mut Random, formula: &str, [place, velocity]: [f64; 2]) -> Scene {
-    let (x, v) = (vector(draw, 2, place), vector(draw, 2, velocity));
-    plain(formula.to_owned(), &x, &v)
+    at(potential(formula, 1), &[x], &[draw.between(-v, v)])
 }
 
 /// A family of scenes, and what draws one of them.
@@ -225,7 +220,7 @@ pub(crate) const FAMILIES: [Family; 28] = [
     ("trigonometric 3", |draw| trigonometric(draw, 3)),
     ("kepler", kepler),
     ("radial kepler", radial),
-    ("henon-heiles", |draw| two(draw, "(x^2 + y^2)/2 + x^2*y - y^3/3", [0.3, 0.25])),
+    ("henon-heiles", |draw| around(draw, potential("(x^2 + y^2)/2 + x^2*y - y^3/3", 2), [0.3, 0.25])),
     ("pendulum", |draw| one(draw, "1 - cos(x)", [-2.0, 2.0], 2.5)),
     ("double well", |draw| one(draw, "x^4/4 - x^2/2", [-1.3, 1.3], 0.8)),
     ("quartic", quartic),
@@ -250,5 +245,5 @@ pub(crate) const FAMILIES: [Family; 28] = [
     ("disks", disks),
     ("stiff", stiff),
     ("polar", polar),
-    ("chaos", |draw| two(draw, "x^2*y^2 + (x^4 + y^4)/20", [1.2, 1.0])),
+    ("chaos", |draw| around(draw, potential("x^2*y^2 + (x^4 + y^4)/20", 2), [1.2, 1.0])),
 ];

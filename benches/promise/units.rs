@@ -13,36 +13,31 @@ pub(crate) fn in_units((text, mut q, mut v): Scene, draw: &mut Random) -> Scene 
     let mut unit = || draw.scale(1.0 / LARGEST, LARGEST);
     let names = text.coordinates();
     let (text, units) = match text {
-        GeometryText::Potential(mut potential) => {
+        GeometryText::Potential(mut text) => {
             let (length, energy) = (unit(), unit());
-            let units: Vec<f64> = names
-                .iter()
-                .map(|name| match name.as_str() {
-                    "t" => 1.0,
-                    "s" => energy,
-                    _ => length,
-                })
-                .collect();
-            let new = |text: &str, unit: f64| format!("({})*{unit:e}", in_place(text, &names, &units));
-            potential.expression = new(&potential.expression, energy);
-            potential.mass = new(&potential.mass, energy);
-            potential.masses.iter_mut().for_each(|mass| *mass = new(mass, energy / (length * length)));
-            potential.definitions.iter_mut().for_each(|(_, text)| *text = new(text, 1.0));
-            potential.one_form.iter_mut().for_each(|(_, text)| *text = new(text, energy / length));
-            potential.force.iter_mut().for_each(|(_, text)| *text = new(text, energy / length));
-            (GeometryText::Potential(potential), units)
+            let of_name = |name: &String| match name.as_str() {
+                "t" => 1.0,
+                "s" => energy,
+                _ => length,
+            };
+            let units: Vec<f64> = names.iter().map(of_name).collect();
+            let scale = |text: &mut String, unit: f64| *text = scaled(text, unit, &names, &units);
+            scale(&mut text.expression, energy);
+            scale(&mut text.mass, energy);
+            text.masses.iter_mut().for_each(|mass| scale(mass, energy / (length * length)));
+            text.definitions.iter_mut().for_each(|(_, text)| scale(text, 1.0));
+            text.one_form.iter_mut().chain(&mut text.force).for_each(|(_, text)| scale(text, energy / length));
+            (GeometryText::Potential(text), units)
         }
-        GeometryText::Metric(mut metric) => {
+        GeometryText::Metric(mut text) => {
             let units: Vec<f64> = names.iter().map(|_| unit()).collect();
             let of_k = unit();
-            let new = |text: &str, unit: f64| format!("({})*{unit:e}", in_place(text, &names, &units));
-            let of = |a: usize| of_k / units[a];
-            metric.components.iter_mut().for_each(|([a, b], text)| *text = new(text, of(*a) / units[*b]));
-            metric.definitions.iter_mut().for_each(|(_, text)| *text = new(text, 1.0));
-            metric.one_form.iter_mut().for_each(|(a, text)| *text = new(text, of(*a)));
-            metric.force.iter_mut().for_each(|(a, text)| *text = new(text, of(*a)));
-            metric.conformal.iter_mut().for_each(|text| *text = new(text, 1.0));
-            (GeometryText::Metric(metric), units)
+            let scale = |text: &mut String, unit: f64| *text = scaled(text, unit, &names, &units);
+            text.components.iter_mut().for_each(|([a, b], text)| scale(text, of_k / units[*a] / units[*b]));
+            text.definitions.iter_mut().for_each(|(_, text)| scale(text, 1.0));
+            text.one_form.iter_mut().chain(&mut text.force).for_each(|(a, text)| scale(text, of_k / units[*a]));
+            text.conformal.iter_mut().for_each(|text| scale(text, 1.0));
+            (GeometryText::Metric(text), units)
         }
     };
     for row in [&mut q, &mut v] {
@@ -51,8 +46,8 @@ pub(crate) fn in_units((text, mut q, mut v): Scene, draw: &mut Random) -> Scene 
     (text, q, v)
 }
 
-/// The formula with every coordinate, and its velocity, over its unit.
-fn in_place(text: &str, names: &[String], units: &[f64]) -> String {
+/// The formula times a unit, with every coordinate, and its velocity, over its own.
+fn scaled(text: &str, unit: f64, names: &[String], units: &[f64]) -> String {
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let mut formula = String::new();
     let mut rest = text;
@@ -69,5 +64,5 @@ fn in_place(text: &str, names: &[String], units: &[f64]) -> String {
         }
         rest = others;
     }
-    formula
+    format!("({formula})*{unit:e}")
 }

@@ -1,17 +1,17 @@
 //! Random scenes and their judges. They are those of the bench `verdict`, which counts over thousands of scenes what
 //! the tests here look at over some dozens.
 
-#[path = "../../benches/trust/draw.rs"]
+#[path = "../../benches/verdict/draw.rs"]
 pub(crate) mod draw;
-#[path = "../../benches/trust/judged.rs"]
+#[path = "../../benches/verdict/judged.rs"]
 pub(crate) mod judged;
-#[path = "../../benches/trust/random.rs"]
+#[path = "../../benches/verdict/random.rs"]
 #[allow(dead_code, reason = "tests have no arguments")]
 pub(crate) mod random;
-#[path = "../../benches/trust/several.rs"]
+#[path = "../../benches/verdict/several.rs"]
 pub(crate) mod several;
-#[path = "../../benches/trust/tally.rs"]
+#[path = "../../benches/verdict/tally.rs"]
 #[allow(dead_code, reason = "only the counts are looked at here")]
 pub(crate) mod tally;
-#[path = "../../benches/trust/truth.rs"]
+#[path = "../../benches/verdict/truth.rs"]
 pub(crate) mod truth;

@@ -15,18 +15,12 @@
 //! a node or half way between two; the exit code is 1 if there is one. With `accuracy` all runs are to an accuracy,
 //! between 1e-12 and 1e-4.
 
-#[path = "trust/draw.rs"]
 mod draw;
-#[path = "trust/judged.rs"]
 mod judged;
-#[path = "trust/random.rs"]
 #[allow(dead_code, reason = "the other bench draws signs")]
 mod random;
-#[path = "trust/several.rs"]
 mod several;
-#[path = "trust/tally.rs"]
 mod tally;
-#[path = "trust/truth.rs"]
 mod truth;
 
 use std::collections::BTreeMap;
