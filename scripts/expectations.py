@@ -608,11 +608,14 @@ def check(path, write):
     # Numbers as they are written.
     case, expect = (tomllib.loads(part, parse_float=str) for part in (head, tail))
     status, regularised = expect.get("status", "converged"), case.get("scheme", {}).get("regularised", True)
-    if re.search(r"\b(sign|step|min|max)\(", head):
-        print(f"{path.stem:22} skipped: a kink; its numbers are those of the solution that the file names")
-        return True
-    if status != "converged" or not regularised:
-        print(f"{path.stem:22} skipped: {f'status {status} expected' if regularised else 'action not regularised'}")
+    reasons = {
+        "a kink; its numbers are those of the solution that the file names": re.search(r"\b(sign|step|min|max)\(", head),
+        "a function that is a table": "tables" in case,
+        f"status {status} expected": status != "converged",
+        "action not regularised": not regularised,
+    }
+    if reason := next((reason for reason, is_one in reasons.items() if is_one), None):
+        print(f"{path.stem:22} skipped: {reason}")
         return True
     try:
         position, gamma = solve(case)
