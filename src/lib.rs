@@ -6,52 +6,29 @@
 //! # The method
 //!
 //! A point mass m in a potential V(x) is a free particle in the space-time with the metric diag(g00(x), −1),
-//! g00 = c² + 2V(x)/m. Its world-line (t(γ), x(γ)) makes the action
-//!
-//! ```text
-//! E_BVP = ∫ ½ ( g00(x) ṫ² − ẋ² ) dγ ,      ˙ = d/dγ
-//! ```
-//!
-//! stationary, with the constants of motion
+//! g00 = c² + 2V(x)/m. Its world-line (t(γ), x(γ)) makes the action ∫ ½ (g00(x) ṫ² − ẋ²) dγ stationary, where ˙ is
+//! d/dγ, and has the constants of motion
 //!
 //! ```text
 //! Q_t = g00(x) ṫ        (time translation)          K = g00(x) ṫ² − ẋ²        (length of the tangent).
 //! ```
 //!
-//! Only γ is discretised; t stays a continuous variable, and the symmetry under t → t + const survives. D is a
-//! summation-by-parts operator that approximates d/dγ on N nodes, H is the diagonal matrix of its quadrature weights,
-//! and D̄x = Dx + H⁻¹E_0(x − x_i) is the regularised form of D, where E_0 is zero but for a 1 at the first node. ∘ is
-//! the product node by node. The world-line is doubled into a forward branch 1 and a backward branch 2. The action
-//!
-//! ```text
-//! F(t, x) = ½{ (D̄t)ᵀ g00(x) H (D̄t) − (D̄x)ᵀ H (D̄x) }
-//! E_IVP   = F(t₁, x₁) − F(t₂, x₂) + Σ λ_j C_j(t₁, x₁, t₂, x₂)
-//! ```
-//!
-//! turns the boundary value problem into an initial value problem: four constraints C_j fix the start of branch 1, and
-//! four tie the branches together at the end. The critical point of E_IVP has t₁ = t₂ and x₁ = x₂. In this *physical
-//! limit* its equations are the first-order collocation system
+//! Only γ is discretised, by a summation-by-parts operator D on N nodes; t stays a continuous variable, and the
+//! symmetry under t → t + const survives. The world-line is doubled into a forward and a backward branch, which turns
+//! the boundary value problem into an initial value problem. At the critical point of the doubled action both are the
+//! same. In this *physical limit* its equations are the first-order collocation system
 //!
 //! ```text
 //! (Dt)_k = Q_t/g00(x_k),    (Dx)_k = w_k,    (Dw)_k = −½ g00′(x_k) (Q_t/g00(x_k))²,       k = 1 … N−1,
 //! ```
 //!
-//! so Q_t has its continuum value at every node but the last, and the multipliers say by how much the last node
-//! deviates.
+//! so Q_t has its continuum value at every node but the last, and Lagrange multipliers say by how much that deviates.
 //!
-//! That is the paper's *strong* form. Its outlook asks for a *weak* formulation without Lagrange multipliers; here it
-//! is `form = "weak"`. Boundary terms take the place of Σ λ_j C_j. With v = g00∘D̄t and w = D̄x,
-//!
-//! ```text
-//! E_weak = F(t₁, x₁) − F(t₂, x₂) − ½(v₁+v₂)[N] (t₁−t₂)[N] − ( ½(v₁+v₂)[1] − Q_t ) (t₁−t₂)[1]
-//!                                + ½(w₁+w₂)[N] (x₁−x₂)[N] + ( ½(w₁+w₂)[1] − ẋ_i ) (x₁−x₂)[1]
-//! ```
-//!
-//! Its physical limit is the same system with the invertible D̄ at *all* nodes: Q_t is exact at the last one too, the
-//! initial data are met up to the truncation error, and t_N and x_N have the order of the interior stencil.
-//!
-//! See [`solve`](crate::solve()) for the two ways to compute the critical point. Both are certified by the gradient of
-//! E_IVP itself.
+//! That is the paper's *strong* form. Its outlook asks for a *weak* one without multipliers: `form = "weak"` here. Its
+//! physical limit is the same system with an invertible D̄ at *all* nodes: Q_t is exact at the last one too, the
+//! initial data are met up to the truncation error, and t_N and x_N have the order of the interior stencil. [`action`]
+//! has both actions, and `docs/method.md` derives all of this. See [`solve`](crate::solve()) for the two ways to
+//! compute the critical point. Both are certified by the gradient of the doubled action itself.
 //!
 //! # Using the library
 //!
@@ -108,7 +85,7 @@
 //! | [`engine`] | a fast march over windows of weak spectral elements; what formulas do between two nodes |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`methods`] | other integrators to compare with |
-//! | [`action`] | E_IVP in both forms, its gradient and its sparse Hessian |
+//! | [`action`] | the doubled action E_IVP in both forms, its gradient and its sparse Hessian |
 //! | [`mod@solve`] | Newton on ∇E_IVP = 0; the physical limit; every way it can end; knows a setup, but no case |
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth, gaps between nodes; never calls a solver |
 //! | [`trajectory`] | values between the nodes, and events |

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use geodesic_ivp::case::{Case, End};
+use geodesic_ivp::case::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
 use geodesic_ivp::solve;
@@ -42,10 +42,8 @@ impl Judged {
     pub(crate) fn of(case: &Case) -> Self {
         let setup = case.setup::<f64>();
         // A scene is judged at equal γ.
-        let duration = match case.end::<f64>() {
-            End::Duration(duration) if case.is_of_x() => Some(duration),
-            _ => None,
-        };
+        let t_f = case.t_f::<f64>().filter(|_| case.is_of_x());
+        let duration = t_f.map(|t_f| t_f - case.value::<f64>(&case.initial().q[0]));
         let Ok(line): Result<WorldLine, _> = solve(&setup) else {
             return Self { verdict: Verdict::refused(), found: None, promised: f64::INFINITY };
         };

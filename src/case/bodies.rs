@@ -6,64 +6,58 @@
 use super::CaseError;
 use super::initial::{Initial, Rate, StartData, add_lift};
 use super::names::{self, Taken};
-use super::potential::named;
-use super::quantity::Quantity;
 use super::reader::{Field, Section};
-use super::scenery::Scenery;
+use super::scenery::{PARAMETER, Places, Scenery};
 use crate::geometry::{GeometryText, Law, Place, PotentialText, value_of};
 
 /// The mass of a body without mass, in units of the largest one: it moves nothing, and no digit shows it.
 const MASSLESS: &str = "1e-90";
-/// The names of a pair in its formula.
-const OF_PAIR: [&str; 3] = ["r", "m_1", "m_2"];
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A body as it is given.
 struct Body<'t> {
-    name: Field<'t>,
+    name: &'t str,
     mass: Field<'t>,
     position: Field<'t>,
-    velocity: Field<'t>,
+    /// Where its name stands.
+    field: Field<'t>,
 }
 
-/// The start of a coordinate of a body: where it stands in the text, and its value.
-pub(super) struct Component<'t> {
-    pub(super) position: (Quantity, Field<'t>),
-    pub(super) velocity: (Quantity, Field<'t>),
-}
+/// The start of a coordinate of a body: its position and its velocity, with their places in the text.
+pub(super) type Component<'t> = [(String, Field<'t>); 2];
 
 /// Reads the bodies and their potential.
 pub(super) fn read<'t>(field: &Field<'t>, mut pair: Section<'t>) -> Result<Scenery<'t>, CaseError> {
-    let bodies = field.tables()?.into_iter().map(body).collect::<Result<Vec<_>, _>>()?;
-    let formula = pair.take("formula");
-    let parameters = pair.section("parameters")?;
-    let formula = formula.ok_or_else(|| {
-        let help = "give the energy of a pair, for example [pair] formula = \"-m_1*m_2/r\"".to_owned();
+    let given = field.tables()?.into_iter().map(body).collect::<Result<Vec<_>, _>>()?;
+    let formula = pair.take("formula").ok_or_else(|| {
+        let help = "give the energy of a pair, for example [pair] formula = \"-m_1*m_2/r\"";
         pair.error("missing field `formula` of [pair]").with_help(help)
     })?;
-    let (mut start, mut given) = (Vec::new(), Vec::new());
-    for body in &bodies {
-        let components = components(body)?;
-        let (name, span) = (body.name.string()?, body.name.span());
-        given
-            .extend(["x", "y", "z"].iter().take(components.len()).map(|axis| (format!("{axis}_{name}"), span.clone())));
+    let (mut start, mut coordinates, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
+    for (body, velocity) in given {
+        let components = components(&body.position, &velocity)?;
+        let axes = AXES.iter().take(components.len());
+        coordinates.extend(axes.map(|axis| (format!("{axis}_{}", body.name), body.field.span.clone())));
         start.extend(components);
+        bodies.push(body);
     }
-    let coordinates = names::checked(field, given, &["t", "s"])?;
+    let length = |field: &Field<'_>| field.item.as_array().map(toml_edit::Array::len);
+    let coordinates = names::checked(field, coordinates, &["t", "s"])?;
     let dimension = coordinates.len() / bodies.len().max(1);
-    if let Some(other) = bodies.iter().find(|body| body.position.length() != Some(dimension)) {
-        let message = format!("'{}' must have {dimension} numbers, as those of the first body", other.position.path);
-        return Err(other.position.error(message));
+    if let Some(Body { position, .. }) = bodies.iter().find(|body| length(&body.position) != Some(dimension)) {
+        let message = format!("'{}' must have {dimension} numbers, as those of the first body", position.path);
+        return Err(position.error(message));
     }
     let mut taken = Taken::new(&[&["t".to_owned()], coordinates.as_slice()].concat());
-    let mut fields = Vec::new();
-    let parameters = named(&[parameters], ("a parameter", Place::Parameter), &mut taken, &mut fields)?;
-    if let Some((_, own)) = fields.iter().find(|(_, field)| OF_PAIR.contains(&field.key.as_str())) {
+    let (mut places, mut parameters) = (Places::default(), Vec::new());
+    places.keep_named(&pair.section("parameters")?, PARAMETER, &mut taken, &mut parameters)?;
+    if let Some((_, own)) = places.0.iter().find(|(_, field)| ["r", "m_1", "m_2"].contains(&field.key.as_str())) {
         let message = format!("'{}' has a meaning in the formula of a pair: its distance, or a mass", own.key);
-        return Err(own.key_error(message).with_help("choose another name".to_owned()));
+        return Err(own.key_error(message).with_help("choose another name"));
     }
     let masses = masses(field, &bodies, &parameters)?;
     let (expression, definitions) = energy(&formula, &bodies, &masses, &parameters, dimension)?;
-    fields.push((Place::Potential, formula.clone()));
+    places.0.push((Place::Potential, formula.clone()));
     let text = PotentialText {
         coordinates,
         expression,
@@ -75,33 +69,24 @@ pub(super) fn read<'t>(field: &Field<'t>, mut pair: Section<'t>) -> Result<Scene
         law: Law::Newtonian,
         ..PotentialText::default()
     };
-    Ok(Scenery {
-        text: GeometryText::Potential(text),
-        preset: None,
-        fields,
-        section: pair,
-        whole: Some(formula),
-        coefficients: None,
-        is_of_x: false,
-        bodies: bodies.iter().map(|body| body.name.string().unwrap_or_default().to_owned()).collect(),
-        start,
-    })
+    let bodies = bodies.iter().map(|body| body.name.to_owned()).collect();
+    Ok(Scenery { bodies, start, ..Scenery::new(GeometryText::Potential(text), places, pair, Some(formula)) })
 }
 
 /// The start of bodies, which their own tables have. Only the time is given here.
 pub(super) fn start<'t>(mut section: Section<'t>, bodies: &[Component<'t>]) -> Result<Initial<'t>, CaseError> {
     let time = section.take("t");
-    section.finish().map_err(|error| error.with_help("position and velocity are those of [[body]]".to_owned()))?;
-    let first = time.as_ref().map_or(Ok(Quantity::new("0")), Field::quantity)?;
-    let (mut positions, mut q) = (vec![first], vec![time]);
+    section.finish().map_err(|error| error.with_help("position and velocity are those of [[body]]"))?;
+    let zero = || "0".to_owned();
+    let (mut positions, mut q) = (vec![time.as_ref().map_or(Ok(zero()), Field::formula)?], vec![time]);
     let (mut rates, mut fields) = (vec![None], vec![None]);
-    for Component { position, velocity } in bodies {
-        positions.push(position.0.clone());
-        q.push(Some(position.1.clone()));
-        rates.push(Some(Rate::Velocity(velocity.0.clone())));
-        fields.push(Some(velocity.1.clone()));
+    for [position, velocity] in bodies.iter().cloned() {
+        positions.push(position.0);
+        q.push(Some(position.1));
+        rates.push(Some(Rate::Velocity(velocity.0)));
+        fields.push(Some(velocity.1));
     }
-    positions.push(Quantity::new("0"));
+    positions.push(zero());
     q.push(None);
     rates.push(None);
     fields.push(None);
@@ -111,49 +96,44 @@ pub(super) fn start<'t>(mut section: Section<'t>, bodies: &[Component<'t>]) -> R
     Ok(Initial { data, q, rates: fields, norm: None, solve: None, section, from: None })
 }
 
-fn body(mut section: Section<'_>) -> Result<Body<'_>, CaseError> {
+/// A body, and its velocity.
+fn body(mut section: Section<'_>) -> Result<(Body<'_>, Field<'_>), CaseError> {
     let fields = ["name", "mass", "position", "velocity"].map(|key| section.take(key).ok_or(key));
     section.finish()?;
     let missing = |key: &str| {
-        let help = "a body is { name = \"sun\", mass = 1.0, position = [0.0, 0.0], velocity = [0.0, 0.0] }".to_owned();
+        let help = "a body is { name = \"sun\", mass = 1.0, position = [0.0, 0.0], velocity = [0.0, 0.0] }";
         section.error(format!("missing field `{key}`")).with_help(help)
     };
-    let [name, mass, position, velocity] = fields.map(|field| field.map_err(missing));
-    Ok(Body { name: name?, mass: mass?, position: position?, velocity: velocity? })
+    let [field, mass, position, velocity] = fields.map(|field| field.map_err(missing));
+    let (field, mass, position, velocity) = (field?, mass?, position?, velocity?);
+    Ok((Body { name: field.string()?, mass, position, field }, velocity))
 }
 
-fn components<'t>(Body { position, velocity, .. }: &Body<'t>) -> Result<Vec<Component<'t>>, CaseError> {
-    let [places, speeds] = [position.quantities()?, velocity.quantities()?];
+fn components<'t>(position: &Field<'t>, velocity: &Field<'t>) -> Result<Vec<Component<'t>>, CaseError> {
+    let [places, speeds] = [position.formulas()?, velocity.formulas()?];
     if !(2..=3).contains(&places.len()) || speeds.len() != places.len() {
         let message = format!("position and velocity must have two or three numbers each, found {}", speeds.len());
         return Err(if speeds.len() == places.len() { position } else { velocity }.error(message));
     }
     let components = places.into_iter().zip(speeds);
-    let of = |(place, speed)| Component { position: (place, position.clone()), velocity: (speed, velocity.clone()) };
-    Ok(components.map(of).collect())
+    Ok(components.map(|(place, speed)| [(place, position.clone()), (speed, velocity.clone())]).collect())
 }
 
 /// The masses as formulas.
 fn masses(field: &Field<'_>, bodies: &[Body<'_>], parameters: &[(String, String)]) -> Result<Vec<String>, CaseError> {
-    let texts = bodies.iter().map(|body| body.mass.formula()).collect::<Result<Vec<String>, _>>()?;
-    let mut values = Vec::new();
-    for (body, text) in bodies.iter().zip(&texts) {
-        let value: f64 = value_of(text, parameters).map_err(|error| body.mass.error(format!("{error}")))?;
+    let mut masses = Vec::new();
+    for Body { mass, .. } in bodies {
+        let text = mass.formula()?;
+        let value: f64 = value_of(&text, parameters).map_err(|error| mass.error(format!("{error}")))?;
         if value < 0.0 {
-            return Err(body.mass.error(format!("a mass must not be negative, got {value}")));
+            return Err(mass.error(format!("a mass must not be negative, got {value}")));
         }
-        values.push(value);
+        masses.push((text, value));
     }
-    let largest = (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b])).filter(|&a| values[a] > 0.0);
-    let Some(largest) = largest else {
-        return Err(field.error("at least one body must have a mass"));
-    };
-    let massless = format!("{MASSLESS}*({})", texts[largest]);
-    Ok(texts
-        .iter()
-        .zip(values)
-        .map(|(text, value)| if value == 0.0 { massless.clone() } else { text.clone() })
-        .collect())
+    let largest = masses.iter().filter(|(_, value)| *value > 0.0).max_by(|a, b| a.1.total_cmp(&b.1));
+    let (largest, _) = largest.ok_or_else(|| field.error("at least one body must have a mass"))?;
+    let massless = format!("{MASSLESS}*({largest})");
+    Ok(masses.into_iter().map(|(text, value)| if value == 0.0 { massless.clone() } else { text }).collect())
 }
 
 /// The energy of all pairs, and their distances as definitions. Two bodies without mass do not see each other.
@@ -169,16 +149,16 @@ fn energy(
     if is_massless.contains(&true) {
         let of_one = substituted(text, &[("r", "1"), ("m_1", "0"), ("m_2", "1")]);
         if value_of::<f64>(&of_one, parameters).is_ok_and(|energy| energy != 0.0) {
-            let help = "give every body a mass, or a formula that both masses are factors of".to_owned();
+            let help = "give every body a mass, or a formula that both masses are factors of";
             return Err(formula.error("a body without mass needs an energy that is 0 for m_1 = 0").with_help(help));
         }
     }
     let (mut terms, mut distances) = (Vec::new(), Vec::new());
     for (j, second) in bodies.iter().enumerate() {
         for (i, first) in bodies[..j].iter().enumerate().filter(|(i, _)| !(is_massless[*i] && is_massless[j])) {
-            let [one, two] = [first.name.string()?, second.name.string()?];
+            let (one, two) = (first.name, second.name);
             let squares: Vec<String> =
-                ["x", "y", "z"].iter().take(dimension).map(|axis| format!("({axis}_{one} - {axis}_{two})^2")).collect();
+                AXES.iter().take(dimension).map(|axis| format!("({axis}_{one} - {axis}_{two})^2")).collect();
             let distance = format!("r_{one}_{two}");
             if parameters.iter().any(|(name, _)| *name == distance) {
                 return Err(formula.error(format!("the parameter '{distance}' has the name of a distance")));

@@ -2,9 +2,8 @@
 
 use toml_edit::{DocumentMut, InlineTable, Item, Value, value};
 
-use super::{Case, Quantity, Rate};
+use super::{Case, Rate};
 use crate::geometry::{GeometryText, Law};
-use crate::solve::Limit;
 
 impl Case {
     /// The case as it was written, with its overrides and with every default filled in. Reading that text gives the
@@ -80,13 +79,13 @@ impl Case {
             names.truncate(1);
         }
         for (name, q) in names.iter().zip(&self.initial.q) {
-            fill(initial, name, formula(q.text()));
+            fill(initial, name, formula(q));
         }
         for (name, rate) in names.iter().zip(&self.initial.rates).filter(|_| self.bodies.is_empty()) {
             let is_velocity = name == "x" && has(initial, "velocity");
             match rate {
-                Rate::Velocity(value) if !is_velocity => fill(initial, &format!("{name}_dot"), formula(value.text())),
-                Rate::Momentum(value) => fill(initial, &format!("p_{name}"), formula(value.text())),
+                Rate::Velocity(value) if !is_velocity => fill(initial, &format!("{name}_dot"), formula(value)),
+                Rate::Momentum(value) => fill(initial, &format!("p_{name}"), formula(value)),
                 // It follows from another one, or from what the case gives.
                 _ => {}
             }
@@ -95,10 +94,9 @@ impl Case {
 
     fn fill_grid(&self, root: &mut Item) {
         let grid = table(root, "grid");
-        let number = |number: &Quantity| formula(number.text());
-        fill(grid, "gamma_i", number(&self.grid.gamma_i));
-        if let (Limit::Length(_), Some(gamma_f)) = (self.limit::<f64>(), &self.grid.gamma_f) {
-            fill(grid, "gamma_f", number(gamma_f));
+        fill(grid, "gamma_i", formula(&self.grid.gamma_i));
+        if let (None, Some(gamma_f)) = (&self.grid.t_f, &self.grid.gamma_f) {
+            fill(grid, "gamma_f", formula(gamma_f));
         }
         if !self.solver.chooses_windows() {
             fill(grid, "n_gamma", self.grid.n_gamma as i64);

@@ -1,4 +1,4 @@
-//! One error type for everything that can be wrong with a case.
+//! The one error of everything that can be wrong with a case.
 
 use std::fmt;
 use std::ops::Range;
@@ -24,14 +24,18 @@ pub struct CaseError {
 impl CaseError {
     /// A mistake that has no place in the text, for example one that concerns the case as a whole.
     pub fn without_place(source_name: &str, message: String) -> Self {
-        Self {
-            source_name: source_name.into(),
-            text: "".into(),
-            span: None,
-            message,
-            help: None,
-            further: Box::default(),
-        }
+        let source_name = source_name.into();
+        Self { source_name, text: "".into(), span: None, message, help: None, further: Box::default() }
+    }
+
+    /// The same with what to do.
+    pub(super) fn with_help(self, help: impl Into<String>) -> Self {
+        Self { help: Some(help.into()), ..self }
+    }
+
+    /// The same with what to do, if that is known.
+    pub(super) fn with_hint(self, help: Option<String>) -> Self {
+        Self { help: help.or(self.help), ..self }
     }
 
     /// The first of some mistakes, with the others; `None` if there is none.

@@ -11,9 +11,8 @@ use crate::formula::similar::nearest;
 /// The dotted names of the keys that stand in the tables of a case file; what stands deeper belongs to a potential, and
 /// names of coordinates and of the case's own are not among them.
 fn known() -> impl Iterator<Item = &'static str> + Clone {
-    let of_scenes = SCENE_KEYS.iter().flat_map(|(names, _)| names.split(", "));
     let is_fixed = |name: &&str| !name.contains("NAME") && !["q", "q_dot", "p_q", "q_final"].contains(&last(name));
-    let keys = KEYS.iter().map(|key| key.name).chain(of_scenes).filter(is_fixed);
+    let keys = KEYS.iter().chain(SCENE_KEYS.iter()).flat_map(|key| key.name.split(", ")).filter(is_fixed);
     keys.chain(["events", "invariants", "plot"]).filter(|name| name.matches('.').count() < 2)
 }
 
@@ -39,105 +38,76 @@ pub(super) fn for_word(message: &str) -> Option<String> {
     nearest(word, quoted).map(|meant| format!("did you mean `{meant}`?"))
 }
 
-/// The required keys that a case lacks.
-pub(super) struct Missing<'a> {
-    /// The missing keys as (table, key); the table of a key at the top level is empty.
-    keys: Vec<(&'static str, &'static str)>,
-    /// The table of the first missing key.
-    item: Option<&'a Item>,
+/// The mistake of a case of the paper that lacks required keys, with its place and what to do; it names all of them.
+pub(super) fn missing(root: &Table, source: &Source) -> Option<CaseError> {
+    let table = |name: &str| root.get(name).and_then(Item::as_table_like);
+    let has = |name: &str, key: &str| table(name).is_some_and(|table| table.contains_key(key));
+    // As (table, key); the table of a key at the top level is empty.
+    let mut keys: Vec<(&str, &str)> = Vec::new();
+    let mut need = |name, key: &'static str, is_needed: bool| match table(name) {
+        _ if !is_needed => {}
+        None => keys.push(("", name)),
+        Some(table) if !key.is_empty() && !table.contains_key(key) => keys.push((name, key)),
+        Some(_) => {}
+    };
+    let is_begun = !has("initial", "from");
+    let lacks =
+        |others: &[&str]| is_begun && table("initial").is_some() && !others.iter().any(|other| has("initial", other));
+    let is_chosen = has("solver", "accuracy") || has("solver", "tolerance");
+    let sbp = table("scheme").and_then(|scheme| scheme.get("sbp")).and_then(Item::as_str);
+    need("potential", "", true);
+    need("initial", "x", is_begun);
+    need("initial", "t_dot", lacks(&["p_t", "solve"]));
+    need("initial", "x_dot", lacks(&["p_x", "velocity", "solve"]));
+    need("scheme", "sbp", !is_chosen);
+    // A spectral element has a fixed number of nodes.
+    need("grid", "n_gamma", !is_chosen && !sbp.is_some_and(|sbp| sbp.starts_with("GLL")));
+    let potential = table("potential");
+    let of_kinds =
+        [("linear", "alpha"), ("quartic", "kappa"), ("polynomial", "coefficients"), ("formula", "expression")];
+    keys.extend(of_kinds.iter().filter(|(kind, key)| {
+        let kind = potential.and_then(|potential| potential.get(kind)).and_then(Item::as_table_like);
+        kind.is_some_and(|kind| !kind.contains_key(key))
+    }));
+    let (first, _) = *keys.first()?;
+    let item = root.get(first).or_else(|| potential.and_then(|potential| potential.get(first)));
+    let message = match keys.as_slice() {
+        [("initial", "x_dot")] => "neither x_dot nor velocity is given".to_owned(),
+        [(_, key)] => format!("missing field `{key}`"),
+        keys => {
+            let dotted = keys.iter().map(|(table, key)| match *table {
+                "" => format!("`{key}`"),
+                kind if of_kinds.iter().any(|(other, _)| *other == kind) => format!("`potential.{kind}.{key}`"),
+                table => format!("`{table}.{key}`"),
+            });
+            format!("missing fields {}", dotted.collect::<Vec<_>>().join(", "))
+        }
+    };
+    Some(source.error(item.map_or(Some(0..0), Item::span), message, remedy(&keys)))
 }
 
-impl<'a> Missing<'a> {
-    /// Looks for all required keys; `None` if every one is there.
-    pub(super) fn in_case(root: &'a Table) -> Option<Self> {
-        let table = |name: &str| root.get(name).and_then(Item::as_table_like);
-        let has = |name: &str, key: &str| table(name).is_some_and(|table| table.contains_key(key));
-        let mut keys = Vec::new();
-        let mut need = |name: &'static str, wanted: &[&'static str]| match table(name) {
-            None => keys.push(("", name)),
-            Some(table) => keys.extend(wanted.iter().filter(|key| !table.contains_key(key)).map(|key| (name, *key))),
-        };
-        need("potential", &[]);
-        let is_continued = has("initial", "from");
-        if !is_continued {
-            need("initial", &["x"]);
-        }
-        for (rate, others) in [("t_dot", ["p_t", "solve"]), ("x_dot", ["p_x", "velocity"])] {
-            let is_given = others.iter().any(|other| has("initial", other)) || has("initial", "solve");
-            if table("initial").is_some() && !is_given && !is_continued {
-                need("initial", &[rate]);
-            }
-        }
-        if !has("solver", "accuracy") && !has("solver", "tolerance") {
-            need("scheme", &["sbp"]);
-            let sbp = table("scheme").and_then(|scheme| scheme.get("sbp")).and_then(Item::as_str);
-            // A spectral element has a fixed number of nodes.
-            if !sbp.is_some_and(|sbp| sbp.starts_with("GLL")) {
-                need("grid", &["n_gamma"]);
-            }
-        }
-        let potential = table("potential");
-        for (kind, key) in
-            [("linear", "alpha"), ("quartic", "kappa"), ("polynomial", "coefficients"), ("formula", "expression")]
-        {
-            let item = potential.and_then(|potential| potential.get(kind)).and_then(Item::as_table_like);
-            if item.is_some_and(|item| !item.contains_key(key)) {
-                keys.push((kind, key));
-            }
-        }
-        let (first, _) = *keys.first()?;
-        let item = root.get(first).or_else(|| potential.and_then(|potential| potential.get(first)));
-        Some(Self { keys, item })
-    }
-
-    /// The mistake, with its place and what to do.
-    pub(super) fn error(&self, source: &Source) -> CaseError {
-        source.error(self.item.map_or(Some(0..0), Item::span), self.message(), self.help())
-    }
-
-    /// The mistake in words.
-    fn message(&self) -> String {
-        match self.keys.as_slice() {
-            [("initial", "x_dot")] => "neither x_dot nor velocity is given".to_owned(),
-            [(_, key)] => format!("missing field `{key}`"),
-            keys => {
-                let dotted = keys.iter().map(|(table, key)| match *table {
-                    "" => format!("`{key}`"),
-                    kind if known().any(|key| key.strip_prefix("potential.") == Some(kind)) => {
-                        format!("`potential.{kind}.{key}`")
-                    }
-                    table => format!("`{table}.{key}`"),
-                });
-                format!("missing fields {}", dotted.collect::<Vec<_>>().join(", "))
-            }
-        }
-    }
-
-    /// The remedy.
-    fn help(&self) -> Option<String> {
-        let is_missing = |keys: &[(&str, &str)]| keys.iter().any(|key| self.keys.contains(key));
-        let helps = [
-            (is_missing(&[("", "potential")]), format!("[potential]: {POTENTIALS}")),
-            (
-                is_missing(&[("", "initial")]),
-                "[initial] needs x, t_dot (dt/dgamma) and either x_dot (dx/dgamma) or velocity (dx/dt)".to_owned(),
-            ),
-            (
-                is_missing(&[("initial", "t_dot")]),
-                "initial.t_dot is dt/dgamma at the start; with 1, gamma runs like time does there. Newton's law needs \
-                 none: particle.law = \"newtonian\""
-                    .to_owned(),
-            ),
-            (
-                is_missing(&[("initial", "x_dot")]),
-                "give exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)".to_owned(),
-            ),
-            (
-                is_missing(&[("", "scheme"), ("", "grid"), ("scheme", "sbp"), ("grid", "n_gamma")]),
-                "give scheme.sbp and grid.n_gamma, or solver.accuracy in place of both".to_owned(),
-            ),
-        ];
-        let needed: Vec<String> = helps.into_iter().filter(|(needed, _)| *needed).map(|(_, help)| help).collect();
-        (!needed.is_empty()).then(|| needed.join("\n"))
-    }
+/// What to do about missing keys.
+fn remedy(missing: &[(&str, &str)]) -> Option<String> {
+    let of_grid = "give scheme.sbp and grid.n_gamma, or solver.accuracy in place of both";
+    let helps: [(&[(&str, &str)], String); 5] = [
+        (&[("", "potential")], format!("[potential]: {POTENTIALS}")),
+        (
+            &[("", "initial")],
+            "[initial] needs x, t_dot (dt/dgamma) and either x_dot (dx/dgamma) or velocity (dx/dt)".to_owned(),
+        ),
+        (
+            &[("initial", "t_dot")],
+            "initial.t_dot is dt/dgamma at the start; with 1, gamma runs like time does there. Newton's law needs \
+             none: particle.law = \"newtonian\""
+                .to_owned(),
+        ),
+        (
+            &[("initial", "x_dot")],
+            "give exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)".to_owned(),
+        ),
+        (&[("", "scheme"), ("", "grid"), ("scheme", "sbp"), ("grid", "n_gamma")], of_grid.to_owned()),
+    ];
+    let needed = helps.into_iter().filter(|(keys, _)| keys.iter().any(|key| missing.contains(key)));
+    let needed: Vec<String> = needed.map(|(_, help)| help).collect();
+    (!needed.is_empty()).then(|| needed.join("\n"))
 }

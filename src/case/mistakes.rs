@@ -72,8 +72,8 @@ const KINDS: &[(&str, Check)] = &[
     ("solver.system", |field| field.word::<System>().map(drop)),
     ("solver.digits", |field| digits(field).map(drop)),
     ("solver.max_iterations", |field| at_least_one(field).map(drop)),
-    ("solver.accuracy", |field| chosen("accuracy", field).map(drop)),
-    ("solver.tolerance", |field| chosen("tolerance", field).map(drop)),
+    ("solver.accuracy", |field| chosen(field).map(drop)),
+    ("solver.tolerance", |field| chosen(field).map(drop)),
     ("solver.floor.*", FORMULA),
     ("solver.sensitivity", FLAG),
     ("expect.status", |field| field.word::<Status>().map(drop)),
@@ -146,7 +146,7 @@ fn names_of(mut root: Section<'_>) -> Option<Names> {
         (Some(metric), None) => {
             let mut metric = metric.section().ok()?;
             let start = match metric.take("preset") {
-                Some(preset) => Preset::from_name(preset.as_str()?)?.text().coordinates,
+                Some(preset) => Preset::from_name(preset.item.as_str()?)?.text().coordinates,
                 None => names::coordinates(&metric.take("coordinates")?, &[]).ok()?,
             };
             (start, metric.take("conformal"))
@@ -156,7 +156,7 @@ fn names_of(mut root: Section<'_>) -> Option<Names> {
             let is_given = KINDS_OF_POTENTIAL.iter().any(|kind| potential.take(kind).is_some());
             let force = force.or_else(|| potential.take("force")).filter(|_| !is_given);
             let law = root.section("particle").ok()?.take("law");
-            let is_newtonian = law.is_some_and(|law| law.as_str() == Some("newtonian"));
+            let is_newtonian = law.is_some_and(|law| law.item.as_str() == Some("newtonian"));
             let others: &[&str] = if is_newtonian { &["t", "s"] } else { &["t"] };
             let mut start = match (potential.take("coordinates"), force) {
                 (Some(coordinates), _) => names::coordinates(&coordinates, others).ok()?,
@@ -184,7 +184,7 @@ fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut
     }
     keys.iter().filter(|name| !["", "*"].contains(name)).for_each(|name| drop(section.take(name)));
     let of_coordinates = names.and_then(|Names { start, end }| match path {
-        "initial" => Some(initial::keys(start, section.is_of_x())),
+        "initial" => Some(initial::keys(start, section.source.is_of_x)),
         "expect" => Some(end.iter().map(|name| format!("{name}_final")).collect()),
         _ => None,
     });
@@ -206,7 +206,7 @@ fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut
         let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
         let check = KINDS.iter().find(|(key, _)| *key == path).map(|(_, check)| check);
         let has_keys = KINDS.iter().any(|(key, _)| below(key, &path).is_some());
-        match check.filter(|_| !(has_keys && field.is_table())) {
+        match check.filter(|_| !(has_keys && field.item.is_table_like())) {
             Some(check) => found.add(check(&field).err()),
             None => match field.section() {
                 Ok(section) => look(section, &path, names, found),

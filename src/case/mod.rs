@@ -20,15 +20,11 @@
 //! # Ok::<(), geodesic_ivp::CaseError>(())
 //! ```
 
-mod axes;
 mod bodies;
 pub mod builtin;
 mod check;
-mod conformal;
 mod effective;
-mod end;
 mod error;
-mod grid;
 mod hint;
 mod initial;
 mod keys;
@@ -39,7 +35,6 @@ mod names;
 mod observables;
 mod parse;
 mod potential;
-mod quantity;
 mod reader;
 mod scenery;
 mod settings;
@@ -56,13 +51,11 @@ pub use crate::action::Form;
 pub use crate::geometry::Direction;
 pub use crate::sbp::SbpName;
 pub use crate::solve::System;
-pub use end::End;
 pub use error::CaseError;
-pub use grid::on_grid;
 pub use initial::{Rate, Sign, StartData};
 pub use keys::{KEYS, Key, SCENE_KEYS};
+pub use limits::on_grid;
 pub use observables::{Axes, Event};
-pub use quantity::Quantity;
 pub use settings::{Expect, Grid, Scheme, Solver};
 pub use source::{key_of, overridden};
 
@@ -186,15 +179,15 @@ impl Case {
             return start;
         }
         let (parameters, rounding) = (self.geometry.parameters(), rounding(self.solver.digits));
-        let bare = conformal::bare(&self.geometry);
+        let bare = scenery::bare(&self.geometry);
         let bare = bare.map(|text| Geometry::new(&text).expect("a valid case has valid formulas"));
         let of_data = bare.as_ref().unwrap_or(geometry);
         let solved = start::solve(&self.initial, of_data, parameters, rounding, Some(self.is_double));
-        let mut start = solved.unwrap_or_else(|none| panic!("a valid case has a start: {none:?}")).start;
+        let (mut start, _) = solved.unwrap_or_else(|none| panic!("a valid case has a start: {none:?}"));
         if self.is_of_x {
             start.q[0] = S::ZERO;
         }
-        conformal::with_factor(&self.geometry, of_data, &self.initial, start)
+        scenery::with_factor(&self.geometry, of_data, &self.initial, start)
     }
 
     /// The end of the run that this one continues, with what it takes over besides.
@@ -203,8 +196,8 @@ impl Case {
     }
 
     /// A number of this case, rounded once if it is written as a decimal.
-    pub fn value<S: Real>(&self, quantity: &Quantity) -> S {
-        quantity.value(self.geometry.parameters()).expect("the numbers of a valid case are finite")
+    pub fn value<S: Real>(&self, number: &str) -> S {
+        value_of(number, self.geometry.parameters()).expect("the numbers of a valid case are finite")
     }
 
     /// The first value of γ.
@@ -212,15 +205,9 @@ impl Case {
         self.value(&self.grid.gamma_i)
     }
 
-    /// Where the run ends: the length of its range of γ, or its duration in the coordinate t, which is negative if t
-    /// falls. With [`Self::until`] it
-    /// may end before.
-    pub fn end<S: Real>(&self) -> End<S> {
-        End::new(self.limit(), |t| self.value(&self.initial.q[t]))
-    }
-
-    /// The same, as the solver is told.
-    fn limit<S: Real>(&self) -> Limit<S> {
+    /// Where the run ends: after a length of γ, or at a value of the coordinate t. With [`Self::until`] it may end
+    /// before.
+    pub fn limit<S: Real>(&self) -> Limit<S> {
         match (self.t_f(), &self.grid.gamma_f) {
             (Some(value), _) => {
                 let t = self.coordinates().iter().position(|name| name == "t");

@@ -46,12 +46,12 @@ impl Taken {
         }
         if !is_identifier(name) {
             let message = format!("the {noun} name '{name}' cannot be written in a formula");
-            return Err(field.key_error(message).with_help(IDENTIFIER.to_owned()));
+            return Err(field.key_error(message).with_help(IDENTIFIER));
         }
         match self.0.insert(name.clone(), kind) {
             Some(other) => {
                 let message = format!("the {noun} name '{name}' is already that of {other}");
-                Err(field.key_error(message).with_help("every name may have one meaning only".to_owned()))
+                Err(field.key_error(message).with_help("every name may have one meaning only"))
             }
             None => Ok(()),
         }
@@ -60,19 +60,19 @@ impl Taken {
 
 /// The coordinates that an array names; `others` are names that the scene has besides.
 pub(super) fn coordinates(field: &Field<'_>, others: &[&str]) -> Result<Vec<String>, CaseError> {
-    checked(field, field.strings()?, others)
+    checked(field, field.strings()?.into_iter().map(|(name, span)| (name.to_owned(), span)), others)
 }
 
 /// The coordinates that the keys of a table name.
 pub(super) fn keys(field: &Field<'_>, others: &[&str]) -> Result<Vec<String>, CaseError> {
-    let keys = field.section()?.fields().into_iter().map(|field| (field.key.clone(), field.key_span));
-    checked(field, keys.collect(), others)
+    let keys = field.section()?.fields().into_iter().map(|field| (field.key, field.key_span));
+    checked(field, keys, others)
 }
 
 /// The names, if all of them may be those of coordinates.
 pub(super) fn checked(
     field: &Field<'_>,
-    given: Vec<(String, Range<usize>)>,
+    given: impl IntoIterator<Item = (String, Range<usize>)>,
     others: &[&str],
 ) -> Result<Vec<String>, CaseError> {
     let mut names: Vec<String> = Vec::new();
@@ -82,7 +82,7 @@ pub(super) fn checked(
         let (message, help) = if is_reserved(&name) {
             (meaning("it has a meaning in formulas"), None)
         } else if !is_identifier(&name) {
-            (format!("the coordinate name '{name}' cannot be written in a formula"), Some(IDENTIFIER.to_owned()))
+            (format!("the coordinate name '{name}' cannot be written in a formula"), Some(IDENTIFIER))
         } else if COLUMNS.contains(&name.as_str()) {
             (meaning("it is reserved, for a column or a key"), None)
         } else if name.ends_with("_dot") {
@@ -97,7 +97,7 @@ pub(super) fn checked(
             names.push(name);
             continue;
         };
-        return Err(field.error_at(span, message).with_help(help));
+        return Err(field.error_at(span, message).with_hint(help.map(str::to_owned)));
     }
     if names.is_empty() {
         return Err(field.error("a scene needs at least one coordinate"));
@@ -116,11 +116,10 @@ pub(super) fn index(field: &Field<'_>, coordinates: &[String]) -> Result<usize, 
 
 /// The index of the coordinate `name`, which the key of a field mentions.
 pub(super) fn index_of(name: &str, field: &Field<'_>, coordinates: &[String]) -> Result<usize, CaseError> {
-    let known = || coordinates.iter().map(String::as_str);
     coordinates.iter().position(|other| other == name).ok_or_else(|| {
-        let meant = nearest(name, known()).map(|meant| format!("did you mean '{meant}'?"));
-        let list = known().collect::<Vec<_>>().join(", ");
-        let help = meant.unwrap_or_else(|| format!("the coordinates are {list}"));
+        let meant = nearest(name, coordinates.iter().map(String::as_str));
+        let list = || format!("the coordinates are {}", coordinates.join(", "));
+        let help = meant.map_or_else(list, |meant| format!("did you mean '{meant}'?"));
         field.key_error(format!("unknown coordinate '{name}' in '{}'", field.path)).with_help(help)
     })
 }
@@ -130,7 +129,7 @@ pub(super) fn check_invariant(field: &Field<'_>) -> Result<(), CaseError> {
     let name = &field.key;
     if !is_identifier(name) {
         let message = format!("the invariant name '{name}' cannot head a column");
-        return Err(field.key_error(message).with_help(IDENTIFIER.to_owned()));
+        return Err(field.key_error(message).with_help(IDENTIFIER));
     }
     if ["k", "energy"].contains(&name.as_str()) || name.starts_with("q_") || name.starts_with("g_") {
         return Err(field.key_error(format!("the column delta_{name} has a meaning already: choose another name")));
@@ -143,16 +142,11 @@ pub(super) fn check_event(field: &Field<'_>) -> Result<(), CaseError> {
     let name = &field.key;
     if !is_identifier(name) {
         let message = format!("the event name '{name}' cannot be a name in a table");
-        return Err(field.key_error(message).with_help(IDENTIFIER.to_owned()));
+        return Err(field.key_error(message).with_help(IDENTIFIER));
     }
     if COLUMNS.contains(&name.as_str()) {
         let message = format!("an event cannot have the name '{name}': it is reserved, for a column or a key");
-        return Err(field.key_error(message).with_help("choose another name".to_owned()));
+        return Err(field.key_error(message).with_help("choose another name"));
     }
     Ok(())
-}
-
-/// Returns true if `name` occurs in a formula as a word of its own.
-pub(super) fn mentions(text: &str, name: &str) -> bool {
-    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
 }

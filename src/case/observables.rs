@@ -2,14 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::CaseError;
 use super::names;
 use super::reader::{Field, Section};
 use super::scenery::known;
-use crate::formula::similar::nearest;
+use super::{Case, CaseError};
 use crate::formula::{Graph, Names, parse};
-use crate::geometry::{Direction, GeometryText, observed};
-use crate::number::spline::Table;
+use crate::geometry::{Direction, Geometry, GeometryText, observed};
+use crate::number::Real;
 use crate::solve::Quantity;
 
 /// An entry of `[events]`.
@@ -42,21 +41,13 @@ pub struct Axes {
     pub y: String,
 }
 
-/// The names that formulas of a case may use.
+/// The names that formulas of a case may use: the coordinates, and what the scene defines.
 pub(super) struct Formulas<'s> {
     pub(super) coordinates: &'s [String],
-    pub(super) parameters: &'s [(String, String)],
-    pub(super) definitions: &'s [(String, String)],
-    pub(super) tables: &'s [(String, Table)],
+    pub(super) scene: &'s GeometryText,
 }
 
-impl<'s> Formulas<'s> {
-    /// The names of a scene with these coordinates.
-    pub(super) fn of(scene: &'s GeometryText, coordinates: &'s [String]) -> Self {
-        let (parameters, definitions) = (scene.parameters(), scene.definitions());
-        Self { coordinates, parameters, definitions, tables: scene.tables() }
-    }
-
+impl Formulas<'_> {
     /// A formula of positions and velocities.
     pub(super) fn of_velocities(&self, field: &Field<'_>) -> Result<String, CaseError> {
         let mut variables = observed(self.coordinates);
@@ -71,19 +62,14 @@ impl<'s> Formulas<'s> {
 
     fn check(&self, field: &Field<'_>, variables: Vec<String>) -> Result<String, CaseError> {
         let text = field.formula()?;
-        let names =
-            |pairs: &[(String, String)]| -> Vec<String> { pairs.iter().map(|(name, _)| name.clone()).collect() };
+        let named = self.scene.parameters().iter().chain(self.scene.definitions()).map(|(name, _)| name.clone());
+        let all: Vec<String> = variables.into_iter().chain(named).collect();
         // A formula is readable or not independently of what its names stand for.
-        let all: Vec<String> =
-            variables.into_iter().chain(names(self.parameters)).chain(names(self.definitions)).collect();
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
-        let nothing = (BTreeMap::<String, f64>::new(), BTreeMap::new());
-        let parsed = parse(
-            &text,
-            Names { variables: &variables, parameters: &nothing.0, definitions: &nothing.1, tables: self.tables },
-            &mut Graph::default(),
-        );
-        parsed.map_err(|error| field.formula_error(&error, known(&all)))?;
+        let (parameters, definitions) = (BTreeMap::<String, f64>::new(), BTreeMap::new());
+        let tables = self.scene.tables();
+        let names = Names { variables: &variables, parameters: &parameters, definitions: &definitions, tables };
+        parse(&text, names, &mut Graph::default()).map_err(|error| field.formula_error(&error, known(all.clone())))?;
         Ok(text)
     }
 
@@ -109,9 +95,8 @@ impl<'s> Formulas<'s> {
         let until = until.map_or(Ok(false), |field| field.is_true())?;
         if let (true, Some(set)) = (until, &set) {
             let help = "leave one of them out: an event ends the run, or the run goes on from what it sets";
-            return Err(set
-                .key_error(format!("the event '{}' has both until and set", field.key))
-                .with_help(help.to_owned()));
+            let message = format!("the event '{}' has both until and set", field.key);
+            return Err(set.key_error(message).with_help(help));
         }
         Ok(Event {
             name: field.key.clone(),
@@ -130,8 +115,8 @@ impl<'s> Formulas<'s> {
             .collect::<Result<_, CaseError>>()?;
         let has = |of: fn(&Quantity) -> bool| set.iter().any(|(quantity, _)| of(quantity));
         if has(|it| matches!(it, Quantity::Velocity(_))) && has(|it| matches!(it, Quantity::Momentum(_))) {
-            let help = "the others follow from the metric".to_owned();
-            return Err(field.key_error("an event sets velocities or momenta, not both").with_help(help));
+            let message = "an event sets velocities or momenta, not both";
+            return Err(field.key_error(message).with_help("the others follow from the metric"));
         }
         if set.is_empty() {
             return Err(field.key_error("an event that acts sets something: set is empty"));
@@ -142,7 +127,7 @@ impl<'s> Formulas<'s> {
     /// The quantity that the key of a field names: q, q_dot or p_q of a coordinate q, or a parameter.
     fn quantity(&self, field: &Field<'_>) -> Result<Quantity, CaseError> {
         let key = field.key.as_str();
-        if let Some(parameter) = self.parameters.iter().position(|(name, _)| name == key) {
+        if let Some(parameter) = self.scene.parameters().iter().position(|(name, _)| name == key) {
             return Ok(Quantity::Parameter(parameter));
         }
         let (name, quantity): (&str, fn(usize) -> Quantity) = match (key.strip_suffix("_dot"), key.strip_prefix("p_")) {
@@ -167,12 +152,47 @@ impl<'s> Formulas<'s> {
     }
 }
 
+impl Case {
+    /// The axes of the pictures of the orbit, with what is drawn in them: every body in x and y, unless `[plot]` is
+    /// given, or the one orbit, which has no name.
+    pub fn orbits<S: Real>(&self, geometry: &Geometry<S>) -> Vec<(String, Axes)> {
+        if self.bodies.is_empty() || self.axes.is_some() {
+            return vec![(String::new(), self.axes_or_default(geometry))];
+        }
+        let axes = |name: &String| Axes { x: format!("x_{name}"), y: format!("y_{name}") };
+        self.bodies.iter().map(|name| (name.clone(), axes(name))).collect()
+    }
+
+    /// The axes of `[plot]` or, without it, those that suit the coordinates: the Cartesian ones of coordinates that are
+    /// called r, phi and perhaps theta; otherwise the first two coordinates besides t and a last one that the scene
+    /// adds itself, active ones before others. A single one is drawn over t or, without that, against its velocity.
+    fn axes_or_default<S: Real>(&self, geometry: &Geometry<S>) -> Axes {
+        if let Some(axes) = self.axes() {
+            return axes.clone();
+        }
+        let names = geometry.names();
+        let has = |name: &str| names.iter().any(|other| other == name);
+        let axes = |x: &str, y: &str| Axes { x: x.to_owned(), y: y.to_owned() };
+        match (has("r") && has("phi"), has("theta")) {
+            (true, true) => return axes("r*sin(theta)*cos(phi)", "r*sin(theta)*sin(phi)"),
+            (true, false) => return axes("r*cos(phi)", "r*sin(phi)"),
+            (false, _) => {}
+        }
+        let is_last_added = self.is_lifted() || self.geometry_text().tau().is_some();
+        let is_place = |a: &usize| names[*a] != "t" && !(is_last_added && *a + 1 == names.len());
+        let active = geometry.active().iter().copied().filter(is_place);
+        let places: Vec<usize> = active.chain(geometry.ignorable().filter(is_place)).collect();
+        match places.as_slice() {
+            [] => axes(&names[0], &format!("{}_dot", names[0])),
+            [one] if has("t") => axes("t", &names[*one]),
+            [one] => axes(&names[*one], &format!("{}_dot", names[*one])),
+            [x, y, ..] => axes(&names[*x], &names[*y]),
+        }
+    }
+}
+
 /// A direction of sign changes.
 pub(super) fn direction(field: &Field<'_>) -> Result<Direction, CaseError> {
-    let name = field.string()?;
     let all = [Direction::Up, Direction::Down, Direction::Both];
-    all.into_iter().find(|direction| direction.as_str() == name).ok_or_else(|| {
-        let meant = nearest(name, all.map(Direction::as_str)).map(|meant| format!("did you mean \"{meant}\"?"));
-        field.error(format!("unknown direction \"{name}\", expected up, down or both")).with_help(meant)
-    })
+    field.one_of("direction", "up, down or both", &all.map(|direction| (direction.as_str(), direction)))
 }

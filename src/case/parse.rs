@@ -1,12 +1,11 @@
 //! From a text to a valid case.
 
-use super::hint::Missing;
 use super::mistakes::Found;
 use super::observables::{self, Formulas};
 use super::reader::Section;
 use super::settings::{self, Context};
 use super::source::Source;
-use super::{Case, CaseError, check, initial, metric, rounding, tables};
+use super::{Case, CaseError, check, hint, initial, metric, rounding, tables};
 use crate::number::{Extended, Real};
 use crate::solve::Continuation;
 
@@ -34,8 +33,8 @@ impl Case {
         let case = read();
         // All that a case of the paper lacks is named at once.
         let is_incomplete = case.as_ref().err().is_none_or(lacks);
-        let missing = Missing::in_case(document.as_table()).filter(|_| source.is_of_x && is_incomplete);
-        missing.map_or(case, |missing| Err(missing.error(&source)))
+        let missing = (source.is_of_x && is_incomplete).then(|| hint::missing(document.as_table(), &source));
+        missing.flatten().map_or(case, Err)
     }
 
     fn read<'t>(source: &'t Source, mut root: Section<'t>) -> Result<Self, CaseError> {
@@ -64,10 +63,10 @@ impl Case {
             (found.is_double, found.tau) = (exact.is_double, exact.tau);
         }
         let (is_double, (start, compiled)) = (found.is_double, found.place(&mut scenery, &initial)?);
-        let (names, parameters) = (scenery.text.coordinates(), scenery.text.parameters());
-        let formulas = Formulas::of(&scenery.text, &names);
+        let names = scenery.text.coordinates();
+        let formulas = Formulas { coordinates: &names, scene: &scenery.text };
         let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
-        let context = Context { gamma_i, source, names: &names, parameters, formulas: &formulas, start: &start };
+        let context = Context { gamma_i, source, formulas: &formulas, start: &start };
         solver.floor = settings::floor(&floor, &solver, &context)?;
         let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,
@@ -78,8 +77,8 @@ impl Case {
             axes: formulas.axes(plot?)?,
             preset: scenery.preset.map(|preset| preset.name),
             is_of_x: source.is_of_x,
-            coefficients: scenery.coefficients.clone(),
-            bodies: scenery.bodies.clone(),
+            coefficients: scenery.coefficients,
+            bodies: scenery.bodies,
             initial: initial.data,
             from: initial.from,
             geometry: scenery.text.clone(),
@@ -94,7 +93,7 @@ impl Case {
         };
         check::acting(&case, &events)?;
         if let Some(preset) = scenery.preset {
-            metric::check_use(preset, &scenery.fields, |name| case.is_used(name))?;
+            metric::check_use(preset, &scenery.places, |name| case.is_used(name))?;
         }
         Ok(case)
     }

@@ -8,14 +8,14 @@ use serde::de::IntoDeserializer;
 use serde::de::value::Error;
 use toml_edit::{Item, Table, TableLike, Value};
 
-use super::quantity::Quantity;
-use super::source::{Source, readable};
+use super::source::Source;
 use super::{CaseError, hint};
 use crate::formula::FormulaError;
+use crate::formula::similar::nearest;
 
 /// A table, with the keys that were asked for.
 pub(super) struct Section<'t> {
-    source: &'t Source,
+    pub(super) source: &'t Source,
     path: String,
     table: Option<&'t dyn TableLike>,
     span: Range<usize>,
@@ -30,8 +30,9 @@ pub(super) struct Field<'t> {
     pub(super) path: String,
     /// The last part of its key.
     pub(super) key: String,
-    item: &'t Item,
-    span: Range<usize>,
+    pub(super) item: &'t Item,
+    /// The places of the value and of the key.
+    pub(super) span: Range<usize>,
     pub(super) key_span: Range<usize>,
 }
 
@@ -66,11 +67,6 @@ impl<'t> Section<'t> {
         keys.filter_map(|key| self.field(key)).collect()
     }
 
-    /// Returns true if the case is that of a potential of x alone, as the paper has it.
-    pub(super) fn is_of_x(&self) -> bool {
-        self.source.is_of_x
-    }
-
     /// Returns true if the table is in the text.
     pub(super) fn is_given(&self) -> bool {
         self.table.is_some()
@@ -97,7 +93,7 @@ impl<'t> Section<'t> {
         let mistake = |field: Field<'t>| {
             let meant = hint::for_key(&field.key, &self.path, known());
             let error = field.key_error(format!("unknown field `{}`, {list}", field.key));
-            error.with_help(meant.map(|meant| format!("did you mean `{meant}`?")))
+            error.with_hint(meant.map(|meant| format!("did you mean `{meant}`?")))
         };
         self.fields().into_iter().filter(|field| !self.knows(&field.key)).map(mistake).collect()
     }
@@ -156,14 +152,6 @@ impl<'t> Field<'t> {
         self.error(format!("'{}' must be {what}, found {}", self.path, self.item.type_name()))
     }
 
-    pub(super) fn is_table(&self) -> bool {
-        self.item.is_table_like()
-    }
-
-    pub(super) fn as_str(&self) -> Option<&'t str> {
-        self.item.as_str()
-    }
-
     /// The table that the value is.
     pub(super) fn section(&self) -> Result<Section<'t>, CaseError> {
         let table = self.item.as_table_like().ok_or_else(|| self.expected("a table"))?;
@@ -187,11 +175,6 @@ impl<'t> Field<'t> {
         }
     }
 
-    /// The same as a number of the scene.
-    pub(super) fn quantity(&self) -> Result<Quantity, CaseError> {
-        self.formula().map(Quantity::new)
-    }
-
     /// The number that the value is, with all its digits.
     pub(super) fn number(&self) -> Result<String, CaseError> {
         if self.item.is_str() { Err(self.expected("a number")) } else { self.formula() }
@@ -203,70 +186,58 @@ impl<'t> Field<'t> {
         std::path::absolute(&beside).unwrap_or(beside)
     }
 
+    /// The elements of an array `of` something, as `read` understands a value and its literal, with their places.
+    fn elements<T>(
+        &self,
+        of: &str,
+        wrong: impl Fn(&Value) -> String,
+        read: impl Fn(&'t Value, &str) -> Option<T>,
+    ) -> Result<Vec<(T, Range<usize>)>, CaseError> {
+        let array = self.item.as_array().ok_or_else(|| self.expected(&format!("an array of {of}")))?;
+        let element = |value: &'t Value| {
+            let span = value.span().unwrap_or_else(|| self.span.clone());
+            let wrong = || self.error_at(span.clone(), format!("'{}' must have {}", self.path, wrong(value)));
+            Ok((read(value, &self.source.text[span.clone()]).ok_or_else(wrong)?, span.clone()))
+        };
+        array.iter().map(element).collect()
+    }
+
     /// The numbers of an array.
     pub(super) fn numbers(&self) -> Result<Vec<String>, CaseError> {
-        let array = self.item.as_array().ok_or_else(|| self.expected("an array of numbers"))?;
-        let read = |value: &Value| {
-            let span = value.span().unwrap_or_else(|| self.span.clone());
-            let wrong = || format!("'{}' must have finite numbers only, found {value}", self.path);
-            let decimal = number(value, &self.source.text[span.clone()]).and_then(Result::ok);
-            decimal.ok_or_else(|| self.error_at(span, wrong()))
-        };
-        array.iter().map(read).collect()
+        let wrong = |value: &Value| format!("finite numbers only, found {value}");
+        let numbers = self.elements("numbers", wrong, |value, literal| number(value, literal)?.ok())?;
+        Ok(numbers.into_iter().map(|(number, _)| number).collect())
     }
 
     /// The numbers and formulas of an array.
-    pub(super) fn quantities(&self) -> Result<Vec<Quantity>, CaseError> {
-        let array = self.item.as_array().ok_or_else(|| self.expected("an array of numbers"))?;
-        let read = |value: &Value| {
-            let span = value.span().unwrap_or_else(|| self.span.clone());
-            let wrong = || format!("'{}' must have finite numbers or formulas, found {value}", self.path);
-            let decimal = || number(value, &self.source.text[span.clone()]).and_then(Result::ok);
-            let text = value.as_str().map(str::to_owned).or_else(decimal);
-            text.map(Quantity::new).ok_or_else(|| self.error_at(span.clone(), wrong()))
-        };
-        array.iter().map(read).collect()
+    pub(super) fn formulas(&self) -> Result<Vec<String>, CaseError> {
+        let wrong = |value: &Value| format!("finite numbers or formulas, found {value}");
+        let read =
+            |value: &Value, literal: &str| value.as_str().map(str::to_owned).or_else(|| number(value, literal)?.ok());
+        Ok(self.elements("numbers", wrong, read)?.into_iter().map(|(formula, _)| formula).collect())
     }
 
-    /// The number of elements of an array.
-    pub(super) fn length(&self) -> Option<usize> {
-        self.item.as_array().map(toml_edit::Array::len)
-    }
-
-    /// The place of the value.
-    pub(super) fn span(&self) -> Range<usize> {
-        self.span.clone()
+    /// The strings of an array with their places.
+    pub(super) fn strings(&self) -> Result<Vec<(&'t str, Range<usize>)>, CaseError> {
+        let wrong = |value: &Value| format!("strings only, found {}", value.type_name());
+        self.elements("strings", wrong, |value, _| value.as_str())
     }
 
     /// The tables of an array.
     pub(super) fn tables(&self) -> Result<Vec<Section<'t>>, CaseError> {
-        let section = |(k, (table, span)): (usize, (&'t dyn TableLike, Option<Range<usize>>))| {
+        let wrong = || self.expected("an array of tables");
+        let tables: Vec<(&'t dyn TableLike, Option<Range<usize>>)> = match self.item {
+            Item::ArrayOfTables(tables) => tables.iter().map(|table| (table as _, table.span())).collect(),
+            item => {
+                let inline = |value: &'t Value| Some((value.as_inline_table()? as _, value.span()));
+                item.as_array().and_then(|array| array.iter().map(inline).collect()).ok_or_else(wrong)?
+            }
+        };
+        let section = |(k, (table, span)): (usize, (_, Option<Range<usize>>))| {
             let (path, span) = (format!("{}.{}", self.path, k + 1), span.unwrap_or_else(|| self.span.clone()));
             Section { source: self.source, path, table: Some(table), span, known: Vec::new() }
         };
-        if let Some(tables) = self.item.as_array_of_tables() {
-            let each = tables.iter().map(|table| (table as &'t dyn TableLike, table.span()));
-            return Ok(each.enumerate().map(section).collect());
-        }
-        let array = self.item.as_array().ok_or_else(|| self.expected("an array of tables"))?;
-        let each =
-            array.iter().map(|value| value.as_inline_table().map(|table| (table as &'t dyn TableLike, value.span())));
-        let each = each.collect::<Option<Vec<_>>>().ok_or_else(|| self.expected("an array of tables"))?;
-        Ok(each.into_iter().enumerate().map(section).collect())
-    }
-
-    /// The strings of an array with their places.
-    pub(super) fn strings(&self) -> Result<Vec<(String, Range<usize>)>, CaseError> {
-        let array = self.item.as_array().ok_or_else(|| self.expected("an array of strings"))?;
-        let read = |value: &Value| {
-            let span = value.span().unwrap_or_else(|| self.span.clone());
-            let wrong = || {
-                let message = format!("'{}' must have strings only, found {}", self.path, value.type_name());
-                self.source.error(Some(span.clone()), message, None)
-            };
-            Ok((value.as_str().ok_or_else(wrong)?.to_owned(), span.clone()))
-        };
-        array.iter().map(read).collect()
+        Ok(tables.into_iter().enumerate().map(section).collect())
     }
 
     /// A mistake at a place inside the value.
@@ -289,9 +260,19 @@ impl<'t> Field<'t> {
     pub(super) fn word<T: Deserialize<'t>>(&self) -> Result<T, CaseError> {
         let word = self.string()?.to_owned();
         T::deserialize(IntoDeserializer::<Error>::into_deserializer(word)).map_err(|error: Error| {
-            let message = readable(&error.to_string());
+            let message = error.to_string();
             let help = hint::for_word(&message);
-            self.error(message).with_help(help)
+            self.error(message).with_hint(help)
+        })
+    }
+
+    /// One of the `known` words, of which a message says that they are `expected`.
+    pub(super) fn one_of<T: Copy>(&self, noun: &str, expected: &str, known: &[(&str, T)]) -> Result<T, CaseError> {
+        let given = self.string()?;
+        known.iter().find(|(name, _)| *name == given).map(|&(_, value)| value).ok_or_else(|| {
+            let meant = nearest(given, known.iter().map(|&(name, _)| name));
+            let error = self.error(format!("unknown {noun} \"{given}\", expected {expected}"));
+            error.with_hint(meant.map(|meant| format!("did you mean \"{meant}\"?")))
         })
     }
 }
@@ -303,13 +284,5 @@ fn number(value: &Value, literal: &str) -> Option<Result<String, f64>> {
         Value::Float(number) if !number.value().is_finite() => Some(Err(*number.value())),
         Value::Float(_) => Some(Ok(literal.trim_start_matches('+').replace('_', ""))),
         _ => None,
-    }
-}
-
-impl CaseError {
-    /// The same with what to do.
-    pub(super) fn with_help(mut self, help: impl Into<Option<String>>) -> Self {
-        self.help = help.into().or(self.help);
-        self
     }
 }

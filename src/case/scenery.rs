@@ -1,26 +1,89 @@
-//! The geometry of a case, with the place of every formula.
+//! The geometry of a case, with the place of every formula, and its conformal factor Ω.
+//!
+//! The initial data are those of the metric without Ω. Momenta are the same with Ω and without, velocities are divided
+//! by Ω. A particle with K ≠ 0 is one with K = 0 that has one more flat coordinate, tau. Without Ω its component is −1
+//! for K > 0 and 1 for K < 0, and dtau/dγ = √|K|.
 
 use super::CaseError;
 use super::bodies::Component;
-use super::conformal;
+use super::initial::StartData;
+use super::names::{self, Taken};
 use super::reader::{Field, Section};
 use crate::formula::functions;
-use crate::geometry::{Geometry, GeometryError, GeometryText, Place, Preset};
+use crate::geometry::{Geometry, GeometryError, GeometryText, Law, Observable, Place, Preset, Start, Tau, value_of};
 use crate::number::Real;
 
 /// Help lists no more names than this.
 const MOST_NAMED: usize = 12;
 
+/// What names of the case's own stand for: in words, and as places of formulas.
+type Kind = (&'static str, fn(String) -> Place);
+pub(super) const PARAMETER: Kind = ("a parameter", Place::Parameter);
+pub(super) const DEFINITION: Kind = ("a definition", Place::Definition);
+
+/// Formulas with where they stand. Those of a preset stand nowhere.
+#[derive(Default)]
+pub(super) struct Places<'t>(pub(super) Vec<(Place, Field<'t>)>);
+
+impl<'t> Places<'t> {
+    /// The formula of a field.
+    pub(super) fn keep(&mut self, place: Place, field: Field<'t>) -> Result<String, CaseError> {
+        let formula = field.formula()?;
+        self.0.push((place, field));
+        Ok(formula)
+    }
+
+    /// The formulas of a table below names of their own: they replace those of these names, or are appended.
+    pub(super) fn keep_named(
+        &mut self,
+        section: &Section<'t>,
+        (kind, place): Kind,
+        taken: &mut Taken,
+        formulas: &mut Vec<(String, String)>,
+    ) -> Result<(), CaseError> {
+        for field in section.fields() {
+            taken.take(&field, kind)?;
+            let name = field.key.clone();
+            let formula = self.keep(place(name.clone()), field)?;
+            match formulas.iter_mut().find(|(other, _)| *other == name) {
+                Some((_, old)) => *old = formula,
+                None => formulas.push((name, formula)),
+            }
+        }
+        Ok(())
+    }
+
+    /// The formulas of a table below the names of coordinates.
+    pub(super) fn keep_by_coordinate(
+        &mut self,
+        section: &Section<'t>,
+        coordinates: &[String],
+        place: impl Fn(usize) -> Place,
+    ) -> Result<Vec<(usize, String)>, CaseError> {
+        let mut formulas = Vec::new();
+        for field in section.fields() {
+            let a = names::index(&field, coordinates)?;
+            formulas.push((a, self.keep(place(a), field)?));
+        }
+        formulas.sort_by_key(|(a, _)| *a);
+        Ok(formulas)
+    }
+
+    /// Where a formula stands.
+    pub(super) fn of(&self, place: &Place) -> Option<&Field<'t>> {
+        self.0.iter().find(|(other, _)| other == place).map(|(_, field)| field)
+    }
+}
+
 /// The geometry of a case while it is read.
 pub(super) struct Scenery<'t> {
     pub(super) text: GeometryText,
-    pub(super) preset: Option<&'static Preset>,
-    /// Where the formulas stand. Those of a preset stand nowhere.
-    pub(super) fields: Vec<(Place, Field<'t>)>,
-    /// `[metric]` or `[potential]`.
+    pub(super) places: Places<'t>,
+    /// `[metric]`, `[potential]` or `[pair]`.
     pub(super) section: Section<'t>,
     /// The coordinates, the components or the preset: what a mistake in the metric as a whole is about.
     pub(super) whole: Option<Field<'t>>,
+    pub(super) preset: Option<&'static Preset>,
     /// The coefficients of a potential of one coordinate, lowest power first, if it is given by them.
     pub(super) coefficients: Option<Vec<String>>,
     /// True if it is a potential of x alone, as the paper has it.
@@ -38,7 +101,66 @@ pub(super) fn compiled<S: Real>(text: &GeometryText, is_of_x: bool) -> Result<Ge
     }
 }
 
-impl Scenery<'_> {
+/// The geometry that the initial data belong to, if it is another one: that without Ω. With Newton's law they are those
+/// of the geometry with Ω.
+pub(super) fn bare(text: &GeometryText) -> Option<GeometryText> {
+    let mut bare = text.clone();
+    let conformal = match &mut bare {
+        GeometryText::Metric(metric) => {
+            metric.tau = None;
+            &mut metric.conformal
+        }
+        GeometryText::Potential(potential) if potential.law == Law::Newtonian => return None,
+        GeometryText::Potential(potential) => &mut potential.conformal,
+    };
+    conformal.take().map(|_| bare)
+}
+
+/// The formula of Ω.
+pub(super) fn conformal(text: &GeometryText) -> &Option<String> {
+    match text {
+        GeometryText::Metric(metric) => &metric.conformal,
+        GeometryText::Potential(potential) => &potential.conformal,
+    }
+}
+
+/// Ω at a point, if there is one.
+fn factor<S: Real>(text: &GeometryText, q: &[S]) -> Option<S> {
+    let omega = Observable::new(conformal(text).as_ref()?, text, Place::Conformal);
+    let zeros = vec![S::ZERO; q.len()];
+    Some(omega.expect("a geometry that compiles has such an Ω").at(q, &zeros, &zeros, S::ZERO))
+}
+
+/// The start in the geometry of `text` that belongs to `start`, which is that in the geometry `of_data`.
+pub(super) fn with_factor<S: Real>(
+    text: &GeometryText,
+    of_data: &Geometry<S>,
+    data: &StartData,
+    mut start: Start<S>,
+) -> Start<S> {
+    if bare(text).is_none() {
+        return start;
+    }
+    if let Some(tau) = text.tau() {
+        let given = data.norm.as_ref().map(|norm| value_of(norm, text.parameters()).expect("K is a finite number"));
+        let k: S = given.unwrap_or_else(|| of_data.norm(&start.q, &start.q_dot));
+        let rate = k.abs().sqrt();
+        start.q.push(S::ZERO);
+        start.q_dot.push(rate);
+        start.p.push(tau.component::<S>() * rate);
+    }
+    let omega = factor(text, &start.q).unwrap_or(S::ONE);
+    start.q_dot.iter_mut().for_each(|u| *u = *u / omega);
+    start
+}
+
+impl<'t> Scenery<'t> {
+    /// A geometry without what only some have.
+    pub(super) fn new(text: GeometryText, places: Places<'t>, section: Section<'t>, whole: Option<Field<'t>>) -> Self {
+        let (bodies, start) = (Vec::new(), Vec::new());
+        Self { text, places, section, whole, preset: None, coefficients: None, is_of_x: false, bodies, start }
+    }
+
     /// The compiled geometry.
     pub(super) fn geometry<S: Real>(&self) -> Result<Geometry<S>, CaseError> {
         compiled(&self.text, self.is_of_x).map_err(|error| self.error(&error))
@@ -46,30 +168,28 @@ impl Scenery<'_> {
 
     /// The compiled geometry that the initial data belong to, if it is another one.
     pub(super) fn bare<S: Real>(&self) -> Result<Option<Geometry<S>>, CaseError> {
-        let compiled = |text| Geometry::new(&text).map_err(|error| self.error(&error));
-        conformal::bare(&self.text).map(compiled).transpose()
+        bare(&self.text).map(|text| Geometry::new(&text).map_err(|error| self.error(&error))).transpose()
     }
 
     fn error(&self, error: &GeometryError) -> CaseError {
-        let field = |place: &Place| self.fields.iter().find(|(other, _)| other == place).map(|(_, field)| field);
         let whole = |message: String| match &self.whole {
             Some(field) => field.error(message),
             None => self.section.error(message),
         };
+        let of = |place: &Place| self.places.of(place);
         let names = self.text.coordinates();
-        let list = |block: &[usize]| block.iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
         match error {
-            GeometryError::Formula(place, formula) => match field(place) {
+            GeometryError::Formula(place, formula) => match of(place) {
                 Some(field) => field.formula_error(formula, self.known(place)),
                 None => whole(format!("{formula}")),
             },
-            GeometryError::NotFinite(place) => match field(place) {
+            GeometryError::NotFinite(place) => match of(place) {
                 Some(field) => field.error(format!("'{}' is not a finite number", field.path)),
                 None => whole(format!("{error}")),
             },
             GeometryError::Circular(circle) => {
-                let place = |place: fn(String) -> Place| field(&place(circle[0].clone()));
-                match place(Place::Definition).or_else(|| place(Place::Parameter)) {
+                let first = circle[0].clone();
+                match of(&Place::Definition(first.clone())).or_else(|| of(&Place::Parameter(first))) {
                     Some(field) => field.error(format!("{error}")),
                     None => whole(format!("{error}")),
                 }
@@ -80,7 +200,8 @@ impl Scenery<'_> {
                     .with_help(format!("give a component \"{name} {name}\", or leave out the coordinate"))
             }
             GeometryError::Degenerate(block) => {
-                whole(format!("the determinant of the metric is zero everywhere (coordinates {})", list(block)))
+                let list = block.iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
+                whole(format!("the determinant of the metric is zero everywhere (coordinates {list})"))
             }
             GeometryError::BlockTooLarge { .. } => whole(format!("{error}")),
         }
@@ -88,29 +209,89 @@ impl Scenery<'_> {
 
     /// The names that a formula may use.
     fn known(&self, place: &Place) -> String {
-        let (positions, definitions) = (self.text.positions(), self.text.definitions());
-        let constants = || self.text.parameters().iter().map(|(name, _)| name.clone());
-        let names: Vec<String> = match place {
-            Place::Parameter(_) | Place::Mass(_) | Place::SpeedOfLight => constants().collect(),
-            _ => {
-                let velocities = positions.iter().map(|name| format!("{name}_dot"));
-                let velocities = velocities.filter(|_| matches!(place, Place::Force(_)));
-                let defined = definitions.iter().map(|(name, _)| name.clone());
-                positions.iter().cloned().chain(velocities).chain(constants()).chain(defined).collect()
+        let parameters = self.text.parameters().iter().map(|(name, _)| name.clone());
+        if matches!(place, Place::Parameter(_) | Place::Mass(_) | Place::SpeedOfLight) {
+            return known(parameters.collect());
+        }
+        let positions = self.text.positions();
+        let velocities = positions.iter().map(|name| format!("{name}_dot"));
+        let velocities: Vec<String> = velocities.filter(|_| matches!(place, Place::Force(_))).collect();
+        let definitions = self.text.definitions().iter().map(|(name, _)| name.clone());
+        known(positions.into_iter().chain(velocities).chain(parameters).chain(definitions).collect())
+    }
+
+    /// The coordinate tau that a start with K = `k` ≠ 0 needs, if there is a factor Ω.
+    pub(super) fn tau<S: Real>(&self, k: S, has_force: bool) -> Result<Option<Tau>, CaseError> {
+        let Some(conformal) = self.places.of(&Place::Conformal) else { return Ok(None) };
+        let found = format!("these data give K = {}", k.to_f64());
+        if matches!(self.text, GeometryText::Potential(_)) {
+            let help = "take law = \"newtonian\", or write the metric as [metric], where a particle with mass may have \
+                        it";
+            let message = format!("conformal needs a null start, K = 0, and {found}");
+            return Err(conformal.error(message).with_help(help));
+        }
+        if has_force {
+            let help = "a force may change K, and with conformal K is that of the start: leave out one of the two";
+            let message = format!("conformal and a force need a null start, K = 0, and {found}");
+            return Err(conformal.error(message).with_help(help));
+        }
+        self.check_names()?;
+        Ok(Some(if k > S::ZERO { Tau::Timelike } else { Tau::Spacelike }))
+    }
+
+    /// Adds the coordinate tau, if there is to be one.
+    pub(super) fn add(&mut self, tau: Option<Tau>) {
+        if let GeometryText::Metric(metric) = &mut self.text {
+            metric.tau = tau;
+        }
+    }
+
+    /// Refuses what has the name of the coordinate tau, of its velocity or of its momentum.
+    fn check_names(&self) -> Result<(), CaseError> {
+        let mut named = Vec::new();
+        for (place, field) in &self.places.0 {
+            match place {
+                Place::Parameter(name) => named.push(("parameter", name.as_str(), field, &field.key_span)),
+                Place::Definition(name) => named.push(("definition", name.as_str(), field, &field.key_span)),
+                _ => {}
             }
+        }
+        let field = self.section.fields().into_iter().find(|field| field.key == "coordinates");
+        let coordinates = field.as_ref().map_or(Ok(Vec::new()), Field::strings)?;
+        let coordinates =
+            coordinates.iter().filter_map(|(name, span)| Some(("coordinate", *name, field.as_ref()?, span)));
+        let is_taken = |name: &str| name.strip_prefix("p_").or(name.strip_suffix("_dot")).unwrap_or(name) == Tau::NAME;
+        let Some((kind, name, field, span)) = named.into_iter().chain(coordinates).find(|(_, name, ..)| is_taken(name))
+        else {
+            return Ok(());
         };
-        known(&names)
+        let message = format!(
+            "the {kind} '{name}' has the name of what conformal adds, the coordinate tau of a start with K not 0"
+        );
+        Err(field.error_at(span.clone(), message).with_help("choose another name"))
+    }
+
+    /// Refuses an Ω at a point that is not positive: it would turn the direction of γ.
+    pub(super) fn check_factor<S: Real>(&self, q: &[S]) -> Result<(), CaseError> {
+        let omega = factor(&self.text, q).filter(|omega| bare(&self.text).is_some() && *omega <= S::ZERO);
+        let Some(omega) = omega else { return Ok(()) };
+        let message = format!("conformal must be positive at the start, and it is {}", omega.to_f64());
+        let error = match self.places.of(&Place::Conformal) {
+            Some(field) => field.error(message),
+            None => self.section.error(message),
+        };
+        Err(error.with_help("take a factor that is positive along the whole orbit"))
     }
 }
 
 /// The names and functions that a formula may be made of, in words.
-pub(super) fn known(names: &[String]) -> String {
+pub(super) fn known(mut names: Vec<String>) -> String {
     let more = names.len().saturating_sub(MOST_NAMED);
-    let first = &names[..names.len() - more];
-    let mut names: String = first.iter().map(|name| format!("{name}, ")).collect();
     if more > 0 {
-        names += &format!("{more} more names, ");
+        names.truncate(MOST_NAMED);
+        names.push(format!("{more} more names"));
     }
+    let names: String = names.iter().map(|name| format!("{name}, ")).collect();
     let functions = functions().collect::<Vec<_>>().join(" ");
     format!("known are {names}pi, numbers, + - * / ^, parentheses and {functions}")
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Case, Event, scenery};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::number::Real;
-use crate::solve::{Change, Continuation, Place, Quantity, Setup, Until};
+use crate::solve::{Change, Continuation, Limit, Place, Quantity, Setup, Until};
 use crate::trajectory::Watch;
 
 impl Case {
@@ -36,12 +36,11 @@ impl Case {
 
     /// True if γ falls: to γ_f below γ_i, or to a t_f on the other side of the start.
     pub fn is_backward(&self) -> bool {
-        match (self.t_f::<f64>(), &self.grid.gamma_f) {
-            (Some(t_f), _) => {
-                let t = self.coordinates().iter().position(|name| name == "t").expect("t_f needs a coordinate t");
-                (t_f - self.value::<f64>(&self.initial.q[t])) * self.t_dot < 0.0
+        match self.limit::<f64>() {
+            Limit::Value { coordinate, value } => {
+                (value - self.value::<f64>(&self.initial.q[coordinate])) * self.t_dot < 0.0
             }
-            (None, last) => last.as_ref().is_some_and(|last| self.value::<f64>(last) < self.gamma_i()),
+            Limit::Length(_) => self.grid.gamma_f.as_ref().is_some_and(|last| self.value::<f64>(last) < self.gamma_i()),
         }
     }
 

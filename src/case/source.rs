@@ -3,21 +3,11 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, Value};
+use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, TomlError, Value};
 
 use super::CaseError;
 use super::limits::Invalid;
-use super::names::mentions;
-
-/// The message of serde with the names of TOML's types, which a user knows, in place of Rust's.
-pub(super) fn readable(message: &str) -> String {
-    let rust_to_toml = [
-        ("expected f64", "expected a number"),
-        ("expected usize", "expected a whole number, 0 or more"),
-        ("expected u32", "expected a whole number, 0 or more"),
-    ];
-    rust_to_toml.iter().fold(message.trim_end().to_owned(), |message, (rust, toml)| message.replace(rust, toml))
-}
+use crate::geometry::mentions;
 
 /// The text of a case and its name, to which errors refer.
 pub(super) struct Source {
@@ -41,7 +31,7 @@ impl Source {
 
     /// The keys and values of the text with their places.
     pub(super) fn document(&self) -> Result<Document<&str>, CaseError> {
-        Document::parse(self.text.as_str()).map_err(|error| self.error(error.span(), readable(error.message()), None))
+        Document::parse(self.text.as_str()).map_err(|error| self.syntax(&error))
     }
 
     pub(super) fn error(&self, span: Option<Range<usize>>, message: String, help: Option<String>) -> CaseError {
@@ -49,11 +39,12 @@ impl Source {
         CaseError { source_name, text, span, message, help, further: Box::default() }
     }
 
+    fn syntax(&self, error: &TomlError) -> CaseError {
+        self.error(error.span(), error.message().trim_end().to_owned(), None)
+    }
+
     fn with_overrides(self, overrides: &[String]) -> Result<Self, CaseError> {
-        let mut document: DocumentMut = self
-            .text
-            .parse()
-            .map_err(|error: toml_edit::TomlError| self.error(error.span(), readable(error.message()), None))?;
+        let mut document: DocumentMut = self.text.parse().map_err(|error| self.syntax(&error))?;
         let given: Vec<String> = overrides.iter().filter_map(|setting| dotted(setting)).collect();
         given.iter().filter_map(|key| other_rate(key)).filter(|other| !given.contains(other)).for_each(|other| {
             remove(document.as_table_mut(), &other);
@@ -76,10 +67,10 @@ impl Source {
     }
 
     /// A mistake in the value of a dotted key.
-    pub(super) fn invalid(&self, invalid: Invalid) -> CaseError {
+    pub(super) fn invalid(&self, (path, message, help): Invalid) -> CaseError {
         let document = Document::parse(self.text.as_str()).ok();
-        let span = document.and_then(|document| find(document.as_item(), &invalid.path));
-        self.error(span, invalid.message, invalid.help)
+        let span = document.and_then(|document| find(document.as_item(), path));
+        self.error(span, message, help.map(str::to_owned))
     }
 }
 

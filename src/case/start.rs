@@ -9,7 +9,7 @@
 //! If one rate u is to be found from K, q̇ = α + β u, and K = (βᵀGβ) u² + 2 (αᵀGβ) u + αᵀGα.
 
 use super::initial::{Rate, Sign, StartData};
-use crate::geometry::{Geometry, Start};
+use crate::geometry::{Geometry, Start, value_of};
 use crate::number::Real;
 
 /// Rounding errors of this many units in the last place, for each coordinate, are to be expected in a sum.
@@ -30,61 +30,49 @@ pub(super) enum NoStart {
     NotFinite,
 }
 
-/// A start, and whether the two roots for the unknown rate are one.
-pub(super) struct Solved<S> {
-    pub(super) start: Start<S>,
-    pub(super) is_double: bool,
-}
-
-/// The start that the data describe. `is_double` says whether the two roots are known to be one, or to be two; without
-/// it a discriminant below rounding is zero, where `rounding` is the relative accuracy of the data.
+/// The start that the data describe, and whether the two roots for the unknown rate are one. `is_double` says whether
+/// they are known to be one, or to be two; without it a discriminant below rounding is zero, where `rounding` is the
+/// relative accuracy of the data.
 pub(super) fn solve<S: Real>(
     data: &StartData,
     geometry: &Geometry<S>,
     parameters: &[(String, String)],
     rounding: f64,
     is_double: Option<bool>,
-) -> Result<Solved<S>, NoStart> {
-    let number = |quantity: &super::Quantity| quantity.value::<S>(parameters).map_err(|_| NoStart::NotFinite);
+) -> Result<(Start<S>, bool), NoStart> {
+    let number = |text: &String| value_of::<S>(text, parameters).map_err(|_| NoStart::NotFinite);
     let q: Vec<S> = data.q.iter().map(number).collect::<Result<_, _>>()?;
     let given = |rate: &Rate| match rate {
-        Rate::Velocity(quantity) | Rate::Momentum(quantity) => number(quantity),
+        Rate::Velocity(text) | Rate::Momentum(text) => number(text),
         _ => Ok(S::ZERO),
     };
-    let given: Vec<S> = data.rates.iter().map(given).collect::<Result<_, _>>()?;
+    let mut given: Vec<S> = data.rates.iter().map(given).collect::<Result<_, _>>()?;
     let (matrix, one_form) = matrix(geometry, &q);
     let is_momentum: Vec<bool> = data.rates.iter().map(Rate::is_momentum).collect();
-    let alpha = velocities(&matrix, &one_form, &is_momentum, &given)?;
-    let unknown = data.rates.iter().position(Rate::is_from_norm);
-    let (Some(a), Some(norm)) = (unknown, &data.norm) else {
-        let start = start(geometry, q, alpha, &is_momentum, &given);
-        return is_finite(&start).then_some(Solved { start, is_double: false }).ok_or(NoStart::NotFinite);
-    };
-    let mut direction = vec![S::ZERO; given.len()];
-    direction[a] = S::ONE;
-    let beta = velocities(&matrix, &vec![S::ZERO; given.len()], &is_momentum, &direction)?;
-    let (square, square_size) = form(&matrix, &beta, &beta);
-    let (middle, middle_size) = form(&matrix, &alpha, &beta);
-    let (rest, rest_size) = form(&matrix, &alpha, &alpha);
-    let norm = number(norm)?;
-    let quadratic = Quadratic {
-        square,
-        middle,
-        rest: rest - norm,
-        sizes: [square_size, middle_size, rest_size + norm.abs()],
-        rounding: S::from(rounding.max(S::EPSILON.to_f64()) * ROUNDING * given.len() as f64),
-        is_double,
-    };
-    let sign = match data.rates[a] {
-        Rate::VelocityFromNorm(sign) | Rate::MomentumFromNorm(sign) => sign,
+    let (mut q_dot, mut is_double_root) = (velocities(&matrix, &one_form, &is_momentum, &given)?, false);
+    let unknown = data.rates.iter().enumerate().find_map(|(a, rate)| match rate {
+        Rate::VelocityFromNorm(sign) | Rate::MomentumFromNorm(sign) => Some((a, *sign)),
         _ => None,
-    };
-    let (root, is_double) = quadratic.root(a, sign, norm)?;
-    let q_dot: Vec<S> = alpha.iter().zip(&beta).map(|(&alpha, &beta)| alpha + beta * root).collect();
-    let mut given = given;
-    given[a] = root;
-    let start = start(geometry, q, q_dot, &is_momentum, &given);
-    is_finite(&start).then_some(Solved { start, is_double }).ok_or(NoStart::NotFinite)
+    });
+    if let (Some((a, sign)), Some(norm)) = (unknown, &data.norm) {
+        let (alpha, norm) = (&mut q_dot, number(norm)?);
+        let mut direction = vec![S::ZERO; given.len()];
+        direction[a] = S::ONE;
+        let beta = velocities(&matrix, &vec![S::ZERO; given.len()], &is_momentum, &direction)?;
+        let (square, square_size) = form(&matrix, &beta, &beta);
+        let (middle, middle_size) = form(&matrix, alpha, &beta);
+        let (rest, rest_size) = form(&matrix, alpha, alpha);
+        let sizes = [square_size, middle_size, rest_size + norm.abs()];
+        let rounding = rounding_of_norm(given.len(), rounding);
+        let quadratic = Quadratic { square, middle, rest: rest - norm, sizes, rounding, is_double };
+        (given[a], is_double_root) = quadratic.root(a, sign, norm)?;
+        alpha.iter_mut().zip(&beta).for_each(|(alpha, &beta)| *alpha += beta * given[a]);
+    }
+    let mut p = geometry.momenta(&q, &q_dot);
+    let momenta = p.iter_mut().zip(&given).zip(is_momentum);
+    momenta.filter(|(_, is_momentum)| *is_momentum).for_each(|((p, given), _)| *p = *given);
+    let is_finite = q_dot.iter().chain(&p).all(|value| value.is_finite());
+    if is_finite { Ok((Start { q, q_dot, p }, is_double_root)) } else { Err(NoStart::NotFinite) }
 }
 
 /// Σ |g_ab q̇^a q̇^b|, beside which a K of rounding errors is zero.
@@ -95,21 +83,6 @@ pub(super) fn size_of_norm<S: Real>(geometry: &Geometry<S>, start: &Start<S>) ->
 /// Rounding errors of K that are to be expected, relative to [`size_of_norm`].
 pub(super) fn rounding_of_norm<S: Real>(dimension: usize, rounding: f64) -> S {
     S::from(rounding.max(S::EPSILON.to_f64()) * ROUNDING * dimension as f64)
-}
-
-fn is_finite<S: Real>(start: &Start<S>) -> bool {
-    start.q_dot.iter().chain(&start.p).all(|value| value.is_finite())
-}
-
-/// The start with the momenta that are given, and the others from p = G q̇ + A.
-fn start<S: Real>(geometry: &Geometry<S>, q: Vec<S>, q_dot: Vec<S>, is_momentum: &[bool], given: &[S]) -> Start<S> {
-    let mut p = geometry.momenta(&q, &q_dot);
-    for ((p, &is_momentum), &given) in p.iter_mut().zip(is_momentum).zip(given) {
-        if is_momentum {
-            *p = given;
-        }
-    }
-    Start { q, q_dot, p }
 }
 
 /// g_ab and A_a at a point.

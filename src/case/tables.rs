@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use super::CaseError;
 use super::names::Taken;
 use super::reader::{Field, Section};
-use crate::formula::similar::nearest;
 use crate::geometry::GeometryText;
 use crate::number::spline::{Kind, Outside, Table, TableError};
 use crate::number::{Extended, Real};
@@ -40,7 +39,7 @@ fn table(field: &Field<'_>) -> Result<(Table, Option<PathBuf>), CaseError> {
     section.finish()?;
     let (Some(x), Some(y)) = (x, y) else {
         let help = "give x = [numbers] and y = [numbers], or file = \"points.csv\" and the names of its columns";
-        return Err(field.key_error("a table needs x and y").with_help(help.to_owned()));
+        return Err(field.key_error("a table needs x and y").with_help(help));
     };
     let kind = spline.as_ref().map_or(Ok(Kind::Natural), kind)?;
     let outside = outside.as_ref().map_or(Ok(Outside::Refused), self::outside)?;
@@ -53,44 +52,35 @@ fn table(field: &Field<'_>) -> Result<(Table, Option<PathBuf>), CaseError> {
     };
     let table = Table::new(&points, kind, outside).map_err(|error| {
         let help = (error == TableError::TooMany).then(|| "use fewer tables in one process".to_owned());
-        file.as_ref().unwrap_or(&x).error(error.to_string()).with_help(help)
+        file.as_ref().unwrap_or(&x).error(error.to_string()).with_hint(help)
     })?;
     Ok((table, path))
 }
 
 /// The value of `spline`.
 pub(super) fn kind(field: &Field<'_>) -> Result<Kind, CaseError> {
-    word(field, &[("cubic", Kind::Natural), ("clamped", Kind::Clamped), ("quintic", Kind::Quintic)])
+    let known = [("cubic", Kind::Natural), ("clamped", Kind::Clamped), ("quintic", Kind::Quintic)];
+    field.one_of("word", "\"cubic\" or \"clamped\" or \"quintic\"", &known)
 }
 
 /// The value of `outside`.
 pub(super) fn outside(field: &Field<'_>) -> Result<Outside, CaseError> {
-    word(field, &[("refused", Outside::Refused), ("linear", Outside::Linear)])
-}
-
-/// One of some words.
-fn word<T: Copy>(field: &Field<'_>, known: &[(&str, T)]) -> Result<T, CaseError> {
-    let given = field.string()?;
-    known.iter().find(|(name, _)| *name == given).map(|&(_, value)| value).ok_or_else(|| {
-        let names: Vec<&str> = known.iter().map(|&(name, _)| name).collect();
-        let meant = nearest(given, names.iter().copied()).map(|meant| format!("did you mean \"{meant}\"?"));
-        let list = names.join("\" or \"");
-        field.error(format!("unknown word \"{given}\", expected \"{list}\"")).with_help(meant)
-    })
+    let known = [("refused", Outside::Refused), ("linear", Outside::Linear)];
+    field.one_of("word", "\"refused\" or \"linear\"", &known)
 }
 
 /// An unknown key of `[potential]`, with what to do where a table was meant.
 pub(super) fn explain_table(error: CaseError) -> CaseError {
     let is_table = error.message.starts_with("unknown field `table`");
-    let help = "write [tables] v = { x = [numbers], y = [numbers] }, and potential.formula = \"v(x)\"".to_owned();
-    error.with_help(Some(help).filter(|_| is_table))
+    let help = "write [tables] v = { x = [numbers], y = [numbers] }, and potential.formula = \"v(x)\"";
+    error.with_hint(is_table.then(|| help.to_owned()))
 }
 
 fn from_arrays(x: &Field<'_>, y: &Field<'_>) -> Result<Vec<[Extended; 2]>, CaseError> {
     let [arguments, values] = [x.numbers()?, y.numbers()?];
     if arguments.len() != values.len() {
         let message = format!("x has {} numbers and y has {}", arguments.len(), values.len());
-        return Err(y.error(message).with_help("give one value for each argument".to_owned()));
+        return Err(y.error(message).with_help("give one value for each argument"));
     }
     let number = |text: &String| Extended::from_decimal(text).expect("a number of the case is a decimal");
     Ok(arguments.iter().zip(&values).map(|(x, y)| [number(x), number(y)]).collect())

@@ -1,8 +1,8 @@
 //! Warnings about cases that are valid but may surprise.
 
-use super::names::mentions;
+use super::scenery::conformal;
 use super::{Case, Rate};
-use crate::geometry::{GeometryText, Law, Preset, Start};
+use crate::geometry::{GeometryText, Law, PotentialText, Preset, Start, mentions};
 
 /// If K is below this share of g00 ṫ², it is a small difference of large numbers and has lost digits.
 const NEARLY_SPACELIKE: f64 = 1e-2;
@@ -10,28 +10,18 @@ const NEARLY_SPACELIKE: f64 = 1e-2;
 impl Case {
     /// The warnings that a user should know before believing the result.
     pub fn warnings(&self) -> Vec<String> {
-        let mut warnings: Vec<String> =
-            self.unused_parameters().map(|name| format!("no formula uses the parameter '{name}'")).collect();
-        if !self.scheme.regularised {
-            warnings.push(
-                "regularised = false: without the regularisation critical points are wrong or missing".to_owned(),
-            );
-        }
-        if self.ignores_scheme {
-            warnings.push(
-                "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what [scheme] \
-                 says is not used"
-                    .to_owned(),
-            );
-        }
-        if matches!(&self.geometry, GeometryText::Potential(potential) if potential.law == Law::Relativistic) {
-            warnings.extend(self.warning_of_speed());
-        }
-        warnings
+        let unused = self.unused_parameters().map(|name| format!("no formula uses the parameter '{name}'"));
+        let unregularised = "regularised = false: without the regularisation critical points are wrong or missing";
+        let unread = "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what \
+                      [scheme] says is not used";
+        let fixed = [(!self.scheme.regularised, unregularised), (self.ignores_scheme, unread)];
+        let fixed = fixed.into_iter().filter(|(holds, _)| *holds).map(|(_, warning)| warning.to_owned());
+        unused.chain(fixed).chain(self.warning_of_speed()).collect()
     }
 
-    /// Says that the particle is as fast as light, or nearly so.
+    /// Says that a particle of the paper's metric is as fast as light, or nearly so.
     fn warning_of_speed(&self) -> Option<String> {
+        let GeometryText::Potential(PotentialText { law: Law::Relativistic, .. }) = &self.geometry else { return None };
         let geometry = self.geometry::<f64>();
         let Start { q, q_dot, .. }: Start = self.start_in(&geometry);
         let k = geometry.norm(&q, &q_dot);
@@ -68,41 +58,34 @@ impl Case {
     }
 
     /// Every formula of the case.
-    fn formulas(&self) -> Vec<&str> {
-        let mut formulas: Vec<&str> = self.geometry.parameters().iter().map(|(_, text)| text.as_str()).collect();
-        match &self.geometry {
+    fn formulas(&self) -> Vec<&String> {
+        let (scene, grid) = (&self.geometry, &self.grid);
+        let mut formulas: Vec<&String> = Vec::new();
+        let by_coordinate = match scene {
             GeometryText::Metric(metric) => {
-                formulas.extend(metric.components.iter().map(|(_, text)| text.as_str()));
-                formulas.extend(metric.definitions.iter().map(|(_, text)| text.as_str()));
-                formulas.extend(metric.one_form.iter().chain(&metric.force).map(|(_, text)| text.as_str()));
-                formulas.extend(metric.conformal.as_deref());
+                formulas.extend(metric.components.iter().map(|(_, text)| text));
+                metric.one_form.iter().chain(&metric.force)
             }
             GeometryText::Potential(potential) => {
-                formulas.extend([&potential.expression, &potential.mass, &potential.c].map(String::as_str));
-                formulas.extend(potential.masses.iter().map(String::as_str));
-                formulas.extend(potential.definitions.iter().map(|(_, text)| text.as_str()));
-                formulas.extend(potential.one_form.iter().chain(&potential.force).map(|(_, text)| text.as_str()));
-                formulas.extend(potential.conformal.as_deref());
+                formulas.extend([&potential.expression, &potential.mass, &potential.c]);
+                formulas.extend(&potential.masses);
+                potential.one_form.iter().chain(&potential.force)
             }
-        }
-        let rates = self.initial.rates.iter().filter_map(|rate| match rate {
-            Rate::Velocity(quantity) | Rate::Momentum(quantity) => Some(quantity),
+        };
+        let expected = self.expect.iter().flat_map(|expect| &expect.finals);
+        formulas.extend(by_coordinate.chain(&self.solver.floor).chain(expected).map(|(_, text)| text));
+        let named = scene.parameters().iter().chain(scene.definitions()).chain(&self.invariants);
+        formulas.extend(named.map(|(_, text)| text));
+        formulas.extend(self.initial.rates.iter().filter_map(|rate| match rate {
+            Rate::Velocity(text) | Rate::Momentum(text) => Some(text),
             _ => None,
-        });
-        let ends = [Some(&self.grid.gamma_i), self.grid.gamma_f.as_ref(), self.grid.t_f.as_ref()];
-        let expected = self.expect.iter().flat_map(|expect| {
-            let finals = expect.finals.iter().map(|(_, quantity)| quantity);
-            finals.chain(&expect.gamma_final).chain(&expect.tolerance)
-        });
-        let quantities = self.initial.q.iter().chain(rates).chain(&self.initial.norm);
-        let floors = self.solver.floor.iter().map(|(_, quantity)| quantity);
-        let quantities = quantities.chain(ends.into_iter().flatten()).chain(expected).chain(floors);
-        formulas.extend(quantities.map(|quantity| quantity.text()));
-        formulas.extend(self.grid.until.as_deref());
-        formulas.extend(self.invariants.iter().map(|(_, text)| text.as_str()));
-        formulas.extend(self.events.iter().map(|event| event.when.as_str()));
-        formulas.extend(self.events.iter().flat_map(|event| event.set.iter().map(|(_, text)| text.as_str())));
-        formulas.extend(self.axes.iter().flat_map(|axes| [axes.x.as_str(), axes.y.as_str()]));
+        }));
+        let expected = self.expect.iter().flat_map(|expect| [&expect.gamma_final, &expect.tolerance]);
+        let single = [conformal(scene), &self.initial.norm, &grid.gamma_f, &grid.t_f, &grid.until].into_iter();
+        formulas.extend(single.chain(expected).flatten().chain(&self.initial.q).chain([&grid.gamma_i]));
+        formulas
+            .extend(self.events.iter().flat_map(|event| event.set.iter().map(|(_, text)| text).chain([&event.when])));
+        formulas.extend(self.axes.iter().flat_map(|axes| [&axes.x, &axes.y]));
         formulas
     }
 }

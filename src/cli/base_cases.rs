@@ -19,7 +19,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     }
     args.output.check_standard_output()?;
     let (mut found, mut summaries, mut written, mut error) = (Vec::new(), Vec::new(), String::new(), 0.0_f64);
-    let is_changed = args.case.has_overrides();
+    let is_changed = !args.case.set.is_empty();
     let mut ending = ExitCode::SUCCESS;
     for name in BASE_CASES {
         let case = args.case.read_built_in(name)?;
@@ -37,7 +37,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
         if this != ExitCode::SUCCESS {
             ending = this;
         }
-        if swept.study.is_interrupted() {
+        if swept.study.interrupted.is_some() {
             break;
         }
     }

@@ -16,7 +16,7 @@ use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, 
 
 use super::lines::{listed, row, wrapped};
 use super::out::{OutArgs, RESULTS};
-use super::report::{self, Refusal};
+use super::report;
 use super::study::{self, Committed, Finished};
 use super::{CaseArgs, base_cases, interrupt, memory};
 
@@ -44,9 +44,9 @@ pub(super) struct ConvergeArgs {
     )]
     n_gamma: Vec<usize>,
 
-    /// Operators: SBP21, SBP42, SBP63, SBP84, GLL<n>
     #[arg(
         long,
+        help = format!("Operators: {}, GLL<n>", SbpName::stencils()),
         value_name = "SBP,SBP,…",
         value_delimiter = ',',
         value_parser = sbp_name,
@@ -99,7 +99,7 @@ fn range(text: &str) -> Result<(usize, usize), String> {
 }
 
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
-    if !args.case.is_given() {
+    if args.case.case.is_none() {
         return base_cases::converge(args);
     }
     let case = args.case.read_for_study()?;
@@ -180,11 +180,11 @@ fn sweep_in<S: Arithmetic>(
     let convergence = match sweep_with_progress::<S>(case, args) {
         Ok(Some(convergence)) => convergence,
         Ok(None) => return Ok(None),
-        Err(SweepError::Reference(end)) => return Err(study::without_results(files, end)),
+        Err(SweepError::Reference(end)) => return Err(study::without_results(files, end.into())),
         // An impossible grid is a mistake on the command line, and nothing is changed.
         Err(SweepError::Grid(message)) => {
             let help = "choose other numbers for --n-gamma, or fewer operators for --sbp";
-            return Err(Refusal::usage(message).help(help).into());
+            return Err(report::refused(message, help));
         }
     };
     let n_range = args.fit_range.unwrap_or((0, usize::MAX));
@@ -226,15 +226,15 @@ fn draw<S: Real>(
     files: &OutputSet,
 ) -> anyhow::Result<()> {
     let is_one = convergence.coordinates.len() == 2 && convergence.charges.len() == 1;
-    for (name, what, at_end) in [(FINAL_ERRORS, "at the end", true), (L2_ERRORS, "in the L2 norm", false)] {
-        let (of_x, largest) = match at_end {
-            true => (Quantity::EPS_X_FINAL, Quantity::LARGEST_FINAL),
-            false => (Quantity::EPS_X_L2, Quantity::LARGEST_L2),
-        };
+    for (name, what, of_x, largest) in [
+        (FINAL_ERRORS, "at the end", Quantity::EPS_X_FINAL, Quantity::LARGEST_FINAL),
+        (L2_ERRORS, "in the L2 norm", Quantity::EPS_X_L2, Quantity::LARGEST_L2),
+    ] {
         let shown: Vec<Slope> = if is_one {
             // With many schemes only the errors of x are drawn: twice as many curves would be too many to tell apart.
             let is_crowded = slopes.len() > MOST_SCHEMES * 4;
-            let is_shown = |quantity: Quantity| quantity == of_x || (!is_crowded && quantity.is_at_end() == at_end);
+            let is_shown =
+                |quantity: Quantity| quantity == of_x || (!is_crowded && quantity.is_at_end() == of_x.is_at_end());
             slopes.iter().filter(|slope| is_shown(slope.quantity)).cloned().collect()
         } else {
             // The largest error of several coordinates is drawn.
@@ -255,6 +255,7 @@ fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Resul
     let bar = study::bar(args.case.quiet, args.n_gamma.len() * schemes.len(), "{bar:30} {pos}/{len} grids {msg}");
     let (case, n_gamma, mut points) = (case.clone(), args.n_gamma.clone(), Vec::new());
     let found = study::computed(
+        &bar,
         move || Sweep::<S>::new(&case, &schemes, &n_gamma),
         |sweep, tell| {
             sweep.run(&AtomicBool::new(false), &|place, point| tell((place, point.clone())));
@@ -265,7 +266,6 @@ fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Resul
             points.push((place, point));
         },
     );
-    bar.finish_and_clear();
     Ok(found?.map(|(sweep, _)| sweep.gathered(points)))
 }
 

@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use geodesic_ivp::case::builtin::{self, Group, NAMES};
 
-use super::stdout;
+use super::out;
 
 #[derive(Debug, Args)]
 pub(super) struct InitArgs {
@@ -29,7 +29,7 @@ pub(super) fn init(args: &InitArgs) -> anyhow::Result<ExitCode> {
         Some(name) => builtin::text(name).expect("clap takes known names only").to_owned(),
         None => list(),
     };
-    stdout::write_data(text.as_bytes())?;
+    out::write_data(text.as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -11,7 +11,7 @@ use geodesic_ivp::formula::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
 use super::CaseArgs;
-use super::report::{self, Refusal};
+use super::report;
 
 /// The built-in case that is used by commands to which no case is given.
 const DEFAULT: &str = "quartic";
@@ -41,27 +41,12 @@ impl CaseArgs {
         }
     }
 
-    /// Returns true if a case is named at all.
-    pub(super) fn is_given(&self) -> bool {
-        self.case.is_some()
-    }
-
     /// The name of a built-in case that nothing changes, if the case is one.
     pub(super) fn unchanged(&self) -> Option<&str> {
         match self.source() {
             Source::BuiltIn(name) if self.set.is_empty() => Some(name),
             _ => None,
         }
-    }
-
-    /// Returns true if a scene is separable; `None` if the case is none.
-    pub(super) fn is_separable(&self, case: &Case) -> Option<bool> {
-        (!case.is_of_x()).then(|| case.geometry::<f64>().is_separable())
-    }
-
-    /// Returns true if `--set` changes the case.
-    pub(super) fn has_overrides(&self) -> bool {
-        !self.set.is_empty()
     }
 
     /// The name of the source in error messages.
@@ -108,7 +93,7 @@ impl CaseArgs {
         let case = self.read()?;
         if case.has_acting_events() {
             let help = "take their `set` out, or use run, run --vary and check";
-            return Err(Refusal::usage("this study of schemes knows no events that act").help(help).into());
+            return Err(report::refused("this study of schemes knows no events that act", help));
         }
         Ok(case)
     }
@@ -127,7 +112,7 @@ impl CaseArgs {
                 at_most(file, size, &name)?
             }
             Source::BuiltIn(built_in) => {
-                if !self.quiet && !self.is_given() {
+                if !self.quiet && self.case.is_none() {
                     report::note(&format!("no CASE is given: the built-in case '{built_in}' is used"));
                 }
                 return Ok(built_in_text(built_in)?.to_owned());
@@ -181,5 +166,5 @@ fn unreadable(path: &Path, reason: &str) -> anyhow::Error {
         Some(name) => format!("there is a built-in case `{name}`"),
         None => "name a TOML file or a built-in case: `init --list` names these".to_owned(),
     };
-    Refusal::input_output(format!("cannot read the case file {}: {reason}", path.display())).help(help).into()
+    report::refused_by_system(format!("cannot read the case file {}: {reason}", path.display()), help)
 }

@@ -1,4 +1,4 @@
-//! `man`: one page with all commands, the keys of a case, files, exit codes and examples.
+//! `man`, one page with all commands, the keys of a case, files, exit codes and examples, and `completions SHELL`.
 
 use std::process::ExitCode;
 
@@ -7,7 +7,7 @@ use clap_mangen::Man;
 use clap_mangen::roff::{Inline, Roff, bold, italic, roman};
 use geodesic_ivp::case::{KEYS, SCENE_KEYS};
 
-use super::{Cli, report, stdout};
+use super::{Cli, out, report};
 
 /// The files that commands write: the command, the name of the file, and what is in it.
 const FILES: [(&str, &str, &str); 19] = [
@@ -91,7 +91,16 @@ pub(super) fn man() -> anyhow::Result<ExitCode> {
     for section in [case_file(), scenes(), files(), exit_status(), examples()] {
         section.to_writer(&mut page)?;
     }
-    stdout::write_data(&page)?;
+    out::write_data(&page)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Prints the script. It is generated in memory first, because the generator would panic on a closed pipe.
+pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<ExitCode> {
+    let (mut script, mut command) = (Vec::new(), Cli::command());
+    let name = command.get_name().to_owned();
+    clap_complete::generate(shell, &mut command, name, &mut script);
+    out::write_data(&script)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -114,14 +123,14 @@ fn case_file() -> Roff {
          is an error. Exactly one kind of potential is required, and exactly one of initial.x_dot and \
          initial.velocity.",
     );
-    for key in KEYS {
-        let mut heading = vec![bold(key.name), roman(" "), italic(key.kind)];
-        match key.default {
+    for key in KEYS.iter() {
+        let mut heading = vec![bold(&*key.name), roman(" "), italic(&*key.kind)];
+        match key.default.as_str() {
             "" | "none" => {}
             "required" => heading.push(roman(" (required)")),
             default => heading.push(roman(format!(" [default: {default}]"))),
         }
-        entry(&mut roff, heading, key.meaning);
+        entry(&mut roff, heading, &*key.meaning);
     }
     roff
 }
@@ -133,8 +142,8 @@ fn scenes() -> Roff {
          these keys besides, and [scheme] and [solver] as above. q stands for any of its coordinates, NAME for a name \
          of your own.",
     );
-    for (name, meaning) in SCENE_KEYS {
-        entry(&mut roff, [bold(*name)], *meaning);
+    for key in SCENE_KEYS.iter() {
+        entry(&mut roff, [bold(&*key.name)], &*key.meaning);
     }
     roff
 }

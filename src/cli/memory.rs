@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::{Settings, Setup, bytes_needed};
 
-use super::report::Refusal;
+use super::report;
 
 /// The room in megabytes that a command needs besides what is counted, and once more for each thread of a study: for a
 /// stack, and for the space that the system reserves for its small allocations.
@@ -18,20 +18,20 @@ const ROOM: f64 = 128.0;
 /// one for each core: without that room the program would be aborted in the middle.
 ///
 /// # Errors
-/// [`Refusal`] with the room that there is.
+/// A refusal with the room that there is.
 pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
     let threads = if all_cores { available_parallelism().map_or(1, NonZero::get) } else { 0 };
     let least = ROOM * (1 + threads) as f64;
     let Some(left) = address_space().map(|bytes| bytes / 1e6).filter(|left| *left < least) else { return Ok(()) };
     let message = format!("a limit leaves {left:.0} MB of address space, and this command begins with {least:.0} MB");
-    Err(Refusal::input_output(message).help("raise the limit (ulimit -v)").into())
+    Err(report::refused_by_system(message, "raise the limit (ulimit -v)"))
 }
 
 /// Refuses a run that needs more memory than there is, of which only the last window is kept if it is streamed, and so
 /// many samples.
 ///
 /// # Errors
-/// [`Refusal`] with the memory that is needed and the memory that there is.
+/// A refusal with the memory that is needed and the memory that there is.
 pub(super) fn check<S: Real>(setup: &Setup<S>, is_streamed: bool, samples: usize) -> anyhow::Result<()> {
     let needed = bytes_needed(setup, is_streamed, samples);
     let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
@@ -47,7 +47,7 @@ pub(super) fn check<S: Real>(setup: &Setup<S>, is_streamed: bool, samples: usize
          {available:.2} {name}",
         n_gamma * windows
     );
-    Err(Refusal::usage(message).help(help).into())
+    Err(report::refused(message, help))
 }
 
 /// The memory that the run can have, in bytes: the least of what the machine has left, what the process may still take,

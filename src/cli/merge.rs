@@ -8,7 +8,7 @@ use geodesic_ivp::output::runs::{Joined, MergeError, Part, RUNS, RUNS_EVENTS, jo
 use geodesic_ivp::output::{CASE, Origin, OutputSet, SUMMARY, origin_of};
 
 use super::out::{self, OutArgs};
-use super::report::Refusal;
+use super::report;
 use super::study::Finished;
 use super::vary;
 
@@ -55,5 +55,5 @@ fn explained(error: anyhow::Error) -> anyhow::Error {
         MergeError::Twice { .. } => "name every part once",
         MergeError::Missing { .. } => "compute it with --part, and name all parts",
     };
-    Refusal::usage(reason.to_string()).help(help).into()
+    report::refused(reason.to_string(), help)
 }

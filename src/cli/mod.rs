@@ -3,7 +3,6 @@
 mod base_cases;
 mod check;
 mod converge;
-mod details;
 mod drawn;
 mod init;
 mod input;
@@ -12,30 +11,26 @@ mod lines;
 mod manual;
 mod memory;
 mod merge;
-mod methods;
 mod out;
 mod report;
 mod run;
 mod samples;
-mod shell;
 mod stability;
-mod stdout;
 mod study;
 mod told;
-mod usage;
 mod vary;
 mod work_precision;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Arg, Args, Parser, Subcommand, ValueHint};
-
-use report::exit_code;
+use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
+use clap::{Arg, Args, CommandFactory, Parser, Subcommand, ValueHint};
+use geodesic_ivp::formula::similar::nearest;
 
 /// Reads the command line, executes the command and returns its exit code.
 pub fn main() -> ExitCode {
-    Cli::from_command_line().execute().unwrap_or_else(|error| exit_code(&error))
+    Cli::from_command_line().execute().unwrap_or_else(|error| report::explain(&error).into())
 }
 
 /// The text at the end of `--help`.
@@ -152,17 +147,17 @@ struct CaseArgs {
 impl Cli {
     /// Reads the command line. A mistake in it ends the program with exit code 2; help and version end it with 0.
     fn from_command_line() -> Self {
-        Self::try_parse().unwrap_or_else(|error| usage::explained(error).exit())
+        Self::try_parse().unwrap_or_else(|error| explained(error).exit())
     }
 
     /// Executes the command.
     ///
     /// # Errors
-    /// The error that ended the command; [`exit_code`] turns it into a message and an exit code.
+    /// The error that ended the command; [`report::explain`] turns it into a message and an exit code.
     fn execute(self) -> anyhow::Result<ExitCode> {
         match &self.command {
             Command::Converge(_) | Command::WorkPrecision(_) | Command::Stability(_) => memory::require_room(true)?,
-            Command::Run(args) => memory::require_room(args.vary.is_given())?,
+            Command::Run(args) => memory::require_room(!args.vary.vary.is_empty())?,
             Command::Check(_) | Command::Merge(_) => memory::require_room(false)?,
             Command::Init(_) | Command::Completions { .. } | Command::Man => {}
         }
@@ -175,8 +170,43 @@ impl Cli {
             Command::Merge(args) => merge::merge(&args),
             Command::Check(args) => check::check(&args),
             Command::Init(args) => init::init(&args),
-            Command::Completions { shell } => shell::completions(shell),
+            Command::Completions { shell } => manual::completions(shell),
             Command::Man => manual::man(),
         }
     }
+}
+
+/// The parser's message, and what to do if a case is missing or a command is misspelt.
+fn explained(mut error: Error) -> Error {
+    match (error.kind(), error.get(ContextKind::InvalidArg), error.get(ContextKind::InvalidSubcommand)) {
+        (ErrorKind::MissingRequiredArgument, Some(ContextValue::Strings(names)), _)
+            if names.iter().any(|name| name == "<CASE>") =>
+        {
+            // Two commands require a case; the usage line says which of them this is.
+            let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
+            let command = if usage.contains(" check ") { "check" } else { "run" };
+            let tip = format!(
+                "name a file, - for standard input, or a built-in case, for example `{command} quartic`; \
+                 `init --list` names these, and `init quartic > my-case.toml` starts one's own"
+            );
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+        }
+        (ErrorKind::InvalidSubcommand, _, Some(ContextValue::String(word)))
+            if error.get(ContextKind::SuggestedSubcommand).is_none() =>
+        {
+            let command = Cli::command();
+            let known = command.get_subcommands().map(clap::Command::get_name);
+            if let Some(meant) = nearest(word, known).map(str::to_owned) {
+                error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![meant]));
+            }
+        }
+        (ErrorKind::UnknownArgument, Some(ContextValue::String(name)), _) if name == "--n-gamma" => {
+            let tip = "the numbers of nodes follow from steps and lengths: give --delta-gamma and --gamma-f";
+            error.remove(ContextKind::SuggestedArg);
+            error.remove(ContextKind::Usage);
+            error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+        }
+        _ => {}
+    }
+    error
 }

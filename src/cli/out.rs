@@ -1,12 +1,14 @@
-//! Where a command's results go: its files, and its summary on standard output.
+//! Where a command's results go: its files, and its summary on standard output, of which a failure to write is always
+//! reported.
 
-use std::ffi::OsStr;
+use std::io::{self, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use geodesic_ivp::output::{Origin, Target, origin_of};
 
-use super::{CaseArgs, report, stdout};
+use super::CaseArgs;
+use super::report;
 
 /// The commands that write files. Those of the first go into the folder of the case itself, those of the others into
 /// folders in that one.
@@ -27,7 +29,7 @@ pub(super) struct OutArgs {
     /// Only files of an earlier command are replaced. Without --out, run writes to results/<case>, other commands to
     /// results/<case>/<command>, and converge without CASE to results/converge/<case>.
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
 
     /// Also replace files that this program did not write
     #[arg(long)]
@@ -35,31 +37,16 @@ pub(super) struct OutArgs {
 
     /// Print the summary as JSON, which is the text of summary.json
     #[arg(long, conflicts_with = "quiet")]
-    json: bool,
+    pub(super) json: bool,
 }
 
 impl OutArgs {
-    /// Returns true if a folder is named.
-    pub(super) fn is_named(&self) -> bool {
-        self.out.is_some()
-    }
-
-    /// Makes the folder that is named, if one is, the one called `name` in it.
-    pub(super) fn go_below(&mut self, name: &OsStr) {
-        self.out = self.out.take().map(|folder| folder.join(name));
-    }
-
     /// Refuses a computation whose JSON summary would be lost.
     ///
     /// # Errors
     /// If JSON is asked for and standard output is closed.
     pub(super) fn check_standard_output(&self) -> anyhow::Result<()> {
-        if self.json { stdout::for_data().map(drop) } else { Ok(()) }
-    }
-
-    /// Returns true if the summary is printed for people, who read there what is doubtful.
-    pub(super) fn is_for_people(&self, quiet: bool) -> bool {
-        !self.json && !quiet
+        if self.json { for_data().map(drop) } else { Ok(()) }
     }
 
     /// Prints the summary of a command as the options ask for it: as `json`, as `readable`, or not at all if it is to
@@ -69,9 +56,9 @@ impl OutArgs {
     /// If standard output is closed or cannot be written.
     pub(super) fn tell(&self, quiet: bool, json: &str, readable: impl FnOnce() -> String) -> anyhow::Result<()> {
         match (self.json, quiet) {
-            (true, _) => stdout::write_data(json.as_bytes()),
+            (true, _) => write_data(json.as_bytes()),
             (false, true) => Ok(()),
-            (false, false) => stdout::write(&readable()),
+            (false, false) => write(&readable()),
         }
     }
 
@@ -136,4 +123,69 @@ fn other_case(home: &Path, origin: &Origin) -> anyhow::Result<Option<String>> {
 
 fn folder_of(home: &Path, command: &str) -> PathBuf {
     if command == COMMANDS[0] { home.to_owned() } else { home.join(command) }
+}
+
+/// Writes `text` and flushes it, so that a full disk is noticed before the program ends.
+///
+/// # Errors
+/// If it cannot be written.
+pub(super) fn write(text: &str) -> anyhow::Result<()> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// Writes `bytes`, which are the whole output of a command.
+///
+/// # Errors
+/// If standard output is closed or cannot be written.
+pub(super) fn write_data(bytes: &[u8]) -> anyhow::Result<()> {
+    let mut out = for_data()?;
+    out.write_all(bytes)?;
+    Ok(out.flush()?)
+}
+
+/// Standard output for data that is not kept anywhere else.
+///
+/// # Errors
+/// If it is closed.
+pub(super) fn for_data() -> anyhow::Result<StdoutLock<'static>> {
+    if is_closed() {
+        return Err(report::refused_by_system(
+            "standard output is closed: nothing takes the data",
+            "redirect it to a file or a pipe (/dev/null opened for reading and writing looks the same as closed)",
+        ));
+    }
+    Ok(io::stdout().lock())
+}
+
+/// Returns true if standard output is closed.
+///
+/// Before `main` begins, the standard library opens /dev/null for reading and writing in place of a closed standard
+/// stream. A user who redirects to /dev/null usually opens it for writing only. If it is open for both, standard output
+/// is taken to be closed, since what is written to it is lost in any case.
+#[cfg(target_os = "linux")]
+fn is_closed() -> bool {
+    use std::fs;
+    use std::os::unix::fs::{FileTypeExt, MetadataExt};
+
+    const ACCESS: u32 = 3;
+    const READ_AND_WRITE: u32 = 2;
+    let device = |path| {
+        let metadata = fs::metadata(path).ok().filter(|metadata| metadata.file_type().is_char_device())?;
+        Some(metadata.rdev())
+    };
+    let flags = || {
+        let information = fs::read_to_string("/proc/self/fdinfo/1").ok()?;
+        let flags = information.lines().find_map(|line| line.strip_prefix("flags:"))?;
+        u32::from_str_radix(flags.trim(), 8).ok()
+    };
+    device("/dev/null").is_some_and(|null| device("/proc/self/fd/1") == Some(null))
+        && flags().is_some_and(|flags| flags & ACCESS == READ_AND_WRITE)
+}
+
+/// On other systems the standard library gives no way to tell.
+#[cfg(not(target_os = "linux"))]
+fn is_closed() -> bool {
+    false
 }

@@ -1,8 +1,6 @@
 //! Errors and warnings on standard error, and the exit code of each error.
 
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
-use std::process::ExitCode;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use geodesic_ivp::output::NotOurs;
@@ -11,7 +9,6 @@ use geodesic_ivp::{CaseError, NoSolution, Status};
 
 use super::check::ExpectationNotMet;
 use super::interrupt::INTERRUPTED;
-use super::lines::row;
 
 /// The remedy for a reference that ends early, and the exit code.
 fn of_reference(reason: EndReason) -> (&'static str, u8) {
@@ -51,35 +48,28 @@ pub(super) const NO_CRITICAL_POINT: u8 = 3;
 pub(super) const OUTSIDE_DOMAIN: u8 = 4;
 const EXPECTATION: u8 = 5;
 
-/// A refusal of the command line, with its exit code and what to do instead.
+/// A refusal of the command line, with its exit code and what to do instead, if that is not obvious.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
-pub(super) struct Refusal {
+struct Refusal {
     message: String,
     help: Option<String>,
     code: u8,
 }
 
-impl Refusal {
-    /// A refusal of what the user asks for.
-    pub(super) fn usage(message: impl Into<String>) -> Self {
-        Self { message: message.into(), help: None, code: INVALID_CASE }
-    }
-
-    /// A refusal because of a file or a stream.
-    pub(super) fn input_output(message: impl Into<String>) -> Self {
-        Self { message: message.into(), help: None, code: IO_FAILURE }
-    }
-
-    /// The same refusal with `help`, which says what to do instead.
-    pub(super) fn help(self, help: impl Into<String>) -> Self {
-        Self { help: Some(help.into()), ..self }
-    }
+/// A refusal of what the user asks for, with what to do instead.
+pub(super) fn refused(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
+    Refusal { message: message.into(), help: Some(help.into()), code: INVALID_CASE }.into()
 }
 
-/// The last line of a summary: the files that are in `directory` now.
-pub(super) fn written(directory: &Path, names: &[&str]) -> String {
-    row("written", &format!("{}: {}", directory.display(), names.join(", ")))
+/// The same where that is obvious.
+pub(super) fn refused_without_help(message: String) -> anyhow::Error {
+    Refusal { message, help: None, code: INVALID_CASE }.into()
+}
+
+/// A refusal because of a file or a stream, with what to do.
+pub(super) fn refused_by_system(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
+    Refusal { message: message.into(), help: Some(help.into()), code: IO_FAILURE }.into()
 }
 
 /// The exit code of a solve that ends without a solution.
@@ -88,11 +78,6 @@ pub(super) fn code_of(status: Status) -> u8 {
 }
 
 /// Prints `error` for people and returns its exit code. A pipe whose reader has closed it is not an error.
-pub(crate) fn exit_code(error: &anyhow::Error) -> ExitCode {
-    ExitCode::from(explain(error))
-}
-
-/// The same as a number.
 pub(super) fn explain(error: &anyhow::Error) -> u8 {
     if is_broken_pipe(error) {
         return 0;

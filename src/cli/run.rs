@@ -20,14 +20,12 @@ use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
 
-use super::details::details;
 use super::drawn::{draw, picture_names};
 use super::out::{OutArgs, RESULTS};
-use super::report::Refusal;
 use super::samples::SampleArgs;
-use super::told::Told;
+use super::told::{Told, details};
 use super::vary::{VaryArgs, vary};
-use super::{CaseArgs, memory, report, stdout};
+use super::{CaseArgs, memory, out, report};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
@@ -114,7 +112,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
         args.case.set.push(format!("initial.from={}", Value::from(from.display().to_string())));
         return run(&args);
     }
-    if args.vary.is_given() {
+    if !args.vary.vary.is_empty() {
         return vary(args);
     }
     if args.more.is_empty() {
@@ -140,14 +138,14 @@ impl RunArgs {
             let mut args = Self { more: Vec::new(), ..self.clone() };
             args.case.case = Some(path.clone());
             let stem = args.case.stem().to_owned();
-            args.output.go_below(&stem);
+            args.output.out = args.output.out.map(|folder| folder.join(&stem));
             if each.iter().any(|other| other.case.identity() == args.case.identity()) {
                 let message = format!("{} is named twice", args.case.name());
-                return Err(Refusal::usage(message).help("name every case once").into());
+                return Err(report::refused(message, "name every case once"));
             }
-            if self.output.is_named() && each.iter().any(|other| other.case.stem() == stem) {
+            if self.output.out.is_some() && each.iter().any(|other| other.case.stem() == stem) {
                 let message = format!("with --out two cases called {} would have the same folder", stem.display());
-                return Err(Refusal::usage(message).help("leave --out out, or run them one after the other").into());
+                return Err(report::refused(message, "leave --out out, or run them one after the other"));
             }
             each.push(args);
         }
@@ -166,7 +164,7 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     check_options(case, args)?;
     let samples = args.samples.stream(case)?;
     case.warnings().iter().for_each(|warning| report::warn(warning));
-    let is_streamed = args.samples.only() || args.stdout && takes_windows(&setup, args);
+    let is_streamed = args.samples.samples_only || args.stdout && takes_windows(&setup, args);
     memory::check(&setup, is_streamed, args.samples.count())?;
     if args.stdout {
         return to_standard_output(case, &setup, args, Wanted { samples, is_streamed, ..Wanted::default() });
@@ -176,14 +174,17 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     let target = args.output.target(&args.case, "run")?;
     let directory = target.folder.clone();
     let files = OutputSet::open(target, &file_names(case, args))?;
-    files.write_text(CASE, &effective(case, args))?;
+    // The expectations hold for the case as it is in its file.
+    let effective = if args.case.set.is_empty() { case.to_toml() } else { case.without_expectations().to_toml() };
+    files.write_text(CASE, &effective)?;
     let (result, solve_seconds) = solved(case, &setup, args, wanted);
     let run = match result {
         Ok(run) => run,
         Err(none) => return Err(failed(case, &setup, args, files, (none, solve_seconds))),
     };
     let judged = run.judged(&setup, args.reference, args.enclose);
-    if !args.output.is_for_people(args.case.quiet) {
+    // People read in the summary what is doubtful.
+    if args.output.json || args.case.quiet {
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
     let mut summary = Summary::new(case, &run, &judged, solve_seconds);
@@ -271,19 +272,19 @@ fn to_standard_output<S: Arithmetic>(
     wanted: Wanted<'_, S>,
 ) -> anyhow::Result<ExitCode> {
     // Checked before the computation, whose result would otherwise be lost.
-    drop(stdout::for_data()?);
+    drop(out::for_data()?);
     let Settings { windows, accuracy, .. } = setup.settings;
     // A run that fails, or begins again, prints nothing: the table waits in a file without a name.
     let file = tempfile::tempfile().context("cannot write a temporary file")?;
     let mut table = StreamedTable::new(file, args.every, accuracy.is_none().then_some(windows > 1));
     let mut see = |part: &WorldLine<S>, measured: &Diagnostics<S>| table.see(part, measured);
-    let observer: Option<run::Observer<'_, S>> = if args.samples.only() { None } else { Some(&mut see) };
+    let observer: Option<run::Observer<'_, S>> = if args.samples.samples_only { None } else { Some(&mut see) };
     let run =
         solved(case, setup, args, Wanted { observer, ..wanted }).0.map_err(|none| explained(none, args, setup))?;
     let suspicions = if args.enclose { run.judged(setup, args.reference, true).suspicions } else { run.warnings() };
     suspicions.iter().for_each(|warning| report::warn(warning));
-    let mut out = stdout::for_data()?;
-    if args.samples.only() {
+    let mut out = out::for_data()?;
+    if args.samples.samples_only {
         write_samples(out, run.line.geometry().names(), &run.samples, run.line.digits)?;
     } else {
         std::io::copy(&mut table.finish().context("cannot write a temporary file")?, &mut out)?;
@@ -294,14 +295,13 @@ fn to_standard_output<S: Arithmetic>(
 
 /// Refuses options that this case does not have.
 fn check_options(case: &Case, args: &RunArgs) -> anyhow::Result<()> {
-    if args.enclose && case.settings().accuracy.is_none() && args.samples.only() {
+    if args.enclose && case.settings().accuracy.is_none() && args.samples.samples_only {
         let help = "leave one of them out, or ask for solver.accuracy, which looks between the nodes on the way";
-        let refusal = Refusal::usage("--samples-only keeps no nodes that --enclose could look between");
-        return Err(refusal.help(help).into());
+        return Err(report::refused("--samples-only keeps no nodes that --enclose could look between", help));
     }
     if case.has_acting_events() && args.reference {
         let help = "leave --reference out: such a run is compared with a second one in any case";
-        return Err(Refusal::usage("the Taylor method of --reference knows no events that act").help(help).into());
+        return Err(report::refused("the Taylor method of --reference knows no events that act", help));
     }
     Ok(())
 }
@@ -323,24 +323,15 @@ fn file_names(case: &Case, args: &RunArgs) -> Vec<&'static str> {
     let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SENSITIVITY, EVENTS, UNTIL_FAILURE, SUMMARY, CASE];
     names.extend(picture_names(case));
     names.retain(|name| match *name {
-        TRAJECTORY | RESIDUALS => !args.samples.only(),
-        BRANCHES => !args.samples.only() && case.settings().system == System::Doubled,
+        TRAJECTORY | RESIDUALS => !args.samples.samples_only,
+        BRANCHES => !args.samples.samples_only && case.settings().system == System::Doubled,
         SAMPLES => args.samples.wanted(),
-        SENSITIVITY => !args.samples.only() && case.settings().sensitivity,
+        SENSITIVITY => !args.samples.samples_only && case.settings().sensitivity,
         EVENTS => !case.events().is_empty(),
         SUMMARY | CASE | UNTIL_FAILURE => true,
         _ => args.plot,
     });
     names
-}
-
-/// The case that is run, as a text.
-fn effective(case: &Case, args: &RunArgs) -> String {
-    match args.case.has_overrides() {
-        // The expectations hold for the case as it is in its file.
-        true => case.without_expectations().to_toml(),
-        false => case.to_toml(),
-    }
 }
 
 /// Solves, with a spinner if standard error is a terminal. Returns also the seconds in the solver.

@@ -6,10 +6,12 @@ use geodesic_ivp::trajectory::{Coordinate, NoSamples, OutsideRun, SampleStream};
 use geodesic_ivp::{Case, CaseError};
 
 use super::out::RESULTS;
-use super::report::Refusal;
+use super::report;
 
 /// More rows than this are taken for a typing mistake.
 const MOST_SAMPLES: f64 = 1e8;
+/// The option that takes samples by time.
+const BY_TIME: &str = "sample-t";
 
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = RESULTS)]
@@ -32,7 +34,7 @@ pub(super) struct SampleArgs {
 
     /// Write no other table, and keep one window in memory
     #[arg(long, conflicts_with = "plot")]
-    samples_only: bool,
+    pub(super) samples_only: bool,
 }
 
 /// Where samples are wanted. Numbers are kept as text, so that a step of 0.1 is one tenth in every precision.
@@ -81,15 +83,11 @@ impl Range {
     }
 
     fn list(texts: &[String]) -> Result<Numbers, String> {
-        let mut values = Vec::with_capacity(texts.len());
-        for text in texts {
-            let value = number(text);
-            values.push(value.ok_or_else(|| {
-                format!(
-                    "'{text}' is not a finite number (a list is written 0,1,2.5, a column of a table @FILE.csv:COLUMN)"
-                )
-            })?);
-        }
+        let wrong = |text: &str| {
+            format!("'{text}' is not a finite number (a list is written 0,1,2.5, a column of a table @FILE.csv:COLUMN)")
+        };
+        let values = texts.iter().map(|text| number(text).ok_or_else(|| wrong(text)));
+        let values = values.collect::<Result<Vec<f64>, String>>()?;
         if !values.is_sorted() && !values.is_sorted_by(|a, b| a >= b) {
             return Err("the numbers of a list must be in order, ascending or descending".to_owned());
         }
@@ -154,65 +152,52 @@ impl SampleArgs {
 
     /// The number of samples that are asked for.
     pub(super) fn count(&self) -> usize {
-        self.range().map_or(0, |(_, range, _)| range.count())
-    }
-
-    /// Returns true if nothing but samples is asked for.
-    pub(super) fn only(&self) -> bool {
-        self.samples_only
+        self.range().map_or(0, |(_, range)| range.count())
     }
 
     /// The stream that takes the samples, if any are asked for.
     ///
     /// # Errors
-    /// [`Refusal`] if the coordinate by which they are asked for is none of the case's.
+    /// A refusal if the coordinate by which they are asked for is none of the case's.
     pub(super) fn stream<S: Real>(&self, case: &Case) -> anyhow::Result<Option<SampleStream<S>>> {
-        let Some((by_time, range, _)) = self.range() else { return Ok(None) };
+        let Some((option, range)) = self.range() else { return Ok(None) };
         let values = range.values();
-        if !by_time {
+        if option != BY_TIME {
             return Ok(Some(SampleStream::new(Coordinate::Gamma, values, case.is_backward())));
         }
         let t = case.coordinates().iter().position(|name| name == "t").ok_or_else(|| {
-            Refusal::usage("--sample-t needs a coordinate t, and the scene has none")
-                .help("take samples with --sample-gamma")
+            report::refused(
+                "--sample-t needs a coordinate t, and the scene has none",
+                "take samples with --sample-gamma",
+            )
         })?;
         let backwards = (case.start::<f64>().q_dot[t] < 0.0) != case.is_backward();
         Ok(Some(SampleStream::new(Coordinate::Value(t), values, backwards)))
     }
 
-    /// Returns true if samples are taken by time, where, and by which option.
-    fn range(&self) -> Option<(bool, &Range, &'static str)> {
-        let by_time = self.sample_t.as_ref().map(|range| (true, range, "sample-t"));
-        by_time.or(self.sample_gamma.as_ref().map(|range| (false, range, "sample-gamma")))
+    /// The option by which samples are taken, and where.
+    fn range(&self) -> Option<(&'static str, &Range)> {
+        let by_time = self.sample_t.as_ref().map(|range| (BY_TIME, range));
+        by_time.or(self.sample_gamma.as_ref().map(|range| ("sample-gamma", range)))
     }
 
     /// The error where there are no samples.
     pub(super) fn refuse<S: Real>(&self, none: NoSamples<S>, digits: u32) -> anyhow::Error {
-        match none {
-            NoSamples::Outside(outside) => self.outside(outside, digits).into(),
-            NoSamples::Turns => {
+        let ((option, range), OutsideRun { range: (from, to) }) = match (self.range(), none) {
+            (Some(asked), NoSamples::Outside(outside)) => (asked, outside),
+            _ => {
                 let message = "t does not grow, or fall, all the way: a time is not one place of the world-line";
-                Refusal::usage(message).help("take samples with --sample-gamma").into()
+                return report::refused(message, "take samples with --sample-gamma");
             }
-        }
-    }
-
-    /// The error for samples that lie outside the run.
-    fn outside<S: Real>(&self, outside: OutsideRun<S>, digits: u32) -> CaseError {
-        let (option, range) = self.range().map_or(("", ""), |(_, range, option)| (option, range.text.as_str()));
-        let (from, to) = outside.range;
-        let starts_before =
-            self.range().is_some_and(|(_, range, _)| range.values::<S>().iter().any(|value| *value < from));
-        let [from, to] = [from, to].map(|end| end.to_decimal(digits));
-        let message = format!("--{option} {range} goes beyond the run, which covers {from} to {to}");
-        let longer = match option {
-            "sample-t" => "--set grid.t_f=…",
-            _ => "--set grid.gamma_f=…",
         };
+        let starts_before = range.values::<S>().iter().any(|value| *value < from);
+        let [from, to] = [from, to].map(|end| end.to_decimal(digits));
+        let message = format!("--{option} {} goes beyond the run, which covers {from} to {to}", range.text);
+        let longer = if option == BY_TIME { "--set grid.t_f=…" } else { "--set grid.gamma_f=…" };
         let help = match starts_before {
             true => format!("take samples from {from} to {to}"),
             false => format!("the run ends at {to}: end the samples there, or make it longer with {longer}"),
         };
-        CaseError { help: Some(help), ..CaseError::without_place("command line", message) }
+        CaseError { help: Some(help), ..CaseError::without_place("command line", message) }.into()
     }
 }

@@ -8,14 +8,12 @@ use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::output::{OutputSet, pictures, stability_summary, write_stability};
-use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Limit, Method, Pace, Plan, measure};
 
 use super::lines::{row, wrapped};
-use super::methods::{self, chosen};
 use super::out::{OutArgs, RESULTS};
-use super::report::{self, Refusal};
-use super::study::{self, Finished, positive};
+use super::report;
+use super::study::{self, Finished, chosen, positive};
 use super::{CaseArgs, interrupt};
 
 const STABILITY: &str = "stability.csv";
@@ -36,7 +34,7 @@ pub(super) struct StabilityArgs {
         long,
         value_name = "NAME,NAME,…",
         value_delimiter = ',',
-        long_help = methods::help(Method::all().iter().map(Method::label))
+        long_help = study::methods_help(Method::all().iter().map(Method::label))
     )]
     methods: Vec<String>,
 
@@ -70,22 +68,15 @@ pub(super) struct StabilityArgs {
 pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     let case = &args.case.read_for_study()?;
     if !case.is_of_x() && !args.t_dot.is_empty() {
-        let refusal = Refusal::usage("--t-dot is for cases of one coordinate");
-        anyhow::bail!(refusal.help("the lengths of a scene are those of --gamma-f"));
+        let help = "the lengths of a scene are those of --gamma-f";
+        return Err(report::refused("--t-dot is for cases of one coordinate", help));
     }
-    let is_separable = args.case.is_separable(case);
-    let unsuitable = |method: &Method| method.unsuitable(is_separable?);
-    let (methods, left_out) = chosen(&args.methods, Method::all(), Method::label, unsuitable)?;
-    args.output.check_standard_output()?;
-    let target = args.output.target(&args.case, "stability")?;
-    let files = study::open(target, &[STABILITY], args.plot.then_some(&PICTURES))?;
+    let (methods, left_out) = chosen(case, &args.methods, Method::all(), Method::label, Method::unsuitable)?;
+    let files = study::begin((&args.case, &args.output), "stability", &[STABILITY], args.plot.then_some(&PICTURES))?;
     let (measured, atlas) = match measure_with_progress(case, methods, args) {
         Ok(Some(measured)) => measured,
         Ok(None) => return Ok(interrupt::before_any_result()),
-        Err(Impossible::Reference(end)) => return Err(study::without_results(files, *end)),
-        Err(Impossible::Steps(steps)) => {
-            anyhow::bail!(Refusal::usage(format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most")));
-        }
+        Err(error) => return Err(study::without_results(files, error)),
     };
     let (arena, plan) = measured.as_ref();
     write_stability(files.writer(STABILITY), arena, &atlas.cells).context("cannot write stability.csv")?;
@@ -132,22 +123,14 @@ fn ascending(values: &[f64]) -> Vec<f64> {
     values
 }
 
-/// Why there is no atlas.
-enum Impossible {
-    /// There is no reference, so nothing can be judged.
-    Reference(Box<ReferenceEnds>),
-    /// The finest grid would have too many steps: this many.
-    Steps(f64),
-}
-
 /// The world-line and the plan: what is to be measured on it.
-fn planned(case: &Case, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result<(Arena, Plan), Impossible> {
+fn planned(case: &Case, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> anyhow::Result<(Arena, Plan)> {
     let [gamma_f, t_dot, delta_gamma] = args;
     let own = case.start::<f64>().q_dot[0];
     let tangents = if t_dot.is_empty() { vec![1.0] } else { t_dot.iter().map(|value| value / own).collect() };
     let lengths: Vec<f64> =
         gamma_f.iter().flat_map(|length| tangents.iter().map(move |tangent| length * tangent)).collect();
-    let arena = Arena::new(case, &lengths).map_err(|end| Impossible::Reference(Box::new(end)))?;
+    let arena = Arena::new(case, &lengths)?;
     let or = |given: &[f64], default: Vec<f64>| if given.is_empty() { default } else { ascending(given) };
     let plan = Plan {
         methods,
@@ -156,7 +139,11 @@ fn planned(case: &Case, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> Result<(A
         spacings: or(delta_gamma, arena.default_spacings()),
     };
     let steps = plan.lengths.iter().copied().fold(0.0, f64::max) / plan.spacings.first().copied().unwrap_or(1.0);
-    if steps > MOST_STEPS { Err(Impossible::Steps(steps)) } else { Ok((arena, plan)) }
+    if steps > MOST_STEPS {
+        let message = format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most");
+        return Err(report::refused_without_help(message));
+    }
+    Ok((arena, plan))
 }
 
 /// The world-line with what was to be measured on it, and what was measured.
@@ -164,15 +151,12 @@ type Measured = (Arc<(Arena, Plan)>, Atlas);
 
 /// Measures, with a progress bar. After an interrupt the result has the cells that were finished; it is `None` if the
 /// reference was not finished.
-fn measure_with_progress(
-    case: &Case,
-    methods: Vec<Method>,
-    args: &StabilityArgs,
-) -> Result<Option<Measured>, Impossible> {
+fn measure_with_progress(case: &Case, methods: Vec<Method>, args: &StabilityArgs) -> anyhow::Result<Option<Measured>> {
     let bar = study::bar(args.case.quiet, 0, "{bar:30} {pos}/{len} cells {msg}");
     let (case, mut cells) = (case.clone(), Vec::new());
     let lists = [&args.gamma_f, &args.t_dot, &args.delta_gamma].map(Vec::clone);
     let found = study::computed(
+        &bar,
         move || planned(&case, methods, &lists),
         |(arena, plan), tell| {
             let tried = |place: usize, cell: Option<&Cell>| tell((place, cell.cloned().map(Box::new)));
@@ -187,7 +171,6 @@ fn measure_with_progress(
             bar.inc(1);
         },
     );
-    bar.finish_and_clear();
     Ok(found?.map(|(measured, interrupted)| (measured, Atlas::gathered(cells, interrupted))))
 }
 

@@ -5,10 +5,10 @@ use std::path::Path;
 use geodesic_ivp::Case;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::verdict::Reason;
-use geodesic_ivp::diagnostics::{Diagnostics, NEGLIGIBLE};
+use geodesic_ivp::diagnostics::{ChargeDeviation, Diagnostics, NEGLIGIBLE, OfX};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::Summary;
-use geodesic_ivp::solve::WorldLine;
+use geodesic_ivp::solve::{InitialGuess, Iterations, WorldLine};
 use geodesic_ivp::study::errors::{Judge, RunError};
 use geodesic_ivp::study::run::{Judged, Run};
 
@@ -32,21 +32,23 @@ pub(super) struct Told<'r, S: Real> {
 impl<S: Real> Told<'_, S> {
     /// The lines, the last of which names the files in `folder`.
     pub(super) fn lines(&self, folder: &Path) -> String {
-        let mut lines = self.verdict();
-        lines.push(row("end", &self.end()));
-        lines.push(row("error", &self.error()));
-        lines.extend(self.exact().map(|text| row("exact", &text)));
-        lines.push(row("drift", &self.drift()));
-        lines.extend(self.motion().map(|text| row("motion", &text)));
-        lines.extend(self.growth().map(|text| row("growth", &text)));
-        lines.extend(self.events().map(|text| row("events", &text)));
-        lines.extend(self.between().map(|text| row("between", &text)));
-        lines.push(row("written", &format!("{} ({})", folder.display(), scheme(&self.run.line, self.summary))));
-        lines.concat()
+        let written = format!("{} ({})", folder.display(), scheme(&self.run.line, self.summary));
+        let rows = [
+            ("end", Some(self.end())),
+            ("error", Some(self.error())),
+            ("exact", self.exact()),
+            ("drift", Some(self.drift())),
+            ("motion", self.motion()),
+            ("growth", self.growth()),
+            ("events", self.events()),
+            ("between", self.between()),
+            ("written", Some(written)),
+        ];
+        self.verdict() + &rows.into_iter().filter_map(|(name, text)| Some(row(name, &text?))).collect::<String>()
     }
 
     /// The title with the verdict, and the first reason to doubt it; `--verbose` has the others.
-    fn verdict(&self) -> Vec<String> {
+    fn verdict(&self) -> String {
         let verdict = &self.judged.verdict;
         let good = match verdict.digits {
             None => String::new(),
@@ -60,8 +62,7 @@ impl<S: Real> Told<'_, S> {
             _ => String::new(),
         };
         let head = wrapped(&format!("{}: {grade}{count}{good}", self.title), 2);
-        let first = verdict.reasons.first().map(doubt);
-        [head].into_iter().chain(first).collect()
+        head + &verdict.reasons.first().map_or(String::new(), doubt)
     }
 
     /// The indices of the coordinates that the case is about: not s of Newton's law, which was added.
@@ -182,7 +183,7 @@ impl<S: Real> Told<'_, S> {
 }
 
 /// A reason for doubt, with its remedy.
-pub(super) fn doubt(Reason { reason, remedy, .. }: &Reason) -> String {
+fn doubt(Reason { reason, remedy, .. }: &Reason) -> String {
     row("doubt", &format!("{reason}: {remedy}"))
 }
 
@@ -249,5 +250,76 @@ fn percent(share: f64) -> String {
         0.1.. => format!("{:.0} %", 100.0 * share),
         1e-4.. => format!("{:.2} %", 100.0 * share),
         _ => format!("{share:.1e}"),
+    }
+}
+
+/// The lines of `--verbose`: every reason for doubt, every charge, the critical point, and the bounds of the paper.
+pub(super) fn details<S: Real>(run: &Run<S>, judged: &Judged) -> String {
+    let Run { line, diagnostics, sums, .. } = run;
+    let names = line.geometry().names();
+    let mut lines: Vec<String> = judged.verdict.reasons.iter().skip(1).map(doubt).collect();
+    for charge in &diagnostics.charges {
+        lines.push(row("charge", &deviation(&format!("p_{}", names[charge.terms[0].0]), charge, line)));
+    }
+    for (sum, charge) in sums.iter().zip(&diagnostics.sums) {
+        lines.push(row("sum", &deviation(&sum.formula(names), charge, line)));
+    }
+    let norm = &diagnostics.norm;
+    let [value, interior, ends] = [norm.value, norm.max_interior, norm.max_ends].map(|value| value.to_f64());
+    lines.push(row(
+        "K",
+        &format!("{value:.6}; changes by at most {interior:.2e} at nodes, {ends:.2e} at ends of windows"),
+    ));
+    for invariant in &diagnostics.invariants {
+        let [value, most, ends] = [invariant.value, invariant.max, invariant.max_ends].map(|value| value.to_f64());
+        let name = &invariant.name;
+        lines
+            .push(row("drift", &format!("{name} = {value:.6}, by {most:.1e} at nodes, {ends:.1e} at ends of windows")));
+    }
+    for work in &diagnostics.work {
+        let (name, [work, defect]) = (&names[work.coordinate], [work.work, work.defect].map(|value| value.to_f64()));
+        lines.push(row(
+            "work",
+            &format!("p_{name} changes by the work of the force, {work:.6}, to {:.1e}", defect.abs()),
+        ));
+    }
+    if let Some(OfX { newtonian, bound, .. }) = &diagnostics.of_x {
+        let relation = if bound.is_kept() { "<=" } else { ">" };
+        let [h_bvp, most] = [bound.h_bvp, bound.h_bvp_bound].map(|value| value.to_f64());
+        lines.push(row("motion", &format!("the acceleration differs from Newton's by {:.1e}", newtonian.deviation)));
+        lines.push(row("bound", &format!("H_BVP = {h_bvp:.6} {relation} {most:.6} = Q_t (t_f - t_i)")));
+    }
+    for (a, sawtooth) in &diagnostics.sawtooth {
+        let size = sawtooth.amplitude.map_or("not measurable".to_owned(), |size| format!("{:.1e}", size.to_f64()));
+        lines.push(row("sawtooth", &format!("in {}: {size}", names[*a])));
+    }
+    let action = if line.form == Form::Weak { "E_weak" } else { "E_IVP" };
+    let how = iterations(&line.iterations).unwrap_or("an explicit recursion".to_owned());
+    let system = if line.is_doubled() { "doubled action" } else { "physical limit" };
+    lines.push(row("critical", &format!("|grad {action}| = {:.1e}, {system}, {how}", line.gradient_norm.to_f64())));
+    lines.concat()
+}
+
+/// The value of a charge, and by how much it changes at the nodes.
+fn deviation<S: Real>(name: &str, charge: &ChargeDeviation<S>, line: &WorldLine<S>) -> String {
+    let of = |value: S| value.to_f64();
+    let at_last = match line.form {
+        Form::Strong => {
+            let [last, corrected] = [charge.max_last, charge.max_corrected].map(of);
+            format!(", at the last node of a window by {last:.2e}, or {corrected:.1e} with its multiplier")
+        }
+        Form::Weak => String::new(),
+    };
+    let [value, interior, ends] = [charge.value, charge.max_interior, charge.max_ends].map(of);
+    format!("{name} = {value:.6}; changes by {interior:.1e} at nodes{at_last}; {ends:.1e} between windows")
+}
+
+/// The number of iterations that a run took, with their kind, if it took any.
+fn iterations(&Iterations { count, initial_guess, .. }: &Iterations) -> Option<String> {
+    match count {
+        0 => None,
+        count if initial_guess == InitialGuess::Extrapolation => Some(format!("{count} evaluations of the force")),
+        1 => Some("1 Newton iteration".to_owned()),
+        count => Some(format!("{count} Newton iterations")),
     }
 }

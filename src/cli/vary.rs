@@ -18,13 +18,12 @@ use geodesic_ivp::output::runs::{
     Columns, Ended, Identity, Journal, NotResumable, RUNS, RUNS_EVENTS, RunRow, RunsSummary,
 };
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, pictures};
-use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::{Settings, Status};
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
 
 use super::interrupt::{self, INTERRUPTED};
 use super::lines::{row, wrapped};
-use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, Refusal};
+use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, refused, refused_by_system};
 use super::run::RunArgs;
 use super::study::{self, Finished};
 use super::{memory, out};
@@ -51,7 +50,7 @@ pub(super) struct VaryArgs {
         value_name = "KEY=VALUES",
         conflicts_with_all = ["more", "stdout", "sample_t", "sample_gamma", "samples_only"]
     )]
-    vary: Vec<Axis>,
+    pub(super) vary: Vec<Axis>,
 
     /// Compute only the K-th of N shares of the rows, for `merge`
     ///
@@ -65,13 +64,6 @@ pub(super) struct VaryArgs {
     /// The map is one over two keys that vary. Without this option it shows the end of the first coordinate but t.
     #[arg(long, value_name = "COLUMN", requires_all = ["vary", "plot"])]
     column: Option<String>,
-}
-
-impl VaryArgs {
-    /// Returns true if anything varies.
-    pub(super) fn is_given(&self) -> bool {
-        !self.vary.is_empty()
-    }
 }
 
 /// The K-th of N shares of the rows. Neighbouring rows, which take similar times, are in different shares.
@@ -193,7 +185,7 @@ pub(super) fn ending(summary: &RunsSummary) -> u8 {
 fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result<String> {
     if args.vary.len() != 2 || args.part.is_some() {
         let message = "--plot draws a map of a whole table over two keys that vary";
-        return Err(Refusal::usage(message).help("give --vary twice, without --part, or leave out --plot").into());
+        return Err(refused(message, "give --vary twice, without --part, or leave out --plot"));
     }
     let header = columns.header();
     let default = || runs.first().coordinates().into_iter().find(|name| name != "t");
@@ -202,7 +194,7 @@ fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result
         return Ok(column);
     }
     let known = header.join(", ");
-    Err(Refusal::usage(format!("the table has no column '{column}'")).help(format!("its columns are {known}")).into())
+    Err(refused(format!("the table has no column '{column}'"), format!("its columns are {known}")))
 }
 
 /// Refuses keys that are given twice.
@@ -210,13 +202,11 @@ fn check_keys(axes: &[Axis], set: &[String]) -> anyhow::Result<()> {
     for (place, axis) in axes.iter().enumerate() {
         let key = axis.key();
         if axes[..place].iter().any(|other| other.key() == key) {
-            return Err(Refusal::usage(format!("--vary {key} is given twice"))
-                .help("give all its values at once")
-                .into());
+            return Err(refused(format!("--vary {key} is given twice"), "give all its values at once"));
         }
         if set.iter().any(|setting| key_of(setting).is_some_and(|other| other == key)) {
             let message = format!("{key} is both in --set and in --vary");
-            return Err(Refusal::usage(message).help("leave one of them out").into());
+            return Err(refused(message, "leave one of them out"));
         }
     }
     Ok(())
@@ -225,17 +215,17 @@ fn check_keys(axes: &[Axis], set: &[String]) -> anyhow::Result<()> {
 /// The error with what to do about it.
 fn explained(error: anyhow::Error) -> anyhow::Error {
     let Some(reason) = error.downcast_ref::<NotResumable>() else { return error };
-    let (refusal, help) = match reason {
-        NotResumable::Other { .. } => (
-            Refusal::usage as fn(String) -> Refusal,
+    let message = reason.to_string();
+    match reason {
+        NotResumable::Other { .. } => refused(
+            message,
             "give the command that began that table to finish it, choose another folder with --out, or remove the file",
         ),
         NotResumable::NotOurs { .. } => {
-            (Refusal::input_output as _, "move it away, choose another folder with --out, or replace it with --force")
+            refused_by_system(message, "move it away, choose another folder with --out, or replace it with --force")
         }
-        NotResumable::Busy { .. } => (Refusal::input_output as _, "wait for it, or choose another folder with --out"),
-    };
-    refusal(reason.to_string()).help(help).into()
+        NotResumable::Busy { .. } => refused_by_system(message, "wait for it, or choose another folder with --out"),
+    }
 }
 
 /// Computes the rows `todo`, which count from 0, with a progress bar if standard error is a terminal, and keeps them.
@@ -297,15 +287,11 @@ fn computed(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
 
 fn check_memory(case: &Case) -> anyhow::Result<()> {
     let Settings { n_gamma, windows, .. } = case.settings();
-    match case {
+    match case.is_extended() {
         _ if n_gamma * windows <= FEW_NODES => Ok(()),
-        _ if case.is_extended() => check_memory_in::<Extended>(case),
-        _ => check_memory_in::<f64>(case),
+        true => memory::check(&case.setup::<Extended>(), false, 0),
+        false => memory::check(&case.setup::<f64>(), false, 0),
     }
-}
-
-fn check_memory_in<S: Arithmetic>(case: &Case) -> anyhow::Result<()> {
-    memory::check(&case.setup::<S>(), false, 0)
 }
 
 /// The line that says what is varied.

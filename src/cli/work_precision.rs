@@ -11,16 +11,14 @@ use clap::{Args, ValueHint};
 use geodesic_ivp::Case;
 use geodesic_ivp::output::pictures::{self, WorkAxis};
 use geodesic_ivp::output::{OutputSet, read_rows, work_precision_summary, write_drift, write_work_precision};
-use geodesic_ivp::reference::ReferenceEnds;
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
 };
 
 use super::lines::{row, short, wrapped};
-use super::methods::{self, chosen};
 use super::out::{OutArgs, RESULTS};
-use super::report::{self, Refusal};
-use super::study::{self, Finished, positive};
+use super::report;
+use super::study::{self, Finished, chosen, positive};
 use super::{CaseArgs, interrupt};
 
 const WORK_PRECISION: &str = "work_precision.csv";
@@ -52,7 +50,7 @@ pub(super) struct WorkPrecisionArgs {
         long,
         value_name = "NAME,NAME,…",
         value_delimiter = ',',
-        long_help = methods::help(Family::all().iter().map(Family::name))
+        long_help = study::methods_help(Family::all().iter().map(Family::name))
     )]
     methods: Vec<String>,
 
@@ -89,27 +87,25 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         report::warn(&warning);
     }
     if args.gamma_f.len() > BY_LENGTH.len() {
-        anyhow::bail!(Refusal::usage(format!("--gamma-f takes {} lengths at most", BY_LENGTH.len())));
+        let message = format!("--gamma-f takes {} lengths at most", BY_LENGTH.len());
+        return Err(report::refused_without_help(message));
     }
-    let is_separable = args.case.is_separable(case);
-    let unsuitable = |family: &Family| family.unsuitable(is_separable?);
-    let (families, _) = chosen(&args.methods, Family::all(), Family::name, unsuitable)?;
+    let (families, _) = chosen(case, &args.methods, Family::all(), Family::name, Family::unsuitable)?;
     let mut others = Vec::new();
     if let Some(path) = &args.rows {
         let name = path.display();
         let table = File::open(path).with_context(|| format!("cannot read the rows {name}"))?;
         others = read_rows(table, &case.coordinates()).with_context(|| format!("cannot read the rows {name}"))?;
     }
-    args.output.check_standard_output()?;
-    let target = args.output.target(&args.case, "work-precision")?;
     let by_length =
         BY_LENGTH.iter().take(args.gamma_f.len().max(1)).flat_map(|&(time, evaluations)| [time, evaluations]);
     let pictures: Vec<&str> = by_length.chain([DRIFT_K, DRIFT_ERROR]).collect();
-    let files = study::open(target, &[WORK_PRECISION, DRIFT], args.plot.then_some(&pictures))?;
+    let tables = [WORK_PRECISION, DRIFT];
+    let files = study::begin((&args.case, &args.output), "work-precision", &tables, args.plot.then_some(&pictures))?;
     let (arenas, mut measured, along) = match measure_all(case, families, args) {
         Ok(Some(all)) => all,
         Ok(None) => return Ok(interrupt::before_any_result()),
-        Err(end) => return Err(study::without_results(files, end)),
+        Err(error) => return Err(study::without_results(files, error)),
     };
     for row in &mut others {
         // Another program may write the same length with other digits.
@@ -152,7 +148,7 @@ type Chart = (Arc<Vec<Arena>>, WorkPrecision, Vec<DriftPoint>);
 
 /// Measures every length, with a progress bar. After an interrupt the result has the rows that were finished; it is
 /// `None` if the references were not finished.
-fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> Result<Option<Chart>, ReferenceEnds> {
+fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> anyhow::Result<Option<Chart>> {
     let budget = Budget { longest: args.longest, ..Budget::default() };
     let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
         [] => vec![None],
@@ -162,7 +158,11 @@ fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> 
         study::bar(args.case.quiet, lengths.len() * (families.len() + budget.rounds), "{bar:30} {pos}/{len} {msg}");
     let (case, mut measured, mut along) = (case.clone(), WorkPrecision::default(), Vec::new());
     let found = study::computed(
-        move || lengths.into_iter().map(|length| Arena::new(&case, length)).collect::<Result<Vec<_>, _>>(),
+        &bar,
+        move || {
+            let arenas: Result<Vec<_>, _> = lengths.into_iter().map(|length| Arena::new(&case, length)).collect();
+            arenas.map_err(anyhow::Error::from)
+        },
         move |arenas, tell| chart(arenas, &families, &budget, tell),
         |_, news| match news {
             News::Tried(row) => {
@@ -180,7 +180,6 @@ fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> 
             News::Along(points) => along.extend(points),
         },
     );
-    bar.finish_and_clear();
     Ok(found?.map(|(arenas, interrupted)| (arenas, WorkPrecision { interrupted, ..measured }, along)))
 }
 

@@ -61,6 +61,7 @@ pub use presets::{PRESETS, Preset};
 pub use rates::Rates;
 pub(crate) use structure::other;
 pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
+pub(crate) use text::mentions;
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
 pub use value::value_of;
 

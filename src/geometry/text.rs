@@ -206,7 +206,7 @@ impl GeometryText {
 }
 
 /// Returns true if `name` occurs in the text as a word of its own.
-pub(super) fn mentions(text: &str, name: &str) -> bool {
+pub(crate) fn mentions(text: &str, name: &str) -> bool {
     text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
 }
 

@@ -29,6 +29,11 @@ impl SbpName {
     /// The finite-difference operators.
     pub const STENCILS: [Self; 4] = [Self::Sbp21, Self::Sbp42, Self::Sbp63, Self::Sbp84];
 
+    /// The names of the finite-difference operators, for messages.
+    pub(crate) fn stencils() -> String {
+        Self::STENCILS.map(|name| name.to_string()).join(", ")
+    }
+
     /// The coefficients of a finite-difference operator; `None` for a spectral element.
     pub fn coefficients(self) -> Option<&'static Coefficients> {
         match self {
@@ -102,10 +107,8 @@ impl TryFrom<String> for SbpName {
                 let upper = name.to_uppercase();
                 let is_known = upper != name && Self::try_from(upper.clone()).is_ok();
                 let meant = if is_known { format!("; did you mean \"{upper}\"?") } else { String::new() };
-                Err(format!(
-                    "unknown operator \"{name}\", expected SBP21, SBP42, SBP63, SBP84 or GLL<n>, for example \
-                     GLL16{meant}"
-                ))
+                let known = Self::stencils();
+                Err(format!("unknown operator \"{name}\", expected {known} or GLL<n>, for example GLL16{meant}"))
             }
         }
     }

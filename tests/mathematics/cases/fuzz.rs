@@ -276,7 +276,7 @@ proptest! {
             (0..KEYS.len() + SCENE_KEYS.len(), prop::collection::vec(select(&WORDS[..]), 0..4)), 1..4
         ),
     ) {
-        let key = |k: usize| KEYS.get(k).map_or_else(|| SCENE_KEYS[k - KEYS.len()].0, |key| key.name);
+        let key = |k: usize| &KEYS.get(k).unwrap_or_else(|| &SCENE_KEYS[k - KEYS.len()]).name;
         let setting = |(k, words): &(usize, Vec<&str>)| format!("{}={}", key(*k), words.concat());
         let settings: Vec<String> = settings.iter().map(setting).collect();
         read(text_of(case), &settings)?;

@@ -99,7 +99,7 @@ fn the_manual_page_has_every_key_of_a_case_and_of_scenes() {
         entries(&page, "CASE FILE").into_iter().map(|(heading, _)| heading.split(' ').next().unwrap().to_owned());
     assert_eq!(named.collect::<BTreeSet<_>>(), keys());
     let named: Vec<&str> = entries(&page, "SCENES").iter().map(|(heading, _)| *heading).collect();
-    assert_eq!(named, SCENE_KEYS.iter().map(|(name, _)| *name).collect::<Vec<_>>());
+    assert_eq!(named, SCENE_KEYS.iter().map(|key| key.name.as_str()).collect::<Vec<_>>());
     assert!(named.contains(&"metric.components") && named.contains(&"expect.gamma_final"));
 }
 
