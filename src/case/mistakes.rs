@@ -134,10 +134,7 @@ impl Found {
 }
 
 /// The coordinates at the start and those at the end, among which may be tau.
-struct Names {
-    start: Vec<String>,
-    end: Vec<String>,
-}
+type Names = [Vec<String>; 2];
 
 /// The names of the coordinates, as far as the text says them without a mistake.
 fn names_of(mut root: Section<'_>) -> Option<Names> {
@@ -170,8 +167,8 @@ fn names_of(mut root: Section<'_>) -> Option<Names> {
         }
         (Some(_), Some(_)) => return None,
     };
-    let end: Vec<String> = start.iter().cloned().chain(factor.map(|_| Tau::NAME.to_owned())).collect();
-    Some(Names { start, end })
+    let end = start.iter().cloned().chain(factor.map(|_| Tau::NAME.to_owned())).collect();
+    Some([start, end])
 }
 
 /// Looks at the keys of a table, which is called `path` in [`KINDS`].
@@ -183,7 +180,7 @@ fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut
         }
     }
     keys.iter().filter(|name| !["", "*"].contains(name)).for_each(|name| drop(section.take(name)));
-    let of_coordinates = names.and_then(|Names { start, end }| match path {
+    let of_coordinates = names.and_then(|[start, end]| match path {
         "initial" => Some(initial::keys(start, section.source.is_of_x)),
         "expect" => Some(end.iter().map(|name| format!("{name}_final")).collect()),
         _ => None,
@@ -193,8 +190,8 @@ fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut
     if !is_open {
         let unknown = section.unknown().into_iter();
         match (names, path) {
-            (Some(names), "initial") => {
-                found.all.extend(unknown.map(|error| initial::explain_velocity(error, &names.start)));
+            (Some([start, _]), "initial") => {
+                found.all.extend(unknown.map(|error| initial::explain_velocity(error, start)));
             }
             (Some(_), "expect") => found.all.extend(unknown),
             (_, "potential") => found.add(unknown.map(explain_table)),

@@ -49,13 +49,18 @@ pub(super) struct ConvergeArgs {
         help = format!("Operators: {}, GLL<n>", SbpName::stencils()),
         value_name = "SBP,SBP,…",
         value_delimiter = ',',
-        value_parser = sbp_name,
+        value_parser = |name: &str| SbpName::try_from(name.trim().to_owned()),
         default_value = "SBP21,SBP42"
     )]
     sbp: Vec<SbpName>,
 
     /// Forms of the action: strong, weak [default: the case's]
-    #[arg(long, value_name = "FORM,FORM", value_delimiter = ',', value_parser = form)]
+    #[arg(
+        long,
+        value_name = "FORM,FORM",
+        value_delimiter = ',',
+        value_parser = |name: &str| Form::try_from(name.trim().to_owned())
+    )]
     form: Vec<Form>,
 
     /// Fit only grids of MIN to MAX nodes, e.g. 64:1024
@@ -81,14 +86,6 @@ pub(super) struct ConvergeArgs {
 
 fn nodes(text: &str) -> Result<usize, String> {
     text.trim().parse().ok().filter(|&n| n >= 2).ok_or_else(|| "expected a number of nodes, 2 or more".to_owned())
-}
-
-fn sbp_name(name: &str) -> Result<SbpName, String> {
-    SbpName::try_from(name.trim().to_owned())
-}
-
-fn form(name: &str) -> Result<Form, String> {
-    Form::try_from(name.trim().to_owned())
 }
 
 fn range(text: &str) -> Result<(usize, usize), String> {

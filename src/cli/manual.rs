@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use clap::CommandFactory;
 use clap_mangen::Man;
 use clap_mangen::roff::{Inline, Roff, bold, italic, roman};
-use geodesic_ivp::case::{KEYS, SCENE_KEYS};
+use geodesic_ivp::case::{KEYS, Key, SCENE_KEYS};
 
 use super::{Cli, out, report};
 
@@ -88,7 +88,7 @@ pub(super) fn man() -> anyhow::Result<ExitCode> {
         // The sections of each command become sub-sections of the page.
         page.extend(String::from_utf8(text)?.replace(".SH ", ".SS ").into_bytes());
     }
-    for section in [case_file(), scenes(), files(), exit_status(), examples()] {
+    for section in sections() {
         section.to_writer(&mut page)?;
     }
     out::write_data(&page)?;
@@ -104,74 +104,47 @@ pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<ExitCod
     Ok(ExitCode::SUCCESS)
 }
 
-/// A section that begins with a paragraph.
-fn section(title: &str, text: &str) -> Roff {
+/// A section that begins with a paragraph. Its entries are paragraphs under headings, in the layout of options.
+fn section<H: Into<Vec<Inline>>, T: Into<String>>(
+    title: &str,
+    text: &str,
+    entries: impl IntoIterator<Item = (H, T)>,
+) -> Roff {
     let mut roff = Roff::new();
     roff.control("SH", [title]).text([roman(text)]);
+    for (heading, text) in entries {
+        roff.control("TP", []).text(heading).text([roman(text)]);
+    }
     roff
 }
 
-/// A paragraph under a heading, in the layout of options.
-fn entry(roff: &mut Roff, heading: impl Into<Vec<Inline>>, text: impl Into<String>) {
-    roff.control("TP", []).text(heading).text([roman(text)]);
-}
-
-fn case_file() -> Roff {
-    let mut roff = section(
-        "CASE FILE",
-        "A case is a TOML file with these keys, for example [grid] with n_gamma = 32 for grid.n_gamma. An unknown key \
-         is an error. Exactly one kind of potential is required, and exactly one of initial.x_dot and \
-         initial.velocity.",
-    );
-    for key in KEYS.iter() {
+/// The sections that are about no command.
+fn sections() -> [Roff; 5] {
+    let key = |key: &'static Key| {
         let mut heading = vec![bold(&*key.name), roman(" "), italic(&*key.kind)];
         match key.default.as_str() {
             "" | "none" => {}
             "required" => heading.push(roman(" (required)")),
             default => heading.push(roman(format!(" [default: {default}]"))),
         }
-        entry(&mut roff, heading, &*key.meaning);
-    }
-    roff
-}
-
-fn scenes() -> Roff {
-    let mut roff = section(
-        "SCENES",
-        "A case with [metric], or with several coordinates, a one-form, a force, masses or a law, is a scene. It has \
-         these keys besides, and [scheme] and [solver] as above. q stands for any of its coordinates, NAME for a name \
-         of your own.",
-    );
-    for key in SCENE_KEYS.iter() {
-        entry(&mut roff, [bold(&*key.name)], &*key.meaning);
-    }
-    roff
-}
-
-fn files() -> Roff {
-    let mut roff = section(
-        "FILES",
-        "Results go to results/<case> for run, to results/<case>/vary for run --vary, to results/<case>/<command> for \
-         the others, to results/converge/<case> for converge without CASE, or to the folder of --out.",
-    );
-    for (command, files, content) in FILES {
-        entry(&mut roff, [bold(files)], format!("{command}: {content}"));
-    }
-    roff
-}
-
-fn exit_status() -> Roff {
-    let mut roff = section("EXIT STATUS", "Ctrl-C and SIGTERM end every command within a second.");
-    for (code, meaning) in report::EXIT_CODES {
-        entry(&mut roff, [bold(code.to_string())], meaning);
-    }
-    roff
-}
-
-fn examples() -> Roff {
-    let mut roff = section("EXAMPLES", "In any folder:");
-    for (command, what) in EXAMPLES {
-        entry(&mut roff, [bold(command)], what);
-    }
-    roff
+        (heading, &*key.meaning)
+    };
+    let of_case = "A case is a TOML file with these keys, for example [grid] with n_gamma = 32 for grid.n_gamma. An \
+                   unknown key is an error. Exactly one kind of potential is required, and exactly one of \
+                   initial.x_dot and initial.velocity.";
+    let of_scenes = "A case with [metric], or with several coordinates, a one-form, a force, masses or a law, is a \
+                     scene. It has these keys besides, and [scheme] and [solver] as above. q stands for any of its \
+                     coordinates, NAME for a name of your own.";
+    let of_files = "Results go to results/<case> for run, to results/<case>/vary for run --vary, to \
+                    results/<case>/<command> for the others, to results/converge/<case> for converge without CASE, or \
+                    to the folder of --out.";
+    let of_codes = "Ctrl-C and SIGTERM end every command within a second.";
+    let file = |(command, files, content)| ([bold(files)], format!("{command}: {content}"));
+    [
+        section("CASE FILE", of_case, KEYS.iter().map(key)),
+        section("SCENES", of_scenes, SCENE_KEYS.iter().map(|key| ([bold(&*key.name)], &*key.meaning))),
+        section("FILES", of_files, FILES.map(file)),
+        section("EXIT STATUS", of_codes, report::EXIT_CODES.map(|(code, meaning)| ([bold(code.to_string())], meaning))),
+        section("EXAMPLES", "In any folder:", EXAMPLES.map(|(command, what)| ([bold(command)], what))),
+    ]
 }

@@ -32,7 +32,9 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
         args.parts.iter().map(|folder| Part::open(folder)).collect::<anyhow::Result<_>>().map_err(explained)?;
     let joined = Joined::of(&parts).map_err(|error| explained(error.into()))?;
     let case = origin_of(parts[0].folder())?.map_or_else(|| parts[0].folder().display().to_string(), |from| from.case);
-    let target = args.output.named_target(Origin { command: out::VARY.to_owned(), case });
+    let target = args
+        .output
+        .target_in(args.output.out.clone().unwrap_or_default(), Origin { command: out::VARY.to_owned(), case });
     let mut names = vec![RUNS, RUNS_EVENTS, SUMMARY, CASE];
     names.retain(|name| *name != RUNS_EVENTS || joined.has_events);
     let files = OutputSet::open(target, &names)?;

@@ -68,16 +68,13 @@ impl OutArgs {
     /// If the record of the files in a folder cannot be read.
     pub(super) fn target(&self, case: &CaseArgs, command: &str) -> anyhow::Result<Target> {
         let origin = Origin { command: command.to_owned(), case: case.identity() };
-        let (folder, own) = match &self.out {
-            Some(folder) => (folder.clone(), false),
-            None => (default_folder(case, &origin)?, true),
-        };
-        Ok(Target { folder, origin, own, force: self.force })
+        let folder = self.out.clone().map_or_else(|| default_folder(case, &origin), Ok)?;
+        Ok(self.target_in(folder, origin))
     }
 
-    /// The folder of `--out`, for files of `origin`.
-    pub(super) fn named_target(&self, origin: Origin) -> Target {
-        Target { folder: self.out.clone().unwrap_or_default(), origin, own: false, force: self.force }
+    /// That folder, for files of `origin`. It is the program's own where none is named.
+    pub(super) fn target_in(&self, folder: PathBuf, origin: Origin) -> Target {
+        Target { folder, origin, own: self.out.is_none(), force: self.force }
     }
 
     /// Where the files of `command` go for one of several built-in cases that it takes when no case is given:
@@ -85,7 +82,7 @@ impl OutArgs {
     pub(super) fn built_in_target(&self, case: &str, command: &str) -> Target {
         let folder = self.out.clone().unwrap_or_else(|| Path::new("results").join(command)).join(case);
         let origin = Origin { command: command.to_owned(), case: format!("<built-in {case}>") };
-        Target { folder, origin, own: self.out.is_none(), force: self.force }
+        self.target_in(folder, origin)
     }
 }
 
