@@ -2,7 +2,7 @@
 
 use super::State;
 use crate::geometry::{Geometry, OutsideGeometry};
-use crate::number::runge_kutta::{Stages, runge_kutta};
+use crate::number::runge_kutta::runge_kutta;
 
 /// Explicit steps along the way, and how many of them there may be where they are cut.
 const STEPS: usize = 512;
@@ -25,7 +25,6 @@ pub(super) fn edge(geometry: &Geometry, state: &State, momenta: &[f64], length: 
     let mut now = [state.positions(), momenta.to_vec()].concat();
     geometry.active().iter().zip(state.momenta()).for_each(|(&a, p)| now[n + a] = p);
     let mut point = geometry.point();
-    let mut stages = Stages::new(2 * n);
     let first = length / STEPS as f64;
     let (mut h, mut done, mut whole, mut halves, mut failed) = (first, 0.0, now.clone(), now.clone(), now.clone());
     for _ in 0..MOST_STEPS {
@@ -33,7 +32,7 @@ pub(super) fn edge(geometry: &Geometry, state: &State, momenta: &[f64], length: 
         halves.copy_from_slice(&now);
         let mut slopes_at =
             |at: &[f64], out: &mut [f64]| point.slopes(at, out).inspect_err(|_| failed.copy_from_slice(at));
-        let mut step = |state: &mut [f64], h| runge_kutta(state, h, &mut stages, &mut slopes_at);
+        let mut step = |state: &mut [f64], h| runge_kutta(state, h, &mut slopes_at);
         let ahead =
             step(&mut whole, h).and_then(|()| step(&mut halves, 0.5 * h)).and_then(|()| step(&mut halves, 0.5 * h));
         // Before a horizon the motion becomes ever faster, and a long step jumps over it.

@@ -16,7 +16,6 @@
 //! ```
 
 mod compensated;
-mod constants;
 mod decimal;
 mod function;
 mod noise;
@@ -27,7 +26,6 @@ pub mod spline;
 pub mod vector;
 
 pub(crate) use compensated::Compensated;
-pub use constants::Constants;
 pub use function::Function;
 pub(crate) use noise::Noise;
 
@@ -132,6 +130,45 @@ pub trait Real:
     fn half(self) -> Self {
         Self::from(0.5) * self
     }
+
+    /// 1, −1 or 0, also for −0: the derivative of [`Self::abs`]. NaN of a NaN.
+    #[inline(always)]
+    fn sign(self) -> Self {
+        if self > Self::ZERO {
+            Self::ONE
+        } else if self < Self::ZERO {
+            -Self::ONE
+        } else {
+            self.abs()
+        }
+    }
+
+    /// 0 below 0, and 1 from 0 on. NaN of a NaN.
+    #[inline(always)]
+    fn step(self) -> Self {
+        if self >= Self::ZERO {
+            Self::ONE
+        } else if self < Self::ZERO {
+            Self::ZERO
+        } else {
+            self
+        }
+    }
+}
+
+/// Numbers that are computed once, in extended precision, for both types. [`Real::constants`] takes those of one type.
+#[derive(Debug)]
+pub struct Constants {
+    exact: Vec<Extended>,
+    rounded: Vec<f64>,
+}
+
+impl Constants {
+    /// These numbers.
+    pub fn new(exact: Vec<Extended>) -> Self {
+        let rounded = exact.iter().map(|number| number.to_f64()).collect();
+        Self { exact, rounded }
+    }
 }
 
 /// A buffer for the decimals of a number, which can be used again for the next number.
@@ -146,10 +183,15 @@ pub(crate) fn sum<S: Real>(terms: impl Iterator<Item = S>) -> S {
     terms.fold(S::ZERO, |sum, term| sum + term)
 }
 
+/// Methods that the type has itself.
 macro_rules! inherent {
-    ($type:ty: $($name:ident)*) => {
-        $(#[inline] fn $name(self) -> Self { <$type>::$name(self) })*
-    };
+    ($type:ty: $($name:ident($($other:ident)?) -> $out:ty),*) => {$(
+        #[inline]
+        fn $name(self $(, $other: Self)?) -> $out {
+            <$type>::$name(self $(, $other)?)
+        }
+    )*};
+    ($type:ty: $($name:ident)*) => { inherent!($type: $($name() -> Self),*); };
 }
 
 impl Real for f64 {
@@ -163,7 +205,7 @@ impl Real for f64 {
     const IS_EXTENDED: bool = false;
 
     fn constants(numbers: &Constants) -> &[Self] {
-        numbers.rounded()
+        &numbers.rounded
     }
 
     #[inline]
@@ -180,26 +222,7 @@ impl Real for f64 {
         room.double.format(self)
     }
 
-    #[inline]
-    fn is_finite(self) -> bool {
-        f64::is_finite(self)
-    }
-
-    #[inline]
-    fn is_nan(self) -> bool {
-        f64::is_nan(self)
-    }
-
-    #[inline]
-    fn max(self, other: Self) -> Self {
-        f64::max(self, other)
-    }
-
-    #[inline]
-    fn powf(self, exponent: Self) -> Self {
-        f64::powf(self, exponent)
-    }
-
+    inherent!(f64: is_finite() -> bool, is_nan() -> bool, max(other) -> Self, powf(exponent) -> Self);
     inherent!(f64: abs signum sqrt exp ln log10 sin cos tan asin acos atan sinh cosh tanh);
 }
 
@@ -238,31 +261,16 @@ impl Real for Extended {
         &room.extended
     }
 
-    fn is_finite(self) -> bool {
-        Extended::is_finite(self)
-    }
-
-    fn is_nan(self) -> bool {
-        Extended::is_nan(self)
-    }
-
-    fn max(self, other: Self) -> Self {
-        Extended::max(self, other)
-    }
+    inherent!(Extended: is_finite() -> bool, is_nan() -> bool, max(other) -> Self, sqrt() -> Self);
+    by_reference!(abs exp ln log10 sin cos tan asin acos atan);
 
     fn powf(self, exponent: Self) -> Self {
         Extended::powf(&self, &exponent)
     }
 
-    fn sqrt(self) -> Self {
-        Extended::sqrt(self)
-    }
-
     fn signum(self) -> Self {
         Extended::ONE.copysign(self)
     }
-
-    by_reference!(abs exp ln log10 sin cos tan asin acos atan);
 
     // The hyperbolic functions are computed from e^u − 1, which is accurate for small u.
     fn sinh(self) -> Self {

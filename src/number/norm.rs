@@ -4,18 +4,7 @@ use crate::number::Real;
 
 /// max |u_k|; NaN if any entry is NaN, so that every comparison with it fails.
 pub fn max_abs<S: Real>(u: &[S]) -> S {
-    const LANES: usize = 8;
-    let larger = |largest: S, v: S| {
-        let v = v.abs();
-        if v > largest || v.is_nan() { v } else { largest }
-    };
-    // Side by side, as one maximum would have to wait for the one before.
-    let (chunks, rest) = u.as_chunks::<LANES>();
-    let mut lanes = [S::ZERO; LANES];
-    for chunk in chunks {
-        lanes.iter_mut().zip(chunk).for_each(|(largest, &v)| *largest = larger(*largest, v));
-    }
-    lanes.iter().chain(rest).fold(S::ZERO, |largest, &v| larger(largest, v))
+    u.iter().map(|v| v.abs()).fold(S::ZERO, |largest, v| if v > largest || v.is_nan() { v } else { largest })
 }
 
 /// The larger of `a` and `b`; NaN if either is, which `f64::max` would drop.

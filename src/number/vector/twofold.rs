@@ -136,9 +136,7 @@ impl Mul<f64> for Twofold {
 
     #[inline(always)]
     fn mul(self, other: f64) -> Self {
-        let (product, error) = two_product(self.hi, other);
-        let (hi, lo) = fast_two_sum(product, error + self.lo * other);
-        Self { hi, lo }
+        self * Self::from(other)
     }
 }
 

@@ -19,7 +19,7 @@ use pulp::{Simd, WithSimd};
 
 use self::pair::SIGN;
 use super::is_fused;
-use crate::number::Function;
+use crate::number::{Function, Real};
 
 /// All of `x`, whose length is a multiple of 8, so that the compiler knows this and makes no code for a rest.
 #[inline(always)]
@@ -98,12 +98,10 @@ impl WithSimd for Call<'_> {
             Function::Log10 => over!(call, Range::POSITIVE, logarithm::log10),
             Function::Sqrt => over!(call, Range::ALL, f64::sqrt),
             Function::Abs => over!(call, Range::ALL, pair::abs),
-            Function::Sign => over!(call, Range::ALL, pair::sign),
-            Function::Step => over!(call, Range::ALL, pair::step),
-            Function::Table(table) => {
-                call.out.iter_mut().zip(call.x).for_each(|(out, &x)| *out = table.at(x));
-                (Range::ALL, 0)
-            }
+            Function::Sign => over!(call, Range::ALL, Real::sign),
+            Function::Step => over!(call, Range::ALL, Real::step),
+            // A spline is found for each number alone.
+            Function::Table(_) => (Range::NONE, 1),
         };
         if outside != 0 {
             outside_of(range, call.function, call.x, call.out);

@@ -16,30 +16,6 @@ pub(super) fn abs(a: f64) -> f64 {
     f64::from_bits(a.to_bits() & !SIGN)
 }
 
-/// 1, −1 or 0; NaN of a NaN.
-#[inline(always)]
-pub(super) fn sign(a: f64) -> f64 {
-    if a > 0.0 {
-        1.0
-    } else if a < 0.0 {
-        -1.0
-    } else {
-        0.0 * abs(a)
-    }
-}
-
-/// 0 below 0, and 1 from 0 on; NaN of a NaN.
-#[inline(always)]
-pub(super) fn step(a: f64) -> f64 {
-    if a >= 0.0 {
-        1.0
-    } else if a < 0.0 {
-        0.0
-    } else {
-        a
-    }
-}
-
 /// `a`, negated where `sign` has the sign bit.
 #[inline(always)]
 pub(super) fn signed(a: f64, sign: u64) -> f64 {
