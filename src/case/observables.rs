@@ -1,12 +1,10 @@
 //! `[invariants]`, `[events]` and `[plot]` of a case: formulas of what a run computes.
 
-use std::collections::BTreeMap;
-
 use super::names;
 use super::reader::{Field, Section};
 use super::scenery::known;
 use super::{Case, CaseError};
-use crate::formula::{Graph, Names, parse};
+use crate::formula::{Graph, Known, Names, parse};
 use crate::geometry::{Direction, Geometry, GeometryText, observed};
 use crate::number::Real;
 use crate::solve::Quantity;
@@ -66,10 +64,10 @@ impl Formulas<'_> {
         let all: Vec<String> = variables.into_iter().chain(named).collect();
         // A formula is readable or not independently of what its names stand for.
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
-        let (parameters, definitions) = (BTreeMap::<String, f64>::new(), BTreeMap::new());
-        let tables = self.scene.tables();
-        let names = Names { variables: &variables, parameters: &parameters, definitions: &definitions, tables };
-        parse(&text, names, &mut Graph::default()).map_err(|error| field.formula_error(&error, known(all.clone())))?;
+        let table = |(name, table): &(String, _)| (name.clone(), Known::Table(*table));
+        let tables: Names<f64> = self.scene.tables().iter().map(table).collect();
+        let parsed = parse(&text, &variables, &tables, &mut Graph::default());
+        parsed.map_err(|error| field.formula_error(&error, known(all.clone())))?;
         Ok(text)
     }
 

@@ -90,7 +90,7 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
         Evaluate { registers, steps }.with_simd(s);
         if window.is_mended {
             let program = &window.system.geometry.lagrangian().momenta;
-            program.mend_nodes(program.outputs(), N, registers);
+            program.mend_points(program.outputs(), N, registers, &mut 1);
         }
         // The maximum may lose a NaN, the sum does not.
         let (mut most, mut sum) = (zero, zero);

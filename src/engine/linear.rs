@@ -78,7 +78,7 @@ impl<'g, const N: usize> Linear<'g, N> {
     pub(super) fn mend(&mut self) {
         if self.is_mended {
             let program = &self.geometry.hamiltonian().linearised().jacobian;
-            program.mend_nodes(program.outputs(), N, &mut self.registers);
+            program.mend_points(program.outputs(), N, &mut self.registers, &mut 1);
         }
     }
 

@@ -88,6 +88,17 @@ pub(crate) fn run<A: Algebra>(algebra: &A, steps: &[Step], registers: &mut [A::V
     }
 }
 
+/// Makes a method of an algebra from a function of two numbers.
+macro_rules! binary {
+    ($($name:ident $f:expr),*) => {$(
+        #[inline(always)]
+        fn $name(&self, to: &mut Self::Value, a: &Self::Value, b: &Self::Value) {
+            Self::binary(to, a, b, $f);
+        }
+    )*};
+}
+pub(super) use binary;
+
 /// Numbers at N points.
 struct Plain<S, const N: usize>(PhantomData<S>);
 
@@ -110,34 +121,11 @@ impl<S: Real, const N: usize> Plain<S, N> {
 impl<S: Real, const N: usize> Algebra for Plain<S, N> {
     type Value = [S; N];
 
-    #[inline(always)]
-    fn add(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
-        Self::binary(to, a, b, |a, b| a + b);
-    }
-
-    #[inline(always)]
-    fn subtract(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
-        Self::binary(to, a, b, |a, b| a - b);
-    }
-
-    #[inline(always)]
-    fn multiply(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
-        Self::binary(to, a, b, |a, b| a * b);
-    }
-
-    #[inline(always)]
-    fn divide(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
-        Self::binary(to, a, b, |a, b| a / b);
-    }
+    binary!(add |a, b| a + b, subtract |a, b| a - b, multiply |a, b| a * b, divide |a, b| a / b, power S::powf);
 
     #[inline(always)]
     fn negate(&self, to: &mut [S; N], a: &[S; N]) {
         Self::unary(to, a, |a| -a);
-    }
-
-    #[inline(always)]
-    fn power(&self, to: &mut [S; N], a: &[S; N], b: &[S; N]) {
-        Self::binary(to, a, b, S::powf);
     }
 
     #[inline(always)]
@@ -162,8 +150,8 @@ impl<S: Real, const N: usize> Algebra for Plain<S, N> {
 /// the cache.
 pub(crate) const BLOCK: usize = 16;
 
-/// After so many points that cannot be mended no others are tried: the first of them is outside the domain already.
-const MOST_LOST: usize = 16;
+/// After so many points that cannot be mended no others are tried.
+pub(crate) const MOST_LOST: usize = 16;
 
 /// Carries out steps at one point.
 #[inline]
@@ -196,47 +184,39 @@ impl<S: Real> Program<S> {
         run_at_point(self.steps_to(outputs), registers);
     }
 
-    /// Carries out the steps to the first outputs on a block, of which so many points count. No more than [`MOST_LOST`]
-    /// points that cannot be mended are tried; `lost` counts them.
-    pub(crate) fn run_block(&self, outputs: usize, points: usize, registers: &mut [[S; BLOCK]], lost: &mut usize) {
+    /// Carries out the steps to the first outputs on a block, of which so many points count, and mends them
+    /// ([`Self::mend_points`]).
+    pub(crate) fn run_block<const N: usize>(
+        &self,
+        outputs: usize,
+        points: usize,
+        registers: &mut [[S; N]],
+        chances: &mut usize,
+    ) {
         run(&Plain(PhantomData), self.steps_to(outputs), registers);
-        let is_finite = |row: &[S; BLOCK]| row[..points].iter().fold(true, |all, v| all & v.is_finite());
-        if (0..outputs).all(|output| is_finite(&registers[self.output(output)])) {
-            return;
-        }
-        for k in 0..points {
-            let is_broken = self.is_broken(outputs, |register| registers[register][k]);
-            if is_broken && *lost < MOST_LOST && !self.mend(outputs, registers, |row| &mut row[k]) {
-                *lost += 1;
-            }
-        }
+        self.mend_points(outputs, points, registers, chances);
     }
 
     /// Writes the first outputs at many points into `out`, an array for each. There is an array of the points for each
     /// variable; all arrays have one length. Each step is carried out on a block of points at a time, unless there is
     /// one point only, or numbers are of a type without vector instructions.
     pub(crate) fn sample(&self, variables: &[&[S]], out: &mut [&mut [S]]) {
-        let (points, mut lost) = (variables[0].len(), 0);
-        if points == 1 || S::IS_EXTENDED {
-            let mut registers = self.registers(|constant| constant);
-            for point in 0..points {
-                registers.iter_mut().zip(variables).for_each(|(register, variable)| *register = variable[point]);
-                self.run_once(out.len(), &mut registers);
-                let is_broken = self.is_broken(out.len(), |register| registers[register]);
-                if is_broken && lost < MOST_LOST && !self.mend(out.len(), &mut registers, |number| number) {
-                    lost += 1;
-                }
-                out.iter_mut().enumerate().for_each(|(output, out)| out[point] = registers[self.output(output)]);
-            }
-            return;
+        if variables[0].len() == 1 || S::IS_EXTENDED {
+            self.sample_by::<1>(variables, out);
+        } else {
+            self.sample_by::<BLOCK>(variables, out);
         }
-        let mut registers = self.registers(|constant| [constant; BLOCK]);
-        for start in (0..points).step_by(BLOCK) {
-            let end = points.min(start + BLOCK);
+    }
+
+    fn sample_by<const N: usize>(&self, variables: &[&[S]], out: &mut [&mut [S]]) {
+        let (points, mut chances) = (variables[0].len(), MOST_LOST);
+        let mut registers = self.registers(|constant| [constant; N]);
+        for start in (0..points).step_by(N) {
+            let end = points.min(start + N);
             for (register, variable) in registers.iter_mut().zip(variables) {
                 register[..end - start].copy_from_slice(&variable[start..end]);
             }
-            self.run_block(out.len(), end - start, &mut registers, &mut lost);
+            self.run_block(out.len(), end - start, &mut registers, &mut chances);
             for (output, out) in out.iter_mut().enumerate() {
                 out[start..end].copy_from_slice(&registers[self.output(output)][..end - start]);
             }
@@ -246,7 +226,6 @@ impl<S: Real> Program<S> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
     use std::marker::PhantomData;
 
     use proptest::prelude::*;
@@ -272,10 +251,9 @@ mod tests {
         #[test]
         fn schedules_are_the_program(formulas in prop::collection::vec(expression(), 4), is_fused in any::<bool>()) {
             let mut graph = Graph::default();
-            let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
-            let (variables, tables) = (&["a", "q", "p"], &[]);
-            let names = Names { variables, parameters: &parameters, definitions: &definitions, tables };
-            let nodes: Vec<_> = formulas.iter().map(|formula| parse(formula, names, &mut graph).unwrap()).collect();
+            let (variables, names) = (["a", "q", "p"], Names::new());
+            let parsed = formulas.iter().map(|formula| parse(formula, &variables, &names, &mut graph).unwrap());
+            let nodes: Vec<_> = parsed.collect();
             let program: Program<f64> = Program::new(&mut graph, 3, &nodes);
             let program = if is_fused { program.fused() } else { program };
             let [varies, moves] = [1, 2].map(|first| program.depends_on(|variable| variable >= first));

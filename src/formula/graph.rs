@@ -1,7 +1,9 @@
 //! Expression graphs, in which every distinct sub-expression occurs once.
 
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
 use super::Function;
-use super::hash::QuickMap;
 use super::operation::Operation;
 use crate::number::Real;
 
@@ -240,16 +242,10 @@ impl<S: Real> Graph<S> {
     /// The expressions `roots` with other expressions, of the same graph, in place of variables: variable k becomes
     /// `replacement[k]`. Variables beyond that stay.
     pub(crate) fn substitute(&mut self, roots: &[NodeId], replacement: &[NodeId]) -> Vec<NodeId> {
-        let is_needed = self.needed(roots);
-        let last = is_needed.len();
-        let mut replaced: Vec<NodeId> = (0..last).collect();
-        for id in (0..last).filter(|&id| is_needed[id]) {
-            replaced[id] = match self.nodes[id] {
-                Node::Variable(index) => replacement.get(index).copied().unwrap_or(id),
-                _ => self.with_operands(id, &replaced),
-            };
-        }
-        roots.iter().map(|&root| replaced[root]).collect()
+        rebuilt(&self.uses(roots), roots, |id, replaced| match self.nodes[id] {
+            Node::Variable(index) => replacement.get(index).copied().unwrap_or(id),
+            _ => self.with_operands(id, replaced),
+        })
     }
 
     /// The node with `replaced[k]` in place of every operand k.
@@ -277,35 +273,20 @@ impl<S: Real> Graph<S> {
 
     /// Which of the first `variables` variables the expression contains.
     pub(crate) fn variables_of(&self, root: NodeId, variables: usize) -> Vec<bool> {
-        let mut contains = vec![false; variables];
-        let mut is_needed = vec![false; root + 1];
-        is_needed[root] = true;
-        for id in (0..=root).rev() {
-            if !is_needed[id] {
-                continue;
-            }
-            match self.nodes[id] {
-                Node::Variable(index) if index < variables => contains[index] = true,
-                node => node.operands().for_each(|operand| is_needed[operand] = true),
-            }
-        }
-        contains
+        let uses = self.uses(&[root]);
+        let is_used = |node: Node| (0..uses.len()).any(|id| uses[id] > 0 && self.nodes[id] == node);
+        (0..variables).map(|variable| is_used(Node::Variable(variable))).collect()
     }
 
     /// Writes every integer power out as products, by repeated squaring. Powers of one base share their squares. The
     /// nodes that take the place of `roots`.
     pub(super) fn expand_powers(&mut self, roots: &[NodeId]) -> Vec<NodeId> {
-        let is_needed = self.needed(roots);
-        let mut expanded: Vec<NodeId> = (0..is_needed.len()).collect();
-        for id in (0..is_needed.len()).filter(|&id| is_needed[id]) {
-            expanded[id] = match self.nodes[id] {
-                Node::Variable(_) | Node::Constant(_) => id,
-                Node::PowerInteger(base, exponent) => self.products(expanded[base], exponent),
-                Node::Apply(operation) if operation.operands().all(|operand| expanded[operand] == operand) => id,
-                Node::Apply(operation) => self.apply(operation.map(|operand| expanded[operand])),
-            };
-        }
-        roots.iter().map(|&root| expanded[root]).collect()
+        rebuilt(&self.uses(roots), roots, |id, expanded| match self.nodes[id] {
+            Node::Variable(_) | Node::Constant(_) => id,
+            Node::PowerInteger(base, exponent) => self.products(expanded[base], exponent),
+            Node::Apply(operation) if operation.operands().all(|operand| expanded[operand] == operand) => id,
+            Node::Apply(operation) => self.apply(operation.map(|operand| expanded[operand])),
+        })
     }
 
     pub(super) fn products(&mut self, base: NodeId, exponent: i32) -> NodeId {
@@ -330,6 +311,20 @@ impl<S: Real> Graph<S> {
     }
 }
 
+/// The nodes that take the place of `roots`, where every node that is used becomes the one that `new` makes from its
+/// index and the nodes in the places of earlier ones.
+pub(super) fn rebuilt(
+    uses: &[usize],
+    roots: &[NodeId],
+    mut new: impl FnMut(NodeId, &[NodeId]) -> NodeId,
+) -> Vec<NodeId> {
+    let mut places: Vec<NodeId> = (0..uses.len()).collect();
+    for id in (0..uses.len()).filter(|&id| uses[id] > 0) {
+        places[id] = new(id, &places);
+    }
+    roots.iter().map(|&root| places[root]).collect()
+}
+
 fn is_small_integer<S: Real>(value: S) -> bool {
     let rounded = value.to_f64();
     S::from(rounded) == value && rounded.fract() == 0.0 && rounded.abs() <= 1e6
@@ -339,4 +334,35 @@ fn is_small_integer<S: Real>(value: S) -> bool {
 fn is_power_of_two<S: Real>(value: S) -> bool {
     let rounded = value.to_f64();
     S::from(rounded) == value && rounded.to_bits() << 12 == 0 && rounded.is_normal() && (1.0 / rounded).is_normal()
+}
+
+/// A table that finds a key in a few instructions. Nobody makes up formulas whose nodes collide.
+type QuickMap<K, V> = HashMap<K, V, BuildHasherDefault<QuickHasher>>;
+
+/// Multiplies integers into one number.
+#[derive(Default)]
+pub(super) struct QuickHasher(u64);
+
+impl Hasher for QuickHasher {
+    fn finish(&self) -> u64 {
+        // Tables take the lowest bits for the place, and of a product the highest bits depend on most.
+        self.0.rotate_left(26)
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.write_usize(byte.into()));
+    }
+
+    fn write_usize(&mut self, number: usize) {
+        // 2^64 divided by the golden ratio, an odd number whose bits have no pattern.
+        self.0 = (self.0.rotate_left(5) ^ number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    }
+
+    fn write_isize(&mut self, number: isize) {
+        self.write_usize(number.cast_unsigned());
+    }
+
+    fn write_i32(&mut self, number: i32) {
+        self.write_usize(number.cast_unsigned() as usize);
+    }
 }

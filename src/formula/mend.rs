@@ -44,47 +44,51 @@ impl<S: Real> Program<S> {
         is_mended
     }
 
-    /// The same steps for extended numbers, with the constants as they are.
-    pub(crate) fn extended(&self) -> Program<Extended> {
-        let Self { variables, constants, steps, outputs } = self.clone();
-        let constants = constants.into_iter().map(|constant| constant.to_f64().into()).collect();
-        Program { variables, constants, steps, outputs }
-    }
-}
-
-impl Program<f64> {
-    /// Does the same on so many nodes of a window, in registers that hold its nodes. Whether there are any.
-    pub(crate) fn mend_nodes<N: AsRef<[f64]> + AsMut<[f64]>>(
+    /// Does the same at so many points, in registers that hold a row of them. After `chances` points that cannot be
+    /// mended no others are tried: the first of them is outside the domain already.
+    pub(crate) fn mend_points<T: AsRef<[S]> + AsMut<[S]>>(
         &self,
         outputs: usize,
         points: usize,
-        registers: &mut [N],
+        registers: &mut [T],
+        chances: &mut usize,
     ) -> bool {
-        let is_finite = |row: &N| row.as_ref()[..points].iter().fold(true, |all, value| all & value.is_finite());
+        let is_finite = |row: &T| row.as_ref()[..points].iter().fold(true, |all, value| all & value.is_finite());
         if (0..outputs).all(|output| is_finite(&registers[self.output(output)])) {
             return false;
         }
         let mut is_mended = false;
         for k in 0..points {
+            if *chances == 0 {
+                break;
+            }
             if !self.is_broken(outputs, |register| registers[register].as_ref()[k]) {
                 continue;
             }
-            // Nodes are repeated beyond the last one, and where a window begins.
-            let bits = |v: usize, k: usize| registers[v].as_ref()[k].to_bits();
-            let is_repeated = |v: usize| k > 0 && bits(v, k) == bits(v, k - 1);
-            if (0..self.variables()).all(is_repeated) {
-                (0..outputs).for_each(|output| {
-                    let row = registers[self.output(output)].as_mut();
+            // Nodes of a window are repeated beyond the last one, and where it begins.
+            let is_repeated = |row: &T| match row.as_ref()[..=k] {
+                [.., before, here] => before == here && before.signum() == here.signum(),
+                _ => false,
+            };
+            if registers[..self.variables()].iter().all(is_repeated) {
+                for register in (0..outputs).map(|output| self.output(output)) {
+                    let row = registers[register].as_mut();
                     row[k] = row[k - 1];
-                });
-            } else if self.mend(outputs, registers, |nodes| &mut nodes.as_mut()[k]) {
+                }
+            } else if self.mend(outputs, registers, |row| &mut row.as_mut()[k]) {
                 is_mended = true;
             } else {
-                // One node outside the domain is enough.
-                break;
+                *chances -= 1;
             }
         }
         is_mended
+    }
+
+    /// The same steps for extended numbers, with the constants as they are.
+    pub(crate) fn extended(&self) -> Program<Extended> {
+        let Self { variables, constants, steps, outputs } = self.clone();
+        let constants = constants.into_iter().map(|constant| constant.to_f64().into()).collect();
+        Program { variables, constants, steps, outputs }
     }
 }
 
@@ -95,10 +99,8 @@ mod tests {
 
     /// f, f′ and f″ at x, at a point alone and among others.
     fn values<S: Real>(formula: &str, x: f64) -> [S; 3] {
-        let (parameters, definitions) = Default::default();
-        let names = Names { variables: &["x"], parameters: &parameters, definitions: &definitions, tables: &[] };
         let mut graph = Graph::default();
-        let f = parse(formula, names, &mut graph).unwrap();
+        let f = parse(formula, &["x"], &Names::new(), &mut graph).unwrap();
         let first = graph.derivative(f, 0);
         let second = graph.derivative(first, 0);
         let program = Program::new(&mut graph, 1, &[f, first, second]);

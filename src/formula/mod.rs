@@ -2,12 +2,11 @@
 //!
 //! ```text
 //! grammar     parses text into a graph
-//! graph       holds every distinct sub-expression once, in tables of quick keys (`hash`)
+//! graph       holds every distinct sub-expression once, in tables of quick keys
 //! pairs       writes functions of two arguments by those of one
 //! derivative  adds symbolic derivatives to a graph, so they are exact and share sub-expressions with the rest
 //! reduce      writes expressions with fewer operations
-//! program     compiles what the wanted outputs need to a list of steps on registers
-//! fused       makes one step of a product and a sum
+//! program     compiles what the wanted outputs need to a list of steps on registers, one for a product and a sum
 //! algebra     carries out the steps: on numbers and blocks of them (here), vectors of nodes, Taylor series (elsewhere)
 //! mend        computes once more what is not finite, in numbers of wide exponents (`wide`)
 //! steep       finds what functions and quotients of a program are applied to
@@ -19,10 +18,8 @@
 
 mod algebra;
 mod derivative;
-mod fused;
 mod grammar;
 mod graph;
-mod hash;
 mod hint;
 mod mend;
 mod operation;
@@ -34,11 +31,10 @@ mod steep;
 mod wide;
 
 pub use crate::number::Function;
-pub(crate) use algebra::{Algebra, BLOCK, run, run_at_point};
-pub(crate) use grammar::{Names, parse};
+pub(crate) use algebra::{Algebra, BLOCK, MOST_LOST, run, run_at_point};
+pub(crate) use grammar::{Known, Names, parse};
 pub(crate) use graph::{Graph, NodeId};
 pub(crate) use operation::{Fused, Operation};
-pub(crate) use pairs::Pair;
 pub(crate) use program::{Program, Register, Step};
 pub(crate) use reduce::Level;
 #[cfg(test)]
@@ -68,7 +64,7 @@ impl FormulaError {
 
 /// The names of all functions.
 pub(crate) fn functions() -> impl Iterator<Item = &'static str> {
-    Function::NAMED.iter().map(|(name, _)| *name).chain(Pair::NAMED.iter().map(|(name, _)| *name))
+    Function::NAMED.iter().map(|(name, _)| *name).chain(Graph::<f64>::PAIRS.iter().map(|(name, _)| *name))
 }
 
 /// Returns true if the grammar already gives `name` a meaning in formulas of any variables.

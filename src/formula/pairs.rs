@@ -4,42 +4,28 @@ use super::Function;
 use super::graph::{Graph, NodeId};
 use crate::number::Real;
 
-/// A function of two arguments.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Pair {
-    Min,
-    Max,
-    Atan2,
-    Hypot,
-}
-
-impl Pair {
-    /// Every one with its name.
-    pub(crate) const NAMED: [(&'static str, Self); 4] =
-        [("min", Self::Min), ("max", Self::Max), ("atan2", Self::Atan2), ("hypot", Self::Hypot)];
-}
-
-/// The function of that name.
-pub(super) fn from_name(name: &str) -> Option<Pair> {
-    Pair::NAMED.iter().find(|(other, _)| *other == name).map(|&(_, pair)| pair)
-}
+/// Writes a function of two arguments.
+pub(super) type Pair<S> = fn(&mut Graph<S>, NodeId, NodeId) -> NodeId;
 
 impl<S: Real> Graph<S> {
-    /// The value of a function of two arguments.
-    pub(super) fn pair(&mut self, pair: Pair, a: NodeId, b: NodeId) -> NodeId {
-        match pair {
-            Pair::Min | Pair::Max => {
-                let difference = self.subtract(a, b);
-                let larger = if matches!(pair, Pair::Max) { [a, b] } else { [b, a] };
-                self.choose(difference, larger)
-            }
-            Pair::Hypot => {
-                let [square, other] = [a, b].map(|side| self.power_integer(side, 2));
-                let sum = self.add(square, other);
-                self.call(Function::Sqrt, sum)
-            }
-            Pair::Atan2 => self.angle(a, b),
-        }
+    /// The functions of two arguments by name.
+    pub(super) const PAIRS: [(&'static str, Pair<S>); 4] =
+        [("min", Self::min), ("max", Self::max), ("atan2", Self::angle), ("hypot", Self::hypot)];
+
+    fn min(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let difference = self.subtract(a, b);
+        self.choose(difference, [b, a])
+    }
+
+    fn max(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let difference = self.subtract(a, b);
+        self.choose(difference, [a, b])
+    }
+
+    fn hypot(&mut self, a: NodeId, b: NodeId) -> NodeId {
+        let [square, other] = [a, b].map(|side| self.power_integer(side, 2));
+        let sum = self.add(square, other);
+        self.call(Function::Sqrt, sum)
     }
 
     /// The first value where `decides` is not negative, and elsewhere the second one.
@@ -55,7 +41,7 @@ impl<S: Real> Graph<S> {
     fn angle(&mut self, y: NodeId, x: NodeId) -> NodeId {
         let [one, minus_one, zero] = [1, -1, 0].map(|number| self.whole(number));
         let half_turn = self.constant(S::PI);
-        let (side, length) = (self.choose(x, [one, minus_one]), self.pair(Pair::Hypot, y, x));
+        let (side, length) = (self.choose(x, [one, minus_one]), self.hypot(y, x));
         let distance = self.multiply(side, x);
         let sum = self.add(length, distance);
         let tangent = self.divide(y, sum);
@@ -71,17 +57,13 @@ impl<S: Real> Graph<S> {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
-
     use super::super::{Names, Program, parse};
     use super::Graph;
 
     /// The value of a formula of x and y, and its derivatives by these.
     fn values(formula: &str, at: [f64; 2]) -> [f64; 3] {
         let mut graph = Graph::default();
-        let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
-        let names = Names { variables: &["x", "y"], parameters: &parameters, definitions: &definitions, tables: &[] };
-        let value = parse(formula, names, &mut graph).unwrap();
+        let value = parse(formula, &["x", "y"], &Names::new(), &mut graph).unwrap();
         let [by_x, by_y] = [0, 1].map(|variable| graph.derivative(value, variable));
         Program::new(&mut graph, 2, &[value, by_x, by_y]).values(&at)
     }
@@ -112,11 +94,8 @@ mod tests {
 
     #[test]
     fn a_missing_argument_is_missed() {
-        let mistake = |formula: &str| {
-            let (parameters, definitions) = (BTreeMap::<String, f64>::new(), BTreeMap::new());
-            let names = Names { variables: &["x"], parameters: &parameters, definitions: &definitions, tables: &[] };
-            parse(formula, names, &mut Graph::default()).unwrap_err().message
-        };
+        let mistake =
+            |formula| parse(formula, &["x"], &Names::<f64>::new(), &mut Graph::default()).unwrap_err().message;
         assert_eq!(mistake("min(x)"), "the function 'min' has two arguments: expected a comma, found ')'");
         assert_eq!(mistake("atan2"), "the function 'atan2' needs its two arguments in parentheses");
         assert!(mistake("sin(x, x)").starts_with("expected an operator or the ')'"), "{}", mistake("sin(x, x)"));

@@ -100,53 +100,41 @@ pub(crate) fn plain(program: &Program<f64>, outputs: usize) -> Program<f64> {
     let mut constants = program.constants.clone();
     let per_ten = program.variables() + constants.len();
     constants.push(std::f64::consts::LOG10_E);
-    let mut made = Made { first: per_ten + 1, operations: Vec::new(), known: HashMap::new() };
+    // Operations without repetitions, each with the register of what it gives.
+    let (mut operations, mut known) = (Vec::new(), HashMap::new());
+    let mut value = |operation: Operation| {
+        *known.entry(operation).or_insert_with(|| {
+            operations.push(operation);
+            per_ten + operations.len()
+        })
+    };
     let mut value_of: Vec<Register> = (0..program.size()).collect();
     for step in program.steps_to(outputs) {
         value_of[step.to()] = match step.operation().map(|operand| value_of[operand]) {
             Operation::Call(Function::Tan, a) => {
-                let sin = made.value(Operation::Call(Function::Sin, a));
-                let cos = made.value(Operation::Call(Function::Cos, a));
-                made.value(Operation::Divide(sin, cos))
+                let [sin, cos] = [Function::Sin, Function::Cos].map(|function| value(Operation::Call(function, a)));
+                value(Operation::Divide(sin, cos))
             }
             Operation::Call(Function::Log10, a) => {
-                let ln = made.value(Operation::Call(Function::Ln, a));
-                made.value(Operation::Multiply(ln, per_ten))
+                let ln = value(Operation::Call(Function::Ln, a));
+                value(Operation::Multiply(ln, per_ten))
             }
             Operation::Power(a, b) => {
-                let ln = made.value(Operation::Call(Function::Ln, a));
-                let exponent = made.value(Operation::Multiply(b, ln));
-                made.value(Operation::Call(Function::Exp, exponent))
+                let ln = value(Operation::Call(Function::Ln, a));
+                let exponent = value(Operation::Multiply(b, ln));
+                value(Operation::Call(Function::Exp, exponent))
             }
             Operation::Fused(fused, [a, b, c]) => {
-                let product = made.value(Operation::Multiply(a, b));
-                made.value(match fused {
+                let product = value(Operation::Multiply(a, b));
+                value(match fused {
                     Fused::Add => Operation::Add(product, c),
                     Fused::Subtract => Operation::Subtract(product, c),
                     Fused::SubtractFrom => Operation::Subtract(c, product),
                 })
             }
-            operation => made.value(operation),
+            operation => value(operation),
         };
     }
     let outputs = (0..outputs).map(|output| value_of[program.output(output)]);
-    Program::of_operations(program.variables(), constants, made.operations, outputs)
-}
-
-/// Operations without repetitions.
-struct Made {
-    first: Register,
-    operations: Vec<Operation>,
-    known: HashMap<Operation, Register>,
-}
-
-impl Made {
-    /// The register of what an operation gives.
-    fn value(&mut self, operation: Operation) -> Register {
-        let Self { first, operations, known } = self;
-        *known.entry(operation).or_insert_with(|| {
-            operations.push(operation);
-            *first + operations.len() - 1
-        })
-    }
+    Program::of_operations(program.variables(), constants, operations, outputs)
 }

@@ -2,10 +2,9 @@
 
 use std::marker::PhantomData;
 
-use super::algebra::Algebra;
+use super::algebra::{Algebra, binary};
 use super::operation::Fused;
-use crate::number::Function;
-use crate::number::Real;
+use crate::number::{Function, Real};
 
 /// An exponent counts powers of 2^256, and a significand that is neither 0 nor infinite lies between 2^−128 and 2^128.
 const BITS: i32 = 256;
@@ -104,17 +103,7 @@ impl<S: Real> Wide<S> {
             Function::Abs => Self::new(self.significand.abs(), self.exponent),
             Function::Cosh => half(self.exp().plus(self.minus().exp())),
             Function::Sinh if self.nearest().abs() > S::ONE => half(self.exp().plus(self.minus().exp().minus())),
-            Function::Sin
-            | Function::Cos
-            | Function::Tan
-            | Function::Sinh
-            | Function::Tanh
-            | Function::Asin
-            | Function::Acos
-            | Function::Atan
-            | Function::Sign
-            | Function::Step
-            | Function::Table(_) => Self::new(function.apply(self.nearest()), 0),
+            _ => Self::new(function.apply(self.nearest()), 0),
         }
     }
 
@@ -134,31 +123,19 @@ impl<S: Real> From<S> for Wide<S> {
 /// Wide numbers as values of a program.
 pub(super) struct Wides<S>(pub(super) PhantomData<S>);
 
+impl<S: Real> Wides<S> {
+    fn binary(to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>, f: impl Fn(Wide<S>, Wide<S>) -> Wide<S>) {
+        *to = f(*a, *b);
+    }
+}
+
 impl<S: Real> Algebra for Wides<S> {
     type Value = Wide<S>;
 
-    fn add(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
-        *to = a.plus(*b);
-    }
-
-    fn subtract(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
-        *to = a.plus(b.minus());
-    }
-
-    fn multiply(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
-        *to = a.times(*b);
-    }
-
-    fn divide(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
-        *to = a.over(*b);
-    }
+    binary!(add Wide::plus, subtract |a, b| a.plus(b.minus()), multiply Wide::times, divide Wide::over, power Wide::powf);
 
     fn negate(&self, to: &mut Wide<S>, a: &Wide<S>) {
         *to = a.minus();
-    }
-
-    fn power(&self, to: &mut Wide<S>, a: &Wide<S>, b: &Wide<S>) {
-        *to = a.powf(*b);
     }
 
     fn call(&self, to: &mut Wide<S>, function: Function, a: &Wide<S>) {

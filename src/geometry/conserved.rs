@@ -22,16 +22,14 @@ impl ConservedSum {
     pub fn formula(&self, names: &[String]) -> String {
         let mut text = String::new();
         for &(a, c) in &self.terms {
-            let sign = if c < 0.0 { "-" } else { "+" };
-            match (text.is_empty(), c < 0.0) {
-                (true, false) => {}
-                (true, true) => text.push('-'),
-                (false, _) => text.push_str(&format!(" {sign} ")),
-            }
-            if c.abs() != 1.0 {
-                text.push_str(&format!("{}*", c.abs()));
-            }
-            text.push_str(&format!("p_{}", names[a]));
+            let sign = match (text.is_empty(), c < 0.0) {
+                (true, false) => "",
+                (true, true) => "-",
+                (false, false) => " + ",
+                (false, true) => " - ",
+            };
+            let factor = if c.abs() == 1.0 { String::new() } else { format!("{}*", c.abs()) };
+            text += &format!("{sign}{factor}p_{}", names[a]);
         }
         text
     }

@@ -19,15 +19,6 @@ pub struct Contraction<'c, S, V> {
     pub velocity: V,
 }
 
-/// The contraction at a point, of which `samples` has the only node.
-pub(super) fn at_point<'c, S: Real>(
-    structure: &'c Structure<S>,
-    samples: &'c Samples<S>,
-    q_dot: &'c [S],
-) -> Contraction<'c, S, impl Fn(usize) -> Option<&'c [S]>> {
-    Contraction { structure, samples, nodes: 0..1, velocity: |b| q_dot.get(b).map(std::slice::from_ref) }
-}
-
 /// Returns what `add` adds to 0 at a single node.
 pub(crate) fn single<S: Real>(add: impl FnOnce(&mut [S])) -> S {
     let mut sum = S::ZERO;

@@ -1,9 +1,5 @@
 //! Hamilton's equations as expressions: as they follow from the metric, and with fewer operations.
 //!
-//! ```text
-//! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a(q, q̇)
-//! ```
-//!
 //! Where the Hamiltonian H(q, p) is known, they are q̇^a = ∂H/∂p_a and, without a force, ṗ_a = −∂H/∂q^a.
 
 use super::inverse::Inverse;
@@ -51,7 +47,14 @@ impl Expressions {
     /// q̈^a = g^ab ṗ_b of active coordinates with a constant `inverse`, given by rows.
     pub(super) fn accelerations<S: Real>(&self, parts: &mut Parts<S>, active: &[usize], inverse: &[S]) -> Vec<NodeId> {
         let (rows, n) = (inverse.chunks_exact(active.len().max(1)), parts.dimension());
-        let sums: Vec<NodeId> = rows.map(|row| combination(parts, row, &self.forces)).collect();
+        let zero = parts.graph.constant(S::ZERO);
+        let sum = |row: &[S]| {
+            row.iter().zip(&self.forces).fold(zero, |sum, (&entry, &force)| {
+                let entry = parts.graph.constant(entry);
+                plus(&mut parts.graph, sum, [entry, force])
+            })
+        };
+        let sums: Vec<NodeId> = rows.map(sum).collect();
         parts.graph.reduced(&sums, level(n, active))
     }
 }
@@ -75,20 +78,13 @@ fn velocities<S: Real>(parts: &mut Parts<S>, inverse: &Inverse) -> Vec<NodeId> {
     let kinetic: Vec<NodeId> = (0..n)
         .map(|b| {
             let p = parts.graph.variable(2 * n + b);
-            match parts.one_form.get(&b) {
-                Some(&one_form) => parts.graph.subtract(p, one_form),
-                None => p,
-            }
+            parts.one_form.get(&b).map_or(p, |&one_form| parts.graph.subtract(p, one_form))
         })
         .collect();
+    let zero = parts.graph.constant(S::ZERO);
     let velocity = |a: usize| {
-        let mut sum = parts.graph.constant(S::ZERO);
-        for (b, &kinetic) in kinetic.iter().enumerate() {
-            if let Some(entry) = inverse.get(a, b) {
-                sum = plus(&mut parts.graph, sum, [entry, kinetic]);
-            }
-        }
-        sum
+        let products = (0..n).filter_map(|b| Some([inverse.get(a, b)?, kinetic[b]]));
+        products.fold(zero, |sum, product| plus(&mut parts.graph, sum, product))
     };
     (0..n).map(velocity).collect()
 }
@@ -129,16 +125,6 @@ pub(super) fn force<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -
         let replacement: Vec<NodeId> = variables.iter().chain(q_dot).copied().collect();
         let force = parts.graph.substitute(&[force], &replacement)[0];
         sum = parts.graph.add(sum, force);
-    }
-    sum
-}
-
-/// Σ_b row_b values_b.
-fn combination<S: Real>(parts: &mut Parts<S>, row: &[S], values: &[NodeId]) -> NodeId {
-    let mut sum = parts.graph.constant(S::ZERO);
-    for (&factor, &value) in row.iter().zip(values) {
-        let factor = parts.graph.constant(factor);
-        sum = plus(&mut parts.graph, sum, [factor, value]);
     }
     sum
 }

@@ -1,9 +1,5 @@
 //! Hamilton's equations of a scene as one program: for points, for the nodes of a window, for Taylor series.
 //!
-//! ```text
-//! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a(q, q̇)
-//! ```
-//!
 //! The momenta of ignorable coordinates are constants of a run. The equations of the active coordinates do not contain
 //! ignorable ones, which are quadratures.
 
@@ -11,10 +7,9 @@ use std::sync::Arc;
 
 use super::expressions::Expressions;
 use super::inverse::Inverse;
-use super::is_outside;
 use super::linearised::{Equations, Linearised};
-use super::outside::OutsideGeometry;
 use super::parts::Parts;
+use super::{OutsideGeometry, is_outside};
 use crate::formula::{NodeId, Program, Register};
 use crate::number::Real;
 
@@ -84,6 +79,28 @@ impl<S: Real> Hamiltonian<S> {
         all.filter(|(a, _)| !self.active.contains(a)).map(|(_, &register)| register).collect()
     }
 
+    /// Returns an error with the node `index` if it lies outside the domain, where `value` gives what is in a register:
+    /// if a determinant has another sign than it must have, or a rate is not finite.
+    #[inline]
+    pub(super) fn check(
+        &self,
+        signs: &[S],
+        index: usize,
+        value: impl Fn(Register) -> S,
+    ) -> Result<(), OutsideGeometry> {
+        let outside = |block: Option<usize>, determinant: f64| {
+            let position = self.active.first().map_or(f64::NAN, |&a| value(a).to_f64());
+            Err(OutsideGeometry { index, block, determinant, position })
+        };
+        for (block, (&register, &sign)) in self.determinants.iter().zip(signs).enumerate() {
+            if is_outside(value(register), sign) {
+                return outside(Some(block), value(register).to_f64());
+            }
+        }
+        let is_finite = self.velocities.iter().chain(&self.forces).all(|&register| value(register).is_finite());
+        if is_finite { Ok(()) } else { outside(None, f64::NAN) }
+    }
+
     /// The linearised equations.
     pub(crate) fn linearised(&self) -> &Equations<S> {
         self.linearised.get()
@@ -106,8 +123,9 @@ fn constant_inverse<S: Real>(parts: &Parts<S>, inverse: &Inverse, active: &[usiz
 #[derive(Debug, Clone)]
 pub struct Point<S = f64> {
     hamiltonian: Arc<Hamiltonian<S>>,
-    signs: Vec<S>,
-    registers: Vec<S>,
+    /// The signs that the determinants must have.
+    pub(super) signs: Vec<S>,
+    pub(super) registers: Vec<S>,
     /// The registers of the Jacobian, from when it is first asked for.
     jacobian: Vec<S>,
 }
@@ -129,6 +147,12 @@ impl<S: Real> Point<S> {
     #[inline]
     pub fn evaluate(&mut self, q: &[S], p: &[S]) -> Result<(), OutsideGeometry> {
         set(&mut self.registers, q, p);
+        self.evaluate_there()
+    }
+
+    /// The same, where q^a and p_a are in their registers.
+    #[inline]
+    pub(super) fn evaluate_there(&mut self) -> Result<(), OutsideGeometry> {
         let Hamiltonian { program, point, .. } = &*self.hamiltonian;
         program.run_once(*point, &mut self.registers);
         match self.check() {
@@ -140,19 +164,7 @@ impl<S: Real> Point<S> {
     /// Returns an error if the point that was evaluated lies outside the domain.
     #[inline]
     fn check(&self) -> Result<(), OutsideGeometry> {
-        let Hamiltonian { velocities, forces, determinants, active, .. } = &*self.hamiltonian;
-        let position = || active.first().map_or(f64::NAN, |&a| self.registers[a].to_f64());
-        for (block, (&register, &sign)) in determinants.iter().zip(&self.signs).enumerate() {
-            let determinant = self.registers[register];
-            if is_outside(determinant, sign) {
-                let determinant = determinant.to_f64();
-                return Err(OutsideGeometry { index: 0, block: Some(block), determinant, position: position() });
-            }
-        }
-        if velocities.iter().chain(forces).all(|&register| self.registers[register].is_finite()) {
-            return Ok(());
-        }
-        Err(OutsideGeometry { index: 0, block: None, determinant: f64::NAN, position: position() })
+        self.hamiltonian.check(&self.signs, 0, |register| self.registers[register])
     }
 
     /// Writes the rates of a state, q^a of all coordinates and then p_a of all, into `out`.
@@ -191,11 +203,6 @@ impl<S: Real> Point<S> {
         Some(row.iter().enumerate().fold(S::ZERO, |sum, (other, &g)| sum + g * self.p_dot(other)))
     }
 
-    /// The signs that the determinants must have.
-    pub(super) fn signs(&self) -> &[S] {
-        &self.signs
-    }
-
     /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not
     /// zero. Rows and columns 0 … m−1 are positions, m … 2m−1 momenta.
     pub fn jacobian(&mut self, q: &[S], p: &[S], see: impl FnMut(usize, usize, S)) {
@@ -212,7 +219,7 @@ impl<S: Real> Point<S> {
 
 /// Puts all q^a and p_a into registers.
 #[inline]
-fn set<S: Real>(registers: &mut [S], q: &[S], p: &[S]) {
+pub(super) fn set<S: Real>(registers: &mut [S], q: &[S], p: &[S]) {
     let n = q.len();
     // A few numbers are copied faster one by one.
     registers[..n].iter_mut().zip(q).for_each(|(register, &q)| *register = q);

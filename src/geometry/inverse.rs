@@ -118,37 +118,3 @@ impl<S: Real> Minors<'_, S> {
         sum
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::presets::PRESETS;
-    use super::super::text::{GeometryText, Tau};
-    use super::{Inverse, Parts};
-    use crate::formula::{NodeId, Program};
-
-    #[test]
-    fn presets_times_their_inverses_are_one() {
-        for (preset, tau) in PRESETS.iter().flat_map(|preset| [None, Some(Tau::Timelike)].map(|tau| (preset, tau))) {
-            let mut text = preset.text();
-            text.parameters.iter_mut().filter(|(name, _)| name == "a").for_each(|(_, value)| *value = "0.6".to_owned());
-            text.conformal = tau.map(|_| format!("1 + {}^2/9", text.coordinates[1]));
-            text.tau = tau;
-            let mut parts: Parts<f64> = Parts::new(&GeometryText::Metric(text)).unwrap();
-            let inverse = Inverse::new(&mut parts).unwrap();
-            let n = parts.dimension();
-            let zero = parts.graph.constant(0.0);
-            let pairs = || (0..n * n).map(|k| (k / n, k % n));
-            let mut nodes: Vec<NodeId> = pairs().map(|(a, b)| parts.component(a, b).unwrap_or(zero)).collect();
-            nodes.extend(pairs().map(|(a, b)| inverse.get(a, b).unwrap_or(zero)));
-            let program = Program::new(&mut parts.graph, 3 * n, &nodes);
-            let mut registers = program.registers(|constant| constant);
-            registers[..n].copy_from_slice(&[0.3, 2.7, 1.1, 0.4, 0.2][..n]);
-            program.run_once(nodes.len(), &mut registers);
-            let value = |matrix: usize, a: usize, b: usize| registers[program.output((matrix * n + a) * n + b)];
-            for (a, c) in pairs() {
-                let product: f64 = (0..n).map(|b| value(0, a, b) * value(1, b, c)).sum();
-                assert!((product - f64::from(a == c)).abs() < 1e-14, "{} {tau:?}: {a} {c} {product}", preset.name);
-            }
-        }
-    }
-}

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 
 use super::parts::Scope;
-use super::text::Tau;
-use crate::formula::{self, Names, NodeId};
+use super::text::{Place, Tau};
+use crate::formula::NodeId;
 use crate::number::Real;
 
 impl<S: Real> Scope<'_, S> {
@@ -18,14 +18,7 @@ impl<S: Real> Scope<'_, S> {
         omega: Option<NodeId>,
     ) -> NodeId {
         let n = self.all;
-        let momenta: Vec<String> = self.coordinates.iter().map(|name| format!("p_{name}")).collect();
-        let mut variables = vec![""; 3 * n];
-        for (a, (name, momentum)) in self.coordinates.iter().zip(&momenta).enumerate() {
-            (variables[a], variables[2 * n + a]) = (name, momentum);
-        }
-        let (parameters, definitions) = (&self.parameters, &self.definitions);
-        let names = Names { variables: &variables, parameters, definitions, tables: self.tables };
-        let alone = formula::parse(text, names, self.graph).expect("the formulas of presets are correct");
+        let alone = self.parse(text, Place::Potential, 3).expect("the formulas of presets are correct");
         let mut kinetic: Vec<NodeId> = (0..3 * n).map(|variable| self.graph.variable(variable)).collect();
         for (&a, &component) in one_form {
             kinetic[2 * n + a] = self.graph.subtract(kinetic[2 * n + a], component);
@@ -65,53 +58,5 @@ impl<S: Real> Scope<'_, S> {
             sum = if a == 0 { self.graph.subtract(sum, term) } else { self.graph.add(sum, term) };
         }
         omega.map_or(sum, |omega| self.graph.divide(sum, omega))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Geometry, GeometryText, Law, MetricText, PotentialText};
-
-    fn rates(text: &GeometryText) -> Vec<f64> {
-        let geometry: Geometry = Geometry::new(text).unwrap();
-        let mut point = geometry.point();
-        point.evaluate(&[0.1, 1.2, -0.7, 0.3], &[-0.4, 0.6, 1.1, 0.9]).unwrap();
-        let velocities = (0..4).map(|a| point.q_dot(a));
-        velocities.chain((0..2).map(|place| point.p_dot(place))).collect()
-    }
-
-    #[test]
-    fn rates_of_the_lift_are_those_of_its_metric() {
-        let owned = |texts: &[&str]| texts.iter().map(|&text| text.to_owned()).collect::<Vec<_>>();
-        for conformal in [None, Some("1 + x^2".to_owned())] {
-            let potential = PotentialText {
-                coordinates: owned(&["x", "y"]),
-                expression: "x^2*y - y/x".to_owned(),
-                masses: owned(&["2", "3"]),
-                mass: "1".to_owned(),
-                c: "1".to_owned(),
-                law: Law::Newtonian,
-                one_form: vec![(0, "y^2".to_owned()), (1, "x*y".to_owned())],
-                conformal: conformal.clone(),
-                ..PotentialText::default()
-            };
-            let components = [
-                ([0, 0], "2*(x^2*y - y/x)"),
-                ([0, 1], "-y^2"),
-                ([0, 2], "-x*y"),
-                ([0, 3], "1"),
-                ([1, 1], "-2"),
-                ([2, 2], "-3"),
-            ];
-            let metric = MetricText {
-                coordinates: owned(&["t", "x", "y", "s"]),
-                components: components.map(|(pair, text)| (pair, text.to_owned())).to_vec(),
-                conformal,
-                ..MetricText::default()
-            };
-            let [one, other] = [GeometryText::Potential(potential), GeometryText::Metric(metric)].map(|t| rates(&t));
-            let is_near = |(one, other): (&f64, &f64)| (one - other).abs() <= 1e-14 * other.abs().max(1.0);
-            assert!(one.iter().zip(&other).all(is_near), "{one:?} {other:?}");
-        }
     }
 }

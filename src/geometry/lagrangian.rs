@@ -12,9 +12,9 @@ use crate::number::Real;
 pub(crate) struct Lagrangian<S = f64> {
     pub(super) structure: Structure<S>,
     /// Rows of the metric and the one-form in the order of the structure, then the determinants of the blocks.
-    fields: Program<S>,
+    pub(super) fields: Program<S>,
     /// Rows of the force, in 2n variables.
-    force: Program<S>,
+    pub(super) force: Program<S>,
     /// In the variables q^a and q̇^a: p_a of all coordinates, then f_a + F_a of active ones.
     pub(crate) momenta: Program<S>,
 }
@@ -31,19 +31,9 @@ impl<S: Real> Lagrangian<S> {
         Self { structure, fields, force, momenta }
     }
 
-    /// Room for the rows of the metric, the one-form and the determinants.
-    pub(super) fn room(&self, points: usize) -> Samples<S> {
-        Samples::zeros(self.fields.outputs(), points)
-    }
-
-    /// Fills in these rows at positions, inside the domain or not.
+    /// Fills in the rows of the metric, the one-form and the determinants at positions, inside the domain or not.
     pub(super) fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) {
         self.fields.sample(q, &mut samples.rows_mut().collect::<Vec<_>>());
-    }
-
-    /// Fills in the rows of the force.
-    pub(super) fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>) {
-        self.force.sample(&[q, q_dot].concat(), &mut samples.rows_mut().collect::<Vec<_>>());
     }
 
     /// The rows of the determinants of the blocks.
@@ -72,13 +62,14 @@ fn structure_of<S: Real>(parts: &mut Parts<S>) -> (Structure<S>, Vec<NodeId>) {
         .collect();
     let mut structure = Structure { dimension: n, has_one_form: !parts.one_form.is_empty(), ..Structure::default() };
     let mut rows = Vec::new();
+    let mut value = |graph: &Graph<S>, node| source(graph, node, &mut rows);
     for &(ab, node) in &components {
-        structure.values.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [], value }));
+        structure.values.extend(value(&parts.graph, node).map(|value| Term { ab, by: [], value }));
     }
     for &(ab, node) in &components {
         for c in 0..n {
             let node = parts.graph.derivative(node, c);
-            structure.first.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [c], value }));
+            structure.first.extend(value(&parts.graph, node).map(|value| Term { ab, by: [c], value }));
         }
     }
     for &(ab, node) in &components {
@@ -86,11 +77,7 @@ fn structure_of<S: Real>(parts: &mut Parts<S>) -> (Structure<S>, Vec<NodeId>) {
             for d in c..n {
                 let first = parts.graph.derivative(node, c);
                 let node = parts.graph.derivative(first, d);
-                structure.second.extend(source(&parts.graph, node, &mut rows).map(|value| Term {
-                    ab,
-                    by: [c, d],
-                    value,
-                }));
+                structure.second.extend(value(&parts.graph, node).map(|value| Term { ab, by: [c, d], value }));
             }
         }
     }
@@ -103,15 +90,12 @@ fn add_force<S: Real>(structure: &mut Structure<S>, parts: &mut Parts<S>) -> Vec
     let variables = 2 * parts.dimension();
     let components: Vec<(usize, NodeId)> = parts.force.iter().map(|(&a, &node)| (a, node)).collect();
     let mut rows = Vec::new();
+    let mut value = |graph: &Graph<S>, node| source(graph, node, &mut rows);
     for &(a, node) in &components {
-        structure.force.extend(source(&parts.graph, node, &mut rows).map(|value| ForceTerm { a, by: [], value }));
+        structure.force.extend(value(&parts.graph, node).map(|value| ForceTerm { a, by: [], value }));
         for v in 0..variables {
             let first = parts.graph.derivative(node, v);
-            structure.force_first.extend(source(&parts.graph, first, &mut rows).map(|value| ForceTerm {
-                a,
-                by: [v],
-                value,
-            }));
+            structure.force_first.extend(value(&parts.graph, first).map(|value| ForceTerm { a, by: [v], value }));
         }
     }
     structure.force_rows = rows.len();
@@ -130,13 +114,9 @@ fn momenta<S: Real>(parts: &mut Parts<S>, active: &[usize]) -> Program<S> {
     let q_dot: Vec<NodeId> = (n..2 * n).map(|variable| parts.graph.variable(variable)).collect();
     let mut outputs: Vec<NodeId> = Vec::with_capacity(n + active.len());
     for a in 0..n {
-        let mut sum = parts.one_form.get(&a).copied().unwrap_or_else(|| parts.graph.constant(S::ZERO));
-        for (b, &velocity) in q_dot.iter().enumerate() {
-            if let Some(entry) = parts.component(a, b) {
-                sum = plus(&mut parts.graph, sum, [entry, velocity]);
-            }
-        }
-        outputs.push(sum);
+        let one_form = parts.one_form.get(&a).copied().unwrap_or_else(|| parts.graph.constant(S::ZERO));
+        let products: Vec<_> = (0..n).filter_map(|b| Some([parts.component(a, b)?, q_dot[b]])).collect();
+        outputs.push(products.into_iter().fold(one_form, |sum, product| plus(&mut parts.graph, sum, product)));
     }
     for &a in active {
         outputs.push(force(parts, a, &q_dot));

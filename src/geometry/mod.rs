@@ -28,7 +28,6 @@
 
 mod conserved;
 mod contraction;
-mod direction;
 mod expressions;
 mod hamiltonian;
 mod inverse;
@@ -37,41 +36,36 @@ mod lagrangian;
 mod linearised;
 mod motion;
 mod observable;
-mod outside;
 mod parts;
 mod points;
 mod presets;
 mod rates;
 mod structure;
 mod text;
-mod value;
 
 pub use crate::formula::FormulaError;
 pub use conserved::ConservedSum;
 pub use contraction::Contraction;
 pub(crate) use contraction::single;
-pub use direction::Direction;
 pub(crate) use hamiltonian::Hamiltonian;
 pub use hamiltonian::Point;
 pub use inverse::MOST_COUPLED;
 pub use motion::{Motion, OnNodes};
-pub use observable::{Observable, observed};
-pub use outside::OutsideGeometry;
+pub use observable::{Direction, Observable, observed};
+pub use parts::value_of;
 pub use presets::{PRESETS, Preset};
 pub use rates::Rates;
 pub(crate) use structure::other;
 pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
 pub(crate) use text::mentions;
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
-pub use value::value_of;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use self::inverse::Inverse;
 use self::lagrangian::Lagrangian;
 use self::parts::Parts;
-use crate::formula::NodeId;
+use crate::formula::{Names, NodeId};
 use crate::number::Real;
 
 /// The metric, the one-form and the force of a scene, with their derivatives, as programs.
@@ -102,7 +96,7 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// [`GeometryError`] with the place of the mistake.
     pub fn of_x(text: PotentialText) -> Result<Self, GeometryError> {
-        let c: S = parts::constant(&text.c, &BTreeMap::new(), Place::SpeedOfLight)?;
+        let c: S = parts::constant(&text.c, &Names::new(), Place::SpeedOfLight)?;
         let parts = Parts::new(&GeometryText::Potential(text))?;
         let geometry = Self::of_parts(parts, &[1])?;
         Ok(Self { signs: vec![S::ONE, -S::ONE], c_squared: Some(c * c), ..geometry })
@@ -137,9 +131,8 @@ impl<S: Real> Geometry<S> {
         if self.c_squared.is_none() {
             self.signs.fill(S::ZERO);
         }
-        let rows: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
         let mut samples = self.room(1);
-        self.fill(&rows, &mut samples)?;
+        self.fill(&points::rows(q), &mut samples)?;
         self.signs = self.lagrangian.determinants(&samples).map(|row| row[0].signum()).collect();
         Ok(self)
     }
@@ -171,14 +164,11 @@ impl<S: Real> Geometry<S> {
 
     /// Where g00, g00′ and g00″ of that space-time stand among the rows of [`Self::fill`].
     pub(crate) fn sources_of_g00(&self) -> [Source<S>; 3] {
+        fn of_t<S: Real, const ORDER: usize>(terms: &[Term<S, ORDER>]) -> Source<S> {
+            terms.iter().find(|term| term.ab == [0, 0]).map_or(Source::Constant(S::ZERO), |term| term.value)
+        }
         let Structure { values, first, second, .. } = self.structure();
-        let of_t = |ab: [usize; 2], value: Source<S>| (ab == [0, 0]).then_some(value);
-        [
-            values.iter().find_map(|term| of_t(term.ab, term.value)),
-            first.iter().find_map(|term| of_t(term.ab, term.value)),
-            second.iter().find_map(|term| of_t(term.ab, term.value)),
-        ]
-        .map(|source| source.unwrap_or(Source::Constant(S::ZERO)))
+        [of_t(values), of_t(first), of_t(second)]
     }
 
     /// Hamilton's equations of the active coordinates, with the momenta of ignorable ones at a start.
@@ -288,7 +278,7 @@ impl<S: Real> Geometry<S> {
 
     /// Room for [`Self::fill`] on so many nodes.
     pub fn room(&self, points: usize) -> Samples<S> {
-        self.lagrangian.room(points)
+        Samples::zeros(self.lagrangian.fields.outputs(), points)
     }
 
     /// Fills in the rows of the metric and the one-form at the positions `q`, one row of nodes for each coordinate.
@@ -314,8 +304,22 @@ impl<S: Real> Geometry<S> {
 
     /// Fills in the rows of the force at positions and velocities.
     pub fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>) {
-        self.lagrangian.fill_force(q, q_dot, samples);
+        self.lagrangian.force.sample(&[q, q_dot].concat(), &mut samples.rows_mut().collect::<Vec<_>>());
     }
+}
+
+/// A block of the metric has a determinant of the wrong sign, or a number is not finite.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("the point lies outside the domain of the metric")]
+pub struct OutsideGeometry {
+    /// Index of the node.
+    pub index: usize,
+    /// The block of the metric, see [`Geometry::blocks`]; `None` where another number is not finite.
+    pub block: Option<usize>,
+    /// Its determinant there.
+    pub determinant: f64,
+    /// The first active coordinate there.
+    pub position: f64,
 }
 
 /// Returns true if a determinant that should have the given sign (0: any) says that a point is outside.

@@ -3,9 +3,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::hamiltonian::{Hamiltonian, Point};
+use super::hamiltonian::Hamiltonian;
 use super::{Geometry, OutsideGeometry};
-use crate::formula::{BLOCK, Register};
+use crate::formula::{BLOCK, MOST_LOST, Register};
 use crate::number::Real;
 
 /// The rates of positions and momenta, q̇^a = g^ab (p_b − A_b), ṗ_a = f_a + F_a, where only active coordinates and
@@ -13,7 +13,7 @@ use crate::number::Real;
 #[derive(Debug)]
 pub struct Motion<S> {
     hamiltonian: Arc<Hamiltonian<S>>,
-    point: Point<S>,
+    signs: Vec<S>,
     /// The registers of a block of nodes: of the equations, and of their linearisation.
     rates: Vec<[S; BLOCK]>,
     linearised: Vec<[S; BLOCK]>,
@@ -46,26 +46,19 @@ impl<S: Real> OnNodes<'_, S> {
             registers[2 * n + a][..nodes.len()].copy_from_slice(&self.p[place][nodes.clone()]);
         }
     }
-
-    /// All coordinates and momenta at node k.
-    fn at(&self, active: &[usize], k: usize) -> [Vec<S>; 2] {
-        let (q, mut p) = (self.q.iter().map(|row| row[k]).collect(), self.start.to_vec());
-        active.iter().zip(self.p).for_each(|(&a, row)| p[a] = row[k]);
-        [q, p]
-    }
 }
 
 impl<S: Real> Motion<S> {
     /// Room for all that is computed here.
     pub(super) fn new(geometry: &Geometry<S>) -> Self {
-        let (hamiltonian, point) = (Arc::clone(&geometry.hamiltonian), geometry.point());
+        let hamiltonian = Arc::clone(&geometry.hamiltonian);
         Self {
             rates: hamiltonian.program.registers(|constant| [constant; BLOCK]),
             linearised: Vec::new(),
             nodes: 0..0,
             ignorable: vec![Vec::new(); geometry.ignorable().count()],
             hamiltonian,
-            point,
+            signs: geometry.signs.clone(),
         }
     }
 
@@ -96,15 +89,15 @@ impl<S: Real> Motion<S> {
         points: usize,
         mut wanted: Vec<(&mut Vec<S>, Register)>,
     ) -> Result<(), OutsideGeometry> {
-        let (hamiltonian, mut lost) = (Arc::clone(&self.hamiltonian), 0);
+        let (hamiltonian, mut chances) = (Arc::clone(&self.hamiltonian), MOST_LOST);
         let others = hamiltonian.ignorable_velocities();
         self.nodes = 0..0;
         self.ignorable.iter_mut().for_each(|row| row.resize(points, S::ZERO));
         for first in (0..points).step_by(BLOCK) {
             let nodes = first..points.min(first + BLOCK);
             on.put(&hamiltonian.active, nodes.clone(), &mut self.rates);
-            hamiltonian.program.run_block(hamiltonian.point, nodes.len(), &mut self.rates, &mut lost);
-            self.check(on, nodes.clone())?;
+            hamiltonian.program.run_block(hamiltonian.point, nodes.len(), &mut self.rates, &mut chances);
+            self.check(nodes.clone())?;
             let take = |row: &mut Vec<S>, register: Register| {
                 row[nodes.clone()].copy_from_slice(&self.rates[register][..nodes.len()]);
             };
@@ -115,21 +108,18 @@ impl<S: Real> Motion<S> {
     }
 
     /// Looks whether a block of nodes is inside the domain.
-    fn check(&mut self, on: OnNodes<'_, S>, nodes: Range<usize>) -> Result<(), OutsideGeometry> {
-        let Hamiltonian { active, velocities, forces, determinants, .. } = &*self.hamiltonian;
+    fn check(&self, nodes: Range<usize>) -> Result<(), OutsideGeometry> {
+        let Hamiltonian { velocities, forces, determinants, .. } = &*self.hamiltonian;
         let is_good = |register: &usize, is_good: &dyn Fn(S) -> bool| {
             self.rates[*register][..nodes.len()].iter().fold(true, |all, &value| all & is_good(value))
         };
         let is_finite = velocities.iter().chain(forces).all(|register| is_good(register, &|value| value.is_finite()));
-        let mut blocks = determinants.iter().zip(self.point.signs());
+        let mut blocks = determinants.iter().zip(&self.signs);
         if is_finite && blocks.all(|(block, &sign)| is_good(block, &|value| !super::is_outside(value, sign))) {
             return Ok(());
         }
-        for k in nodes {
-            let [q, p] = on.at(active, k);
-            self.point.evaluate(&q, &p).map_err(|outside| OutsideGeometry { index: k, ..outside })?;
-        }
-        Ok(())
+        let mut values = nodes.zip(0..);
+        values.try_for_each(|(node, k)| self.hamiltonian.check(&self.signs, node, |register| self.rates[register][k]))
     }
 
     /// The rates of the ignorable coordinates times `h`, a row for each, where [`Self::rates`] was computed last.
@@ -149,7 +139,12 @@ impl<S: Real> Motion<S> {
                 self.linearised = program.registers(|constant| [constant; BLOCK]);
             }
             on.put(&self.hamiltonian.active, self.nodes.clone(), &mut self.linearised);
-            program.run_block(equations.varying_entries(), self.nodes.len(), &mut self.linearised, &mut 0);
+            program.run_block(
+                equations.varying_entries(),
+                self.nodes.len(),
+                &mut self.linearised,
+                &mut MOST_LOST.clone(),
+            );
         }
         let place = k - self.nodes.start;
         equations.each_entry(|output| self.linearised[program.output(output)][place], see);

@@ -1,10 +1,8 @@
 //! Formulas of a state: what a user wants to see conserved, or where a run is to end.
 
-use std::collections::BTreeMap;
-
-use super::parts;
+use super::parts::{self, Scope};
 use super::text::{GeometryError, GeometryText, Place};
-use crate::formula::{self, Graph, Names, Program};
+use crate::formula::{self, Program};
 use crate::number::Real;
 
 /// A formula in the positions `q`, the velocities `q_dot` and the momenta `p_q` of a scene, in `norm`, which is K at
@@ -20,9 +18,7 @@ pub struct Observable<S = f64> {
 /// The names that an observable may use of a scene with these coordinates: all positions, all velocities, all momenta
 /// and the norm.
 pub fn observed(coordinates: &[String]) -> Vec<String> {
-    let velocities = coordinates.iter().map(|name| format!("{name}_dot"));
-    let momenta = coordinates.iter().map(|name| format!("p_{name}"));
-    coordinates.iter().cloned().chain(velocities).chain(momenta).chain(["norm".to_owned()]).collect()
+    [parts::variables(coordinates, coordinates.len(), 3), vec!["norm".to_owned()]].concat()
 }
 
 impl<S: Real> Observable<S> {
@@ -34,13 +30,12 @@ impl<S: Real> Observable<S> {
     pub fn new(text: &str, scene: &GeometryText, place: Place) -> Result<Self, GeometryError> {
         let all = observed(&scene.coordinates());
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
-        let parameters: BTreeMap<String, S> = parts::parameters(scene.parameters())?;
-        let mut graph = Graph::default();
-        let definitions = parts::definitions(&mut graph, &scene.positions(), &parameters, scene)?;
-        let (parameters, definitions, tables) = (&parameters, &definitions, scene.tables());
-        let names = Names { variables: &variables, parameters, definitions, tables };
-        let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place, error))?;
-        let program = Program::new(&mut graph, variables.len(), &[node]);
+        let positions = scene.positions();
+        let mut scope = Scope::new(&positions, positions.len(), scene)?;
+        scope.define(scene.definitions())?;
+        let node = formula::parse(text, &variables, &scope.names, &mut scope.graph)
+            .map_err(|error| GeometryError::Formula(place, error))?;
+        let program = Program::new(&mut scope.graph, variables.len(), &[node]);
         Ok(Self { registers: program.registers(|constant| constant), program, is_reversed: false })
     }
 
@@ -61,5 +56,37 @@ impl<S: Real> Observable<S> {
         self.registers[3 * n] = norm;
         self.program.run(1, &mut self.registers);
         self.registers[self.program.output(0)]
+    }
+}
+
+/// Which sign changes are events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Direction {
+    /// From negative to positive.
+    Up,
+    /// From positive to negative.
+    Down,
+    /// Either of them.
+    #[default]
+    Both,
+}
+
+impl Direction {
+    /// The name used in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Up => "up",
+            Self::Down => "down",
+            Self::Both => "both",
+        }
+    }
+
+    /// Returns true if a change to positive values counts, or one to negative values.
+    pub fn counts(self, to_positive: bool) -> bool {
+        match self {
+            Self::Up => to_positive,
+            Self::Down => !to_positive,
+            Self::Both => true,
+        }
     }
 }

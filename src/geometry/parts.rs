@@ -5,9 +5,8 @@ use std::ops::Range;
 
 use super::presets::Preset;
 use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, mentions};
-use crate::formula::{self, Graph, Names, NodeId};
+use crate::formula::{self, Graph, Known, Names, NodeId};
 use crate::number::Real;
-use crate::number::spline::Table;
 
 /// The Lagrangian and the force as expressions. Variable a of the graph is q^a, variable n + a is dq^a/dγ.
 pub(super) struct Parts<S> {
@@ -25,67 +24,47 @@ pub(super) struct Parts<S> {
     pub(super) particles: Range<usize>,
 }
 
-/// The names that a formula may refer to.
+/// The names that the formulas of a scene may refer to.
 pub(super) struct Scope<'s, S> {
-    pub(super) graph: &'s mut Graph<S>,
+    pub(super) graph: Graph<S>,
     /// Names of the coordinates that formulas may use; they are the first variables of the graph.
-    pub(super) coordinates: &'s [String],
+    coordinates: &'s [String],
     /// Number of all coordinates.
     pub(super) all: usize,
-    pub(super) parameters: BTreeMap<String, S>,
-    pub(super) definitions: BTreeMap<String, NodeId>,
-    /// Those of them that are parameters which events set.
-    held: BTreeMap<String, NodeId>,
-    pub(super) tables: &'s [(String, Table)],
+    pub(super) names: Names<S>,
+}
+
+/// The names of variables: of positions, of velocities too, or of momenta too, by the number of `kinds`. Those of
+/// coordinates beyond the given ones are empty, so that formulas cannot use them.
+pub(super) fn variables(coordinates: &[String], all: usize, kinds: usize) -> Vec<String> {
+    const KINDS: [fn(&String) -> String; 3] = [String::clone, |q| format!("{q}_dot"), |q| format!("p_{q}")];
+    (0..kinds * all).map(|k| coordinates.get(k % all).map_or_else(String::new, KINDS[k / all])).collect()
 }
 
 impl<'s, S: Real> Scope<'s, S> {
     /// The names of a scene in a graph, without its definitions.
-    fn new(
-        graph: &'s mut Graph<S>,
-        coordinates: &'s [String],
-        all: usize,
-        parameters: BTreeMap<String, S>,
-        held: &[String],
-        tables: &'s [(String, Table)],
-    ) -> Self {
-        let hold = |name: &String| parameters.get(name).map(|&value| (name.clone(), graph.held(value)));
-        let held: BTreeMap<String, NodeId> = held.iter().filter_map(hold).collect();
-        Self { graph, coordinates, all, parameters, definitions: held.clone(), held, tables }
-    }
-
-    /// A formula of positions alone.
-    fn of_position(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
-        self.parse(text, place, false)
-    }
-
-    /// A formula of the first coordinate, which is t in a potential.
-    fn of_time(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
-        let mut variables = vec![""; 2 * self.all];
-        variables[0] = &self.coordinates[0];
-        let Self { parameters, held, tables, .. } = self;
-        let names = Names { variables: &variables, parameters, definitions: held, tables };
-        formula::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
-    }
-
-    /// A formula of positions and velocities.
-    fn of_velocity(&mut self, text: &str, place: Place) -> Result<NodeId, GeometryError> {
-        self.parse(text, place, true)
-    }
-
-    fn parse(&mut self, text: &str, place: Place, with_velocities: bool) -> Result<NodeId, GeometryError> {
-        let velocities: Vec<String> = self.coordinates.iter().map(|name| format!("{name}_dot")).collect();
-        // A name that cannot be written stands where the graph has variables that the formula must not use.
-        let mut variables = vec![""; 2 * self.all];
-        for (k, (name, velocity)) in self.coordinates.iter().zip(&velocities).enumerate() {
-            variables[k] = name;
-            if with_velocities {
-                variables[self.all + k] = velocity;
+    pub(super) fn new(coordinates: &'s [String], all: usize, scene: &GeometryText) -> Result<Self, GeometryError> {
+        let (mut graph, mut names) = (Graph::default(), parameters(scene.parameters())?);
+        for name in scene.held() {
+            if let Some(Known::Number(value)) = names.get(name).copied() {
+                names.insert(name.clone(), Known::Node(graph.held(value)));
             }
         }
-        let Self { parameters, definitions, tables, .. } = self;
-        let names = Names { variables: &variables, parameters, definitions, tables };
-        formula::parse(text, names, self.graph).map_err(|error| GeometryError::Formula(place, error))
+        names.extend(scene.tables().iter().map(|(name, table)| (name.clone(), Known::Table(*table))));
+        Ok(Self { graph, coordinates, all, names })
+    }
+
+    /// A formula in so many [`variables`].
+    pub(super) fn parse(&mut self, text: &str, place: Place, kinds: usize) -> Result<NodeId, GeometryError> {
+        let variables = variables(self.coordinates, self.all, kinds);
+        let variables: Vec<&str> = variables.iter().map(String::as_str).collect();
+        formula::parse(text, &variables, &self.names, &mut self.graph)
+            .map_err(|error| GeometryError::Formula(place, error))
+    }
+
+    /// Ω, if there is a formula of it.
+    fn omega(&mut self, conformal: Option<&String>) -> Result<Option<NodeId>, GeometryError> {
+        conformal.map(|omega| self.parse(omega, Place::Conformal, 1)).transpose()
     }
 
     /// Newton's force F(x, dx/dt) as a force of the lift, Ω ṫ² F(x, ẋ/ṫ): with p_x = −Ω m ẋ and the constant
@@ -120,11 +99,11 @@ impl<'s, S: Real> Scope<'s, S> {
     }
 
     /// Adds the definitions, each after those that it uses.
-    fn define(&mut self, definitions: &[(String, String)]) -> Result<(), GeometryError> {
+    pub(super) fn define(&mut self, definitions: &[(String, String)]) -> Result<(), GeometryError> {
         for k in in_order(definitions)? {
             let (name, text) = &definitions[k];
-            let node = self.of_position(text, Place::Definition(name.clone()))?;
-            self.definitions.insert(name.clone(), node);
+            let node = self.parse(text, Place::Definition(name.clone()), 1)?;
+            self.names.insert(name.clone(), Known::Node(node));
         }
         Ok(())
     }
@@ -162,64 +141,52 @@ fn append(
     Ok(())
 }
 
-/// The value of a formula without variables, in which `parameters` may occur.
-pub(super) fn constant<S: Real>(
-    text: &str,
-    parameters: &BTreeMap<String, S>,
-    place: Place,
-) -> Result<S, GeometryError> {
+/// The value of a formula without variables, in which parameters may occur.
+pub(super) fn constant<S: Real>(text: &str, parameters: &Names<S>, place: Place) -> Result<S, GeometryError> {
     let mut graph = Graph::default();
-    let names = Names { variables: &[], parameters, definitions: &BTreeMap::new(), tables: &[] };
-    let node = formula::parse(text, names, &mut graph).map_err(|error| GeometryError::Formula(place.clone(), error))?;
+    let node = formula::parse(text, &[], parameters, &mut graph)
+        .map_err(|error| GeometryError::Formula(place.clone(), error))?;
     let value = graph.as_constant(node).expect("an expression without variables is folded to a constant");
     if value.is_finite() { Ok(value) } else { Err(GeometryError::NotFinite(place)) }
 }
 
-/// The definitions of a scene in the expressions of `graph`, whose first variables are the coordinates `names`.
-pub(super) fn definitions<S: Real>(
-    graph: &mut Graph<S>,
-    names: &[String],
-    parameters: &BTreeMap<String, S>,
-    scene: &GeometryText,
-) -> Result<BTreeMap<String, NodeId>, GeometryError> {
-    let mut scope = Scope::new(graph, names, names.len(), parameters.clone(), scene.held(), scene.tables());
-    scope.define(scene.definitions())?;
-    Ok(scope.definitions)
-}
-
 /// The values of the parameters.
-pub(super) fn parameters<S: Real>(texts: &[(String, String)]) -> Result<BTreeMap<String, S>, GeometryError> {
-    let mut values = BTreeMap::new();
+fn parameters<S: Real>(texts: &[(String, String)]) -> Result<Names<S>, GeometryError> {
+    let mut values = Names::new();
     for k in in_order(texts)? {
         let (name, text) = &texts[k];
         let value = constant(text, &values, Place::Parameter(name.clone()))?;
-        values.insert(name.clone(), value);
+        values.insert(name.clone(), Known::Number(value));
     }
     Ok(values)
 }
 
+/// The value of a formula in the `parameters` of a scene and no variables, such as `pi/3`.
+///
+/// # Errors
+/// [`GeometryError::Formula`] if there is a mistake in it, or [`GeometryError::NotFinite`].
+pub fn value_of<S: Real>(text: &str, parameters: &[(String, String)]) -> Result<S, GeometryError> {
+    constant(text, &self::parameters(parameters)?, Place::Parameter(String::new()))
+}
+
 impl<S: Real> Parts<S> {
     pub(super) fn new(text: &GeometryText) -> Result<Self, GeometryError> {
-        let names = text.coordinates();
-        match text {
-            GeometryText::Metric(metric) => Self::of_metric(metric, names),
-            GeometryText::Potential(potential) => Self::of_potential(potential, names),
-        }
+        let (names, coordinates) = (text.coordinates(), text.positions());
+        let scope = Scope::new(&coordinates, names.len(), text)?;
+        let parts = match text {
+            GeometryText::Metric(metric) => Self::of_metric(metric, names, scope),
+            GeometryText::Potential(potential) => Self::of_potential(potential, names, scope),
+        };
+        parts.map(Self::without_zeros)
     }
 
-    fn of_metric(text: &MetricText, names: Vec<String>) -> Result<Self, GeometryError> {
-        let mut graph = Graph::default();
-        let parameters = parameters(&text.parameters)?;
+    fn of_metric(text: &MetricText, names: Vec<String>, mut scope: Scope<'_, S>) -> Result<Self, GeometryError> {
         let n = names.len();
-        let mut scope = Scope::new(&mut graph, &text.coordinates, n, parameters, &text.held, &text.tables);
         scope.define(&text.definitions)?;
-        let omega = match &text.conformal {
-            Some(omega) => Some(scope.of_position(omega, Place::Conformal)?),
-            None => None,
-        };
+        let omega = scope.omega(text.conformal.as_ref())?;
         let (mut metric, mut one_form, mut force) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         for ([a, b], component) in &text.components {
-            let node = scope.of_position(component, Place::Component([*a, *b]))?;
+            let node = scope.parse(component, Place::Component([*a, *b]), 1)?;
             let node = omega.map_or(node, |omega| scope.graph.multiply(omega, node));
             metric.insert([*a.min(b), *a.max(b)], node);
         }
@@ -228,18 +195,17 @@ impl<S: Real> Parts<S> {
             metric.insert([n - 1, n - 1], omega.map_or(flat, |omega| scope.graph.multiply(omega, flat)));
         }
         for (a, component) in &text.one_form {
-            one_form.insert(*a, scope.of_position(component, Place::OneForm(*a))?);
+            one_form.insert(*a, scope.parse(component, Place::OneForm(*a), 1)?);
         }
         for (a, component) in &text.force {
-            force.insert(*a, scope.of_velocity(component, Place::Force(*a))?);
+            force.insert(*a, scope.parse(component, Place::Force(*a), 2)?);
         }
         let hamiltonian = Preset::hamiltonian(text).map(|alone| scope.hamiltonian(alone, &one_form, text.tau, omega));
-        Ok(Self { graph, names, metric, one_form, hamiltonian, force, particles: 0..0 }.without_zeros())
+        Ok(Self { graph: scope.graph, names, metric, one_form, hamiltonian, force, particles: 0..0 })
     }
 
-    fn of_potential(text: &PotentialText, names: Vec<String>) -> Result<Self, GeometryError> {
-        let (mut graph, n) = (Graph::default(), names.len());
-        let parameters: BTreeMap<String, S> = parameters(&text.parameters)?;
+    fn of_potential(text: &PotentialText, names: Vec<String>, mut scope: Scope<'_, S>) -> Result<Self, GeometryError> {
+        let (parameters, n) = (parameters(&text.parameters)?, names.len());
         let number = |text: &str, place| constant(text, &parameters, place);
         let mass = number(&text.mass, Place::Mass(None))?;
         let c = number(&text.c, Place::SpeedOfLight)?;
@@ -247,9 +213,9 @@ impl<S: Real> Parts<S> {
         // With the paper's metric the Lagrangian is −1/m of Newton's, with the lift it is −1 of it.
         let scale = if is_newtonian { S::ONE } else { mass };
         let particles = 1..text.coordinates.len() + 1;
-        let mut scope = Scope::new(&mut graph, &names[..particles.end], n, parameters, &text.held, &text.tables);
+        let undefined = scope.names.clone();
         scope.define(&text.definitions)?;
-        let v = scope.of_position(&text.expression, Place::Potential)?;
+        let v = scope.parse(&text.expression, Place::Potential, 1)?;
         let mut metric = BTreeMap::new();
         let two_over_scale = scope.graph.constant(S::from(2.0) / scale);
         let mut g_tt = scope.graph.multiply(two_over_scale, v);
@@ -259,8 +225,11 @@ impl<S: Real> Parts<S> {
         }
         metric.insert([0, 0], g_tt);
         let minus_one_over_scale = scope.graph.constant(-S::ONE / scale);
+        // Masses depend on t alone, and not on definitions.
+        let (coordinates, defined) = (scope.coordinates, std::mem::replace(&mut scope.names, undefined));
+        scope.coordinates = &coordinates[..1];
         for (a, mass) in text.masses.iter().enumerate() {
-            let mass = scope.of_time(mass, Place::Mass(Some(a)))?;
+            let mass = scope.parse(mass, Place::Mass(Some(a)), 1)?;
             let component = match scope.graph.as_constant(mass) {
                 Some(mass) if !mass.is_finite() => return Err(GeometryError::NotFinite(Place::Mass(Some(a)))),
                 Some(mass) => scope.graph.constant(-mass / scale),
@@ -268,21 +237,19 @@ impl<S: Real> Parts<S> {
             };
             metric.insert([a + 1, a + 1], component);
         }
+        (scope.coordinates, scope.names) = (coordinates, defined);
         if is_newtonian {
             metric.insert([0, n - 1], scope.graph.constant(S::ONE));
         }
         // −ṫ A·ẋ, so that the Lagrangian stays homogeneous: the path does not depend on the rate of t.
         for (a, component) in &text.one_form {
-            let node = scope.of_position(component, Place::OneForm(*a))?;
+            let node = scope.parse(component, Place::OneForm(*a), 1)?;
             metric.insert([0, a + 1], scope.graph.multiply(minus_one_over_scale, node));
         }
-        let omega = match &text.conformal {
-            Some(omega) => Some(scope.of_position(omega, Place::Conformal)?),
-            None => None,
-        };
+        let omega = scope.omega(text.conformal.as_ref())?;
         let mut force = BTreeMap::new();
         for (a, component) in &text.force {
-            let node = scope.of_velocity(component, Place::Force(*a))?;
+            let node = scope.parse(component, Place::Force(*a), 2)?;
             let node = if is_newtonian { scope.by_time(node, omega) } else { node };
             force.insert(a + 1, scope.graph.multiply(minus_one_over_scale, node));
         }
@@ -294,7 +261,7 @@ impl<S: Real> Parts<S> {
             }
         }
         let one_form = BTreeMap::new();
-        Ok(Self { graph, names, metric, one_form, hamiltonian, force, particles }.without_zeros())
+        Ok(Self { graph: scope.graph, names, metric, one_form, hamiltonian, force, particles })
     }
 
     /// The same world-lines on their way back: velocities and momenta have the other sign.

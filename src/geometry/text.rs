@@ -1,7 +1,5 @@
 //! A scene as text: what a case file says about the metric, and what is wrong with it.
 
-use std::fmt;
-
 use crate::formula::FormulaError;
 use crate::number::Real;
 use crate::number::spline::Table;
@@ -108,17 +106,11 @@ pub enum GeometryText {
 impl GeometryText {
     /// The names of all coordinates, in order.
     pub fn coordinates(&self) -> Vec<String> {
-        match self {
-            Self::Metric(metric) => {
-                let last = metric.tau.map(|_| Tau::NAME.to_owned());
-                metric.coordinates.iter().cloned().chain(last).collect()
-            }
-            Self::Potential(PotentialText { coordinates, law, .. }) => {
-                let last = (*law == Law::Newtonian).then_some("s");
-                let names = std::iter::once("t").chain(coordinates.iter().map(String::as_str)).chain(last);
-                names.map(str::to_owned).collect()
-            }
-        }
+        let last = match self {
+            Self::Metric(metric) => metric.tau.map(|_| Tau::NAME),
+            Self::Potential(potential) => (potential.law == Law::Newtonian).then_some("s"),
+        };
+        self.positions().into_iter().chain(last.map(str::to_owned)).collect()
     }
 
     /// The coordinate `tau`, if there is one.
@@ -131,10 +123,8 @@ impl GeometryText {
 
     /// The definitions, by name.
     pub fn definitions(&self) -> &[(String, String)] {
-        match self {
-            Self::Metric(metric) => &metric.definitions,
-            Self::Potential(potential) => &potential.definitions,
-        }
+        let (Self::Metric(MetricText { definitions, .. }) | Self::Potential(PotentialText { definitions, .. })) = self;
+        definitions
     }
 
     /// The coordinates that formulas of positions may use; they are the first ones.
@@ -149,34 +139,26 @@ impl GeometryText {
 
     /// The tables, by name.
     pub fn tables(&self) -> &[(String, Table)] {
-        match self {
-            Self::Metric(metric) => &metric.tables,
-            Self::Potential(potential) => &potential.tables,
-        }
+        let (Self::Metric(MetricText { tables, .. }) | Self::Potential(PotentialText { tables, .. })) = self;
+        tables
     }
 
     /// Lets formulas use these tables.
     pub fn set_tables(&mut self, named: Vec<(String, Table)>) {
-        match self {
-            Self::Metric(metric) => metric.tables = named,
-            Self::Potential(potential) => potential.tables = named,
-        }
+        let (Self::Metric(MetricText { tables, .. }) | Self::Potential(PotentialText { tables, .. })) = self;
+        *tables = named;
     }
 
     /// The parameters, by name.
     pub fn parameters(&self) -> &[(String, String)] {
-        match self {
-            Self::Metric(metric) => &metric.parameters,
-            Self::Potential(potential) => &potential.parameters,
-        }
+        let (Self::Metric(MetricText { parameters, .. }) | Self::Potential(PotentialText { parameters, .. })) = self;
+        parameters
     }
 
     /// The parameters that events set, and those that depend on them.
     pub(crate) fn held(&self) -> &[String] {
-        match self {
-            Self::Metric(metric) => &metric.held,
-            Self::Potential(potential) => &potential.held,
-        }
+        let (Self::Metric(MetricText { held, .. }) | Self::Potential(PotentialText { held, .. })) = self;
+        held
     }
 
     /// Lets events set what of these names is a parameter.
@@ -189,18 +171,13 @@ impl GeometryText {
         {
             names.push(next.clone());
         }
-        match self {
-            Self::Metric(metric) => metric.held = names,
-            Self::Potential(potential) => potential.held = names,
-        }
+        let (Self::Metric(MetricText { held, .. }) | Self::Potential(PotentialText { held, .. })) = self;
+        *held = names;
     }
 
     /// Gives parameters, by their places, these values.
     pub fn set_parameters(&mut self, values: &[(usize, f64)]) {
-        let parameters = match self {
-            Self::Metric(metric) => &mut metric.parameters,
-            Self::Potential(potential) => &mut potential.parameters,
-        };
+        let (Self::Metric(MetricText { parameters, .. }) | Self::Potential(PotentialText { parameters, .. })) = self;
         values.iter().for_each(|(place, value)| parameters[*place].1 = format!("{value:e}"));
     }
 }
@@ -234,19 +211,25 @@ pub enum Place {
 }
 
 /// A mistake in a scene.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum GeometryError {
     /// A formula is not understood.
+    #[error("{1}")]
     Formula(Place, FormulaError),
     /// A parameter or a mass is not a finite number.
+    #[error("not a finite number")]
     NotFinite(Place),
     /// Definitions or parameters that refer to each other in a circle, in order.
+    #[error("the definitions are circular: {}", .0.join(" -> "))]
     Circular(Vec<String>),
     /// A coordinate without any component, so that the metric has no inverse.
+    #[error("a coordinate has no component, so the metric has no inverse")]
     WithoutComponent(usize),
     /// A block of the metric whose determinant is zero everywhere.
+    #[error("the determinant of the metric is zero everywhere")]
     Degenerate(Vec<usize>),
     /// More coordinates are coupled by off-diagonal components than the inverse is made for.
+    #[error("{coordinates} coordinates are coupled by off-diagonal components, at most {most} may be")]
     BlockTooLarge {
         /// The number of coordinates.
         coordinates: usize,
@@ -264,20 +247,3 @@ impl GeometryError {
         }
     }
 }
-
-impl fmt::Display for GeometryError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Formula(_, error) => error.fmt(f),
-            Self::NotFinite(_) => f.write_str("not a finite number"),
-            Self::Circular(names) => write!(f, "the definitions are circular: {}", names.join(" -> ")),
-            Self::WithoutComponent(_) => f.write_str("a coordinate has no component, so the metric has no inverse"),
-            Self::Degenerate(_) => f.write_str("the determinant of the metric is zero everywhere"),
-            Self::BlockTooLarge { coordinates, most } => {
-                write!(f, "{coordinates} coordinates are coupled by off-diagonal components, at most {most} may be")
-            }
-        }
-    }
-}
-
-impl std::error::Error for GeometryError {}

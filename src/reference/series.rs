@@ -68,7 +68,7 @@ impl<S: Real> ProgramSeries<S> {
     }
 
     /// Takes those of the last coefficients of outputs that are not finite from extended numbers, see
-    /// [`Program::mend_nodes`].
+    /// [`Program::mend_points`].
     #[cold]
     fn mend(&mut self) {
         let Self { program, outputs, registers, known, far, .. } = self;

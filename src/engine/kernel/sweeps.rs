@@ -195,7 +195,7 @@ impl<const N: usize> Sweeps<'_, N> {
     #[inline(always)]
     fn mend(&mut self) {
         if let Some(program) = self.mended {
-            program.mend_nodes(program.outputs(), N, self.registers);
+            program.mend_points(program.outputs(), N, self.registers, &mut 1);
         }
     }
 

@@ -16,7 +16,7 @@ mod product;
 mod sum;
 mod write;
 
-use super::graph::{Graph, Node, NodeId};
+use super::graph::{Graph, Node, NodeId, bit};
 use super::operation::Operation;
 use crate::number::Real;
 use product::Product;
@@ -30,8 +30,16 @@ impl<S: Real> Graph<S> {
     /// then expressions stay as they are.
     pub(crate) fn reduced(&mut self, roots: &[NodeId], level: impl Fn(usize) -> Level) -> Vec<NodeId> {
         let uses = self.uses(roots);
+        let mut later = Vec::new();
+        for id in (0..uses.len()).filter(|&id| uses[id] > 0) {
+            if let Node::Variable(variable) = self.nodes[id] {
+                let level = usize::from(level(variable));
+                later.resize(later.len().max(level), 0);
+                later[..level].iter_mut().for_each(|later| *later |= bit(variable));
+            }
+        }
         let known = (0..uses.len()).map(|_| None).collect();
-        let mut reducer = Reducer { graph: self, level, later: Vec::new(), known, is_lost: false };
+        let mut reducer = Reducer { graph: self, later, known, is_lost: false };
         for id in (0..uses.len()).filter(|&id| uses[id] > 0) {
             let form = reducer.form(id, &uses);
             reducer.known[id] = Some(form);
@@ -55,9 +63,8 @@ enum Form<S> {
 }
 
 /// Writes expressions of a graph anew.
-struct Reducer<'g, S, L> {
+struct Reducer<'g, S> {
     graph: &'g mut Graph<S>,
-    level: L,
     /// At k, the variables of a level beyond k, a bit each.
     later: Vec<u64>,
     /// The forms of the first nodes, where they are needed.
@@ -66,15 +73,11 @@ struct Reducer<'g, S, L> {
     is_lost: bool,
 }
 
-impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
+impl<S: Real> Reducer<'_, S> {
     /// The form of a node after those of its operands.
     fn form(&mut self, id: NodeId, uses: &[usize]) -> Form<S> {
         let operation = match self.graph.nodes[id] {
-            Node::Variable(variable) => {
-                self.learn(variable);
-                return Form::Product(self.atom(id));
-            }
-            Node::Constant(_) => return Form::Product(self.atom(id)),
+            Node::Variable(_) | Node::Constant(_) => return Form::Product(self.atom(id)),
             Node::PowerInteger(base, exponent) => return Form::Product(self.settled(base).power(exponent)),
             Node::Apply(operation) => operation,
         };

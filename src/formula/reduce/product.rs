@@ -1,7 +1,5 @@
 //! Normal forms.
 
-use std::cmp::Ordering;
-
 use super::super::graph::NodeId;
 use crate::number::Real;
 
@@ -26,26 +24,14 @@ impl<S: Real> Product<S> {
     }
 
     pub(super) fn times(&self, other: &Self) -> Self {
-        let mut powers = Vec::with_capacity(self.powers.len() + other.powers.len());
-        let (mut one, mut two) = (&self.powers[..], &other.powers[..]);
-        while let (Some((&first, later)), Some((&second, after))) = (one.split_first(), two.split_first()) {
-            match first.0.cmp(&second.0) {
-                Ordering::Less => {
-                    powers.push(first);
-                    one = later;
-                }
-                Ordering::Greater => {
-                    powers.push(second);
-                    two = after;
-                }
-                Ordering::Equal => {
-                    powers.extend(Some((first.0, first.1 + second.1)).filter(|&(_, exponent)| exponent != 0));
-                    (one, two) = (later, after);
-                }
-            }
-        }
-        powers.extend_from_slice(one);
-        powers.extend_from_slice(two);
+        let mut powers = [&self.powers[..], &other.powers].concat();
+        powers.sort_by_key(|&(atom, _)| atom);
+        powers.dedup_by(|later, kept| {
+            let is_same = later.0 == kept.0;
+            kept.1 += if is_same { later.1 } else { 0 };
+            is_same
+        });
+        powers.retain(|&(_, exponent)| exponent != 0);
         Self { number: self.number, powers }.scaled(other.number)
     }
 

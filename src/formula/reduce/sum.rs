@@ -3,10 +3,10 @@
 use std::cmp::Reverse;
 
 use super::super::graph::NodeId;
-use super::{Level, Product, Reducer};
+use super::{Product, Reducer};
 use crate::number::Real;
 
-impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
+impl<S: Real> Reducer<'_, S> {
     /// The sum of terms.
     pub(super) fn sum(&mut self, terms: Vec<Product<S>>) -> Product<S> {
         let mut terms = collected(terms);

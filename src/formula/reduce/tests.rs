@@ -1,11 +1,7 @@
-use std::collections::BTreeMap;
-
 use proptest::prelude::*;
 
 use super::super::{Graph, Names, NodeId, Program, parse};
 use crate::number::{Extended, Real};
-
-const VARIABLES: [&str; 4] = ["a", "q", "u", "p"];
 
 /// The variable a does not vary, p varies most often.
 fn level(variable: usize) -> super::Level {
@@ -13,9 +9,8 @@ fn level(variable: usize) -> super::Level {
 }
 
 fn nodes<S: Real>(graph: &mut Graph<S>, formulas: &[impl AsRef<str>]) -> Vec<NodeId> {
-    let (parameters, definitions) = (BTreeMap::new(), BTreeMap::new());
-    let names = Names { variables: &VARIABLES, parameters: &parameters, definitions: &definitions, tables: &[] };
-    formulas.iter().map(|formula| parse(formula.as_ref(), names, graph).unwrap()).collect()
+    let variables = ["a", "q", "u", "p"];
+    formulas.iter().map(|formula| parse(formula.as_ref(), &variables, &Names::new(), graph).unwrap()).collect()
 }
 
 fn values<S: Real>(program: &Program<S>, variables: [f64; 4]) -> Vec<S> {

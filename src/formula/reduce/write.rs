@@ -1,18 +1,11 @@
 //! From products back to nodes.
 
-use super::super::graph::{Node, NodeId, bit};
+use super::super::graph::{Node, NodeId, rebuilt};
 use super::super::operation::Operation;
-use super::{Level, Product, Reducer};
+use super::{Product, Reducer};
 use crate::number::Real;
 
-impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
-    /// Takes down when a variable is known.
-    pub(super) fn learn(&mut self, variable: usize) {
-        let level = usize::from((self.level)(variable));
-        self.later.resize(self.later.len().max(level), 0);
-        self.later[..level].iter_mut().for_each(|later| *later |= bit(variable));
-    }
-
+impl<S: Real> Reducer<'_, S> {
     /// When the value of a node is known: with the last of its variables.
     fn level_of(&self, id: NodeId) -> usize {
         self.later.iter().filter(|&later| later & self.graph.variables[id] != 0).count()
@@ -91,35 +84,31 @@ impl<S: Real, L: Fn(usize) -> Level> Reducer<'_, S, L> {
     /// The same nodes with quotients in place of products with a reciprocal that varies and that nothing else needs.
     pub(super) fn with_quotients(&mut self, roots: &[NodeId]) -> Vec<NodeId> {
         let uses = self.graph.uses(roots);
-        let mut new: Vec<NodeId> = (0..uses.len()).collect();
-        for id in (0..uses.len()).filter(|&id| uses[id] > 0) {
+        rebuilt(&uses, roots, |id, new| {
             let quotient = match self.graph.nodes[id] {
                 Node::Apply(Operation::Multiply(a, b)) => {
                     [(a, b), (b, a)].into_iter().find_map(|(a, b)| Some((a, self.divisor(b).filter(|_| uses[b] == 1)?)))
                 }
                 _ => None,
             };
-            new[id] = match quotient {
+            match quotient {
                 Some((a, b)) => self.graph.divide(new[a], new[b]),
-                None => self.graph.with_operands(id, &new),
-            };
-        }
-        roots.iter().map(|&root| new[root]).collect()
+                None => self.graph.with_operands(id, new),
+            }
+        })
     }
 
     /// The same nodes with the sign of a product at a factor that is known at the start, where nothing else needs the
     /// product.
     pub(super) fn with_early_signs(&mut self, roots: &[NodeId]) -> Vec<NodeId> {
         let uses = self.graph.uses(roots);
-        let mut new: Vec<NodeId> = (0..uses.len()).collect();
-        for id in (0..uses.len()).filter(|&id| uses[id] > 0) {
+        rebuilt(&uses, roots, |id, new| {
             let opposite = match self.graph.nodes[id] {
                 Node::Apply(Operation::Negate(a)) if uses[a] == 1 => self.opposite(new[a], &uses),
                 _ => None,
             };
-            new[id] = opposite.unwrap_or_else(|| self.graph.with_operands(id, &new));
-        }
-        roots.iter().map(|&root| new[root]).collect()
+            opposite.unwrap_or_else(|| self.graph.with_operands(id, new))
+        })
     }
 
     /// −a for nothing, if a product that only `a` needs has a factor that is known at the start.
