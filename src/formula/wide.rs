@@ -132,7 +132,8 @@ impl<S: Real> Wides<S> {
 impl<S: Real> Algebra for Wides<S> {
     type Value = Wide<S>;
 
-    binary!(add Wide::plus, subtract |a, b| a.plus(b.minus()), multiply Wide::times, divide Wide::over, power Wide::powf);
+    binary!(add Wide::plus, subtract |a, b| a.plus(b.minus()));
+    binary!(multiply Wide::times, divide Wide::over, power Wide::powf);
 
     fn negate(&self, to: &mut Wide<S>, a: &Wide<S>) {
         *to = a.minus();

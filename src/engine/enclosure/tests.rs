@@ -84,7 +84,10 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(4000))]
 
     #[test]
-    fn functions_hold_their_values((_, function) in prop::sample::select(Function::NAMED), (ends, points) in interval(9.0)) {
+    fn functions_hold_their_values(
+        (_, function) in prop::sample::select(Function::NAMED),
+        (ends, points) in interval(9.0),
+    ) {
         let found = enclose(&call(function), &[ends]);
         for x in points {
             let exact: Extended = function.apply(Extended::from(x));
