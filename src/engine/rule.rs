@@ -1,7 +1,7 @@
 //! Tables of a collocation for the lanes of a window.
 
 use crate::number::vector::{Matrix, Nodes, Twofold, Weights};
-use crate::sbp::collocation::{Collocation, legendre};
+use crate::sbp::collocation::{Collocation, Family, legendre};
 
 /// A guess continues the polynomials of the window before. Their higher modes are rounding errors where windows resolve
 /// the motion well, and grow like (3 + √8)^k up to the end of the next window.
@@ -42,12 +42,12 @@ pub(super) struct Rule<const N: usize> {
 impl<const N: usize> Rule<N> {
     /// The rule of a weak window on `points` nodes, from 2 to N.
     pub(super) fn lobatto(points: usize) -> Self {
-        Self::new(Collocation::shared(points))
+        Self::new(Collocation::shared(Family::Lobatto, points))
     }
 
     /// The rule of Gauss' method of up to N stages.
     pub(super) fn gauss(stages: usize) -> Self {
-        Self::new(Collocation::shared_gauss(stages))
+        Self::new(Collocation::shared(Family::Gauss, stages))
     }
 
     fn new(operators: &'static Collocation) -> Self {

@@ -1,4 +1,4 @@
-//! Banded matrices, and banded linear systems in a single pass.
+//! Banded linear systems in a single pass.
 //!
 //! The physical limit is a banded system of 2(N − 1) unknowns. No maintained pure-Rust crate offers a banded solver,
 //! and a general sparse LU costs several times more here; hence this small one. Every system is solved only once, so
@@ -6,98 +6,19 @@
 //! cost.
 //!
 //! ```
-//! use geodesic_ivp::linalg::banded::BandedMatrix;
+//! use geodesic_ivp::linalg::banded::solve_banded;
 //!
-//! let mut matrix = BandedMatrix::zeros(3, 1, 1);
-//! for k in 0..3 {
-//!     matrix.add(k, k, 2.0);
-//! }
-//! matrix.add(0, 1, -1.0);
-//! matrix.add(2, 1, -1.0);
-//! let mut b = matrix.multiply(&[1.0, 2.0, 3.0]);
-//! matrix.solve_in_place(&mut b)?;
+//! let rows = [[0.0, 2.0, -1.0], [0.0, 2.0, 0.0], [-1.0, 2.0, 0.0]];
+//! let mut b = [0.0, 4.0, 4.0];
+//! solve_banded(1, 1, &mut b, |k, row| row.copy_from_slice(&rows[k]))?;
 //! assert_eq!(b, [1.0, 2.0, 3.0]);
-//! # Ok::<(), geodesic_ivp::linalg::banded::Singular>(())
+//! # Ok::<(), geodesic_ivp::linalg::Singular>(())
 //! ```
 
 use pulp::{Simd, WithSimd};
 
+use super::Singular;
 use crate::number::vector::Level;
-
-/// A square matrix with `lower` sub-diagonals and `upper` super-diagonals.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BandedMatrix {
-    order: usize,
-    lower: usize,
-    upper: usize,
-    /// Row i holds the columns i − lower … i + upper.
-    data: Vec<f64>,
-}
-
-/// Elimination met a column without a usable pivot: the matrix is singular to working precision.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the matrix is singular at column {column}")]
-pub struct Singular {
-    /// Column without a pivot, from 0.
-    pub column: usize,
-}
-
-impl BandedMatrix {
-    /// The zero matrix of the given order and bandwidths.
-    pub fn zeros(order: usize, lower: usize, upper: usize) -> Self {
-        Self { order, lower, upper, data: vec![0.0; order * (lower + upper + 1)] }
-    }
-
-    /// Number of rows.
-    pub fn order(&self) -> usize {
-        self.order
-    }
-
-    /// The numbers of sub-diagonals and of super-diagonals.
-    pub fn bandwidths(&self) -> (usize, usize) {
-        (self.lower, self.upper)
-    }
-
-    fn index(&self, row: usize, column: usize) -> Option<usize> {
-        let inside =
-            row < self.order && column < self.order && column + self.lower >= row && column <= row + self.upper;
-        inside.then(|| row * (self.lower + self.upper + 1) + column + self.lower - row)
-    }
-
-    /// Adds `value` to an entry.
-    ///
-    /// # Panics
-    /// If (row, column) lies outside the band.
-    pub fn add(&mut self, row: usize, column: usize, value: f64) {
-        let index = self.index(row, column).unwrap_or_else(|| panic!("entry ({row}, {column}) is outside the band"));
-        self.data[index] += value;
-    }
-
-    /// The entry at (row, column); zero outside the band.
-    pub fn get(&self, row: usize, column: usize) -> f64 {
-        self.index(row, column).map_or(0.0, |index| self.data[index])
-    }
-
-    /// The product of the matrix and `x`, which has one entry per row.
-    pub fn multiply(&self, x: &[f64]) -> Vec<f64> {
-        (0..self.order)
-            .map(|row| {
-                let first = row.saturating_sub(self.lower);
-                let last = (row + self.upper).min(self.order - 1);
-                (first..=last).map(|column| self.get(row, column) * x[column]).sum()
-            })
-            .collect()
-    }
-
-    /// Overwrites `b` with the solution of A·x = b.
-    ///
-    /// # Errors
-    /// [`Singular`] if the matrix is singular to working precision.
-    pub fn solve_in_place(&self, b: &mut [f64]) -> Result<(), Singular> {
-        let width = self.lower + self.upper + 1;
-        solve_banded(self.lower, self.upper, b, |row, out| out.copy_from_slice(&self.data[row * width..][..width]))
-    }
-}
 
 /// Overwrites `b` with the solution of A·x = b by Gaussian elimination with partial pivoting, in O(n · lower · (lower +
 /// upper)) operations.
@@ -150,7 +71,7 @@ impl<R: FnMut(usize, &mut [f64])> WithSimd for Elimination<'_, R> {
                 .expect("there is at least one row");
             let pivot = active[pivot_row * width];
             if pivot == 0.0 || !pivot.is_finite() {
-                return Err(Singular { column: k });
+                return Err(Singular);
             }
             if pivot_row > 0 {
                 let (first, rest) = active.split_at_mut(width);
@@ -209,35 +130,33 @@ mod tests {
             seed in proptest::collection::vec(-1.0..1.0_f64, 400),
         ) {
             let mut values = seed.iter().cycle();
-            let mut banded = BandedMatrix::zeros(n, lower, upper);
             let mut dense = DMatrix::zeros(n, n);
             for row in 0..n {
                 for column in row.saturating_sub(lower)..=(row + upper).min(n - 1) {
                     // The matrix is not diagonally dominant, so it cannot be solved without pivoting.
-                    let value = *values.next().unwrap();
-                    banded.add(row, column, value);
-                    dense[(row, column)] = value;
+                    dense[(row, column)] = *values.next().unwrap();
                 }
             }
             let b: Vec<f64> = (0..n).map(|_| *values.next().unwrap()).collect();
             prop_assume!(dense.clone().svd(false, false).singular_values.min() > 1e-6);
             let mut x = b.clone();
-            banded.solve_in_place(&mut x).unwrap();
-            let expected = dense.lu().solve(&DVector::from_vec(b.clone())).unwrap();
+            let entry = |row: usize, place: usize| (row + place).checked_sub(lower).filter(|&column| column < n);
+            let solved = solve_banded(lower, upper, &mut x, |row, out| {
+                let entries = (0..out.len()).map(|place| entry(row, place).map_or(0.0, |column| dense[(row, column)]));
+                out.iter_mut().zip(entries).for_each(|(out, entry)| *out = entry);
+            });
+            prop_assert_eq!(solved, Ok(()));
+            let expected = dense.lu().solve(&DVector::from_vec(b)).unwrap();
             for (got, want) in x.iter().zip(expected.iter()) {
                 prop_assert!((got - want).abs() <= 1e-9 * (1.0 + want.abs()));
-            }
-            for (got, want) in banded.multiply(&x).iter().zip(&b) {
-                prop_assert!((got - want).abs() <= 1e-9);
             }
         }
     }
 
     #[test]
     fn a_singular_matrix_is_reported() {
-        let mut matrix = BandedMatrix::zeros(3, 1, 1);
-        matrix.add(0, 0, 1.0);
-        matrix.add(2, 2, 1.0);
-        assert_eq!(matrix.solve_in_place(&mut [1.0; 3]).unwrap_err(), Singular { column: 1 });
+        let rows = [[0.0, 1.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0]];
+        let solved = solve_banded(1, 1, &mut [1.0; 3], |k, row| row.copy_from_slice(&rows[k]));
+        assert_eq!(solved, Err(Singular));
     }
 }

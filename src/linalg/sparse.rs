@@ -13,7 +13,7 @@
 //! lu.solve_in_place(&mut b);
 //! assert!((b[0] - 2.0).abs() < 1e-15 && (b[1] - 3.0).abs() < 1e-15);
 //! assert_eq!(lu.multiply(&[2.0, 3.0]), [3.0, 8.0]);
-//! # Ok::<(), geodesic_ivp::linalg::sparse::Singular>(())
+//! # Ok::<(), geodesic_ivp::linalg::Singular>(())
 //! ```
 
 use faer::linalg::solvers::SolveCore;
@@ -21,10 +21,7 @@ use faer::sparse::linalg::solvers::{Lu, SymbolicLu};
 use faer::sparse::{Argsort, Pair, SparseColMat, SymbolicSparseColMat};
 use faer::{ColRef, Conj, MatMut};
 
-/// The matrix has no factorisation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the sparse matrix is singular")]
-pub struct Singular;
+use super::Singular;
 
 /// The places of the entries of square matrices that are sums of parts, and their order of elimination.
 ///

@@ -8,8 +8,10 @@ use crate::number::vector::Twofold;
 
 /// A family of rules of n nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Family {
+pub(crate) enum Family {
+    /// The nodes of a weak window, Gauss–Lobatto–Legendre.
     Lobatto,
+    /// The stages of Gauss' method.
     Gauss,
 }
 
@@ -29,7 +31,6 @@ pub struct Collocation {
     weights: Vec<Twofold>,
     /// P_k at node i (on [−1, 1]), k = 0 … n, at `[i (n + 1) + k]`.
     legendre: Vec<Twofold>,
-    integration: Vec<Twofold>,
     a: Vec<Twofold>,
     a_squared: Vec<Twofold>,
     /// A⁻¹, once it is asked for.
@@ -37,73 +38,46 @@ pub struct Collocation {
 }
 
 impl Collocation {
-    /// Fewest nodes.
-    pub const FEWEST: usize = 2;
     /// Most nodes.
     pub const MOST: usize = 64;
 
-    /// Those of a weak window on `n` nodes, from [`Self::FEWEST`] to [`Self::MOST`]; a tenth of a millisecond for 20 of
-    /// them.
+    /// Those of `n` nodes, made once in the life of the program; a tenth of a millisecond for 20 of them.
     ///
     /// # Panics
-    /// For another `n`.
-    pub(crate) fn new(n: usize) -> Self {
-        assert!((Self::FEWEST..=Self::MOST).contains(&n), "a window has 2 to 64 nodes, not {n}");
-        // b_i = 1/(n (n − 1) P_{n−1}(x_i)²) on [0, 1] (Abramowitz, Stegun 25.4.32).
-        let scale = Twofold::from((n * (n - 1)) as f64);
-        let mut operators = Self::on_nodes(Family::Lobatto, n, |_, p| Twofold::ONE / (scale * (p[n - 1] * p[n - 1])));
-        operators.a = operators.invert();
-        operators.a_squared = operators.square();
-        operators
+    /// Without 2 to 64 nodes of a window, or 1 to 64 stages of Gauss' method.
+    pub(crate) fn shared(family: Family, n: usize) -> &'static Self {
+        static OPERATORS: [[OnceLock<Collocation>; Collocation::MOST + 1]; 2] =
+            [const { [const { OnceLock::new() }; Collocation::MOST + 1] }; 2];
+        let fewest = if family == Family::Lobatto { 2 } else { 1 };
+        assert!((fewest..=Self::MOST).contains(&n), "there are {fewest} to 64 nodes, not {n}");
+        OPERATORS[family as usize][n].get_or_init(|| Self::new(family, n))
     }
 
-    /// Those of Gauss' method of `s` stages.
-    fn gauss(s: usize) -> Self {
-        // b_i = (1 − x_i²)/(s P_{s−1}(x_i))² on [0, 1] (Abramowitz, Stegun 25.4.29).
-        let mut operators = Self::on_nodes(Family::Gauss, s, |x, p| {
-            let root = p[s - 1] * s as f64;
-            (Twofold::ONE - x * x) / (root * root)
-        });
-        operators.a.clone_from(&operators.integration);
-        operators.a_squared = operators.square();
-        operators
-    }
-
-    /// Nodes, weights and S. A weight follows from its node on [−1, 1] and P_0 … P_n there; the nodes are mirrored, and
-    /// so are the weights.
-    fn on_nodes(family: Family, n: usize, weight: impl Fn(Twofold, &[Twofold]) -> Twofold) -> Self {
+    /// A weight follows from its node on [−1, 1] and P_0 … P_n there; the nodes are mirrored, and so are the weights.
+    fn new(family: Family, n: usize) -> Self {
         let (x, legendre) = nodes_with_legendre(family, n);
+        let scale = Twofold::from((n * (n - 1)) as f64);
+        let weight = |x: Twofold, p: &[Twofold]| match family {
+            // b_i = 1/(n (n − 1) P_{n−1}(x_i)²) on [0, 1] (Abramowitz, Stegun 25.4.32).
+            Family::Lobatto => Twofold::ONE / (scale * (p[n - 1] * p[n - 1])),
+            // b_i = (1 − x_i²)/(n P_{n−1}(x_i))² on [0, 1] (Abramowitz, Stegun 25.4.29).
+            Family::Gauss => {
+                let root = p[n - 1] * n as f64;
+                (Twofold::ONE - x * x) / (root * root)
+            }
+        };
         let mut weights = vec![Twofold::ZERO; n];
         for i in 0..n.div_ceil(2) {
             weights[i] = weight(x[i], &legendre[i * (n + 1)..][..=n]);
             weights[n - 1 - i] = weights[i];
         }
         let nodes = x.iter().map(|&x| (x + Twofold::ONE).half()).collect();
-        let (integration, a, a_squared) = (Vec::new(), Vec::new(), Vec::new());
-        let derivative = OnceLock::new();
-        let mut operators = Self { family, nodes, weights, legendre, integration, a, a_squared, derivative };
-        operators.integration = operators.integrate();
+        let (a, a_squared, derivative) = (Vec::new(), Vec::new(), OnceLock::new());
+        let mut operators = Self { family, nodes, weights, legendre, a, a_squared, derivative };
+        let integration = operators.integration();
+        operators.a = if family == Family::Lobatto { operators.inverse(&integration) } else { integration };
+        operators.a_squared = operators.square();
         operators
-    }
-
-    /// Those of a weak window on `n` nodes, made once in the life of the program.
-    ///
-    /// # Panics
-    /// As [`Self::new`].
-    pub(crate) fn shared(n: usize) -> &'static Self {
-        static OPERATORS: [OnceLock<Collocation>; Collocation::MOST + 1] =
-            [const { OnceLock::new() }; Collocation::MOST + 1];
-        OPERATORS.get(n).expect("a window has 2 to 64 nodes").get_or_init(|| Self::new(n))
-    }
-
-    /// Those of Gauss' method of `s` stages, made once in the life of the program.
-    ///
-    /// # Panics
-    /// For none or more than [`Self::MOST`] stages.
-    pub(crate) fn shared_gauss(s: usize) -> &'static Self {
-        static OPERATORS: [OnceLock<Collocation>; Collocation::MOST + 1] =
-            [const { OnceLock::new() }; Collocation::MOST + 1];
-        OPERATORS.get(s).filter(|_| s > 0).expect("a step has 1 to 64 stages").get_or_init(|| Self::gauss(s))
     }
 
     /// Returns true if the last node is the end of the window.
@@ -124,11 +98,6 @@ impl Collocation {
     /// The quadrature weights b_j, exact to degree 2n − 3, or 2n − 1 of Gauss; their sum is 1.
     pub fn weights(&self) -> &[Twofold] {
         &self.weights
-    }
-
-    /// S_ij = ∫_0^{c_i} ℓ_j, row by row.
-    pub fn integration(&self) -> &[Twofold] {
-        &self.integration
     }
 
     /// A, row by row. On Lobatto nodes it is (D + H⁻¹E_0)⁻¹: its first column is b_0, its last row is b.
@@ -181,7 +150,8 @@ impl Collocation {
         if k == last && self.family == Family::Lobatto { last as f64 } else { (2 * k + 1) as f64 }
     }
 
-    fn integrate(&self) -> Vec<Twofold> {
+    /// S_ij = ∫_0^{c_i} ℓ_j, row by row.
+    fn integration(&self) -> Vec<Twofold> {
         let n = self.points();
         // ℓ_j = Σ_k b_j γ_k P_k(x_j) P_k, and
         // ∫_{−1}^x P_k = (P_{k+1}(x) − P_{k−1}(x))/(2k + 1), 1 + x for k = 0; halved for the length of [0, 1].
@@ -211,16 +181,17 @@ impl Collocation {
         s
     }
 
-    fn invert(&self) -> Vec<Twofold> {
+    /// (D + H⁻¹E_0)⁻¹ from S.
+    fn inverse(&self, integration: &[Twofold]) -> Vec<Twofold> {
         let (n, last) = (self.points(), self.points() - 1);
         // Barycentric weights of the nodes are proportional to 1/P_{n−1}(x_j).
         let at_0: Vec<Twofold> =
             (0..n).map(|j| self.weights[0] * (self.legendre(0, last) / self.legendre(j, last))).collect();
         let mut a = vec![Twofold::ZERO; n * n];
         for i in 0..last {
-            let factor = Twofold::ONE - self.integration[i * n] / self.weights[0];
+            let factor = Twofold::ONE - integration[i * n] / self.weights[0];
             for j in 1..n {
-                a[i * n + j] = self.integration[i * n + j] + factor * at_0[j];
+                a[i * n + j] = integration[i * n + j] + factor * at_0[j];
             }
             a[i * n] = self.weights[0];
         }
@@ -307,7 +278,7 @@ fn nodes_with_legendre(family: Family, n: usize) -> (Vec<Twofold>, Vec<Twofold>)
 
 /// A root of P_n, or the `i`-th one of P′_{n−1} (i from 1), by Newton's method with (1 − x²)P′_m = m(P_{m−1} − xP_m)
 /// and Legendre's equation for P″.
-fn approximate_node(family: Family, n: usize, i: usize) -> f64 {
+pub(super) fn approximate_node(family: Family, n: usize, i: usize) -> f64 {
     let degree = if family == Family::Gauss { n } else { n - 1 };
     let m = degree as f64;
     let mut x = match family {
@@ -333,13 +304,13 @@ fn approximate_node(family: Family, n: usize, i: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Collocation, Twofold, legendre};
+    use super::{Collocation, Family, Twofold, legendre};
 
     /// B(2s): Σ b_j c_j^(k−1) = 1/k for k ≤ 2s. C(s): Σ_j a_ij c_j^(k−1) = c_i^k/k for k ≤ s, and the same once more.
     #[test]
     fn gauss_integrates_polynomials() {
         for s in [1, 2, 3, 6, 12, 16] {
-            let gauss = Collocation::shared_gauss(s);
+            let gauss = Collocation::shared(Family::Gauss, s);
             let power = |c: Twofold, k: usize| (0..k).fold(Twofold::ONE, |power, _| power * c);
             let sum = |row: &[Twofold], k: usize| {
                 let terms = row.iter().zip(gauss.nodes()).map(|(&a, &c)| a * power(c, k - 1));

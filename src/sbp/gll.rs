@@ -14,6 +14,7 @@
 
 use std::sync::OnceLock;
 
+use super::collocation::{Family, approximate_node};
 use crate::number::{Constants, Extended, Real};
 
 /// Smallest number of nodes of a rule: its two ends.
@@ -36,14 +37,9 @@ pub struct LobattoRule<S = f64> {
     pub differentiation: Vec<S>,
 }
 
-/// k/(k + 1) for k = 1 … m − 1.
-fn ratios<S: Real>(m: usize) -> Vec<S> {
-    (1..m).map(|k| S::from(k as f64) / S::from((k + 1) as f64)).collect()
-}
-
 /// (P_{m−1}, P_m) at x, by P_{k+1} = xP_k + k/(k + 1) (xP_k − P_{k−1}) with these ratios.
-fn legendre<S: Real>(ratios: &[S], x: S) -> (S, S) {
-    ratios.iter().fold((S::ONE, x), |(before, now), &ratio| {
+fn legendre(ratios: &[Extended], x: Extended) -> (Extended, Extended) {
+    ratios.iter().fold((Extended::ONE, x), |(before, now), &ratio| {
         let product = x * now;
         (now, product + ratio * (product - before))
     })
@@ -51,20 +47,12 @@ fn legendre<S: Real>(ratios: &[S], x: S) -> (S, S) {
 
 /// One Newton step towards a zero of P_m′, with (1 − x²)P_m′ = m(P_{m−1} − xP_m) and
 /// (1 − x²)P_m″ = 2xP_m′ − m(m + 1)P_m.
-fn newton_step<S: Real>(ratios: &[S], x: S) -> S {
+fn newton_step(ratios: &[Extended], x: Extended) -> Extended {
     let (m, (before, now)) = (ratios.len() + 1, legendre(ratios, x));
-    let [degree, eigenvalue] = [m, m * (m + 1)].map(|k| S::from(k as f64));
-    let first = degree * (before - x * now) / (S::ONE - x * x);
-    let second = ((x + x) * first - eigenvalue * now) / (S::ONE - x * x);
+    let [degree, eigenvalue] = [m, m * (m + 1)].map(|k| Extended::from(k as f64));
+    let first = degree * (before - x * now) / (Extended::ONE - x * x);
+    let second = ((x + x) * first - eigenvalue * now) / (Extended::ONE - x * x);
     x - first / second
-}
-
-/// Interior node i in `f64`.
-fn rough_node(ratios: &[f64], i: usize) -> f64 {
-    // An asymptotic formula, which is close enough for Newton's method.
-    let (i, degree) = (i as f64 + 0.25, (ratios.len() + 1) as f64);
-    let angle = std::f64::consts::PI * i / degree - 3.0 / (8.0 * degree * std::f64::consts::PI * i);
-    (0..10).fold(-angle.cos(), |x, _| newton_step(ratios, x))
 }
 
 impl<S: Real> LobattoRule<S> {
@@ -84,10 +72,11 @@ impl<S: Real> LobattoRule<S> {
 /// Nodes, weights and differentiation matrix of the rule of `n` nodes.
 fn computed(n: usize) -> [Constants; 3] {
     let m = n - 1;
-    let (rough, ratios) = (ratios(m), ratios(m));
+    // The ratios of the recursion are k/(k + 1) for k = 1 … m − 1.
+    let ratios: Vec<Extended> = (1..m).map(|k| Extended::from(k as f64) / Extended::from((k + 1) as f64)).collect();
     let mut nodes = vec![Extended::ZERO; n];
     for i in 0..n / 2 {
-        let begin = || Extended::from(rough_node(&rough, i));
+        let begin = || Extended::from(approximate_node(Family::Lobatto, n, i));
         let refined = || (0..REFINEMENTS).fold(begin(), |x, _| newton_step(&ratios, x));
         nodes[i] = if i == 0 { -Extended::ONE } else { refined() };
         nodes[m - i] = -nodes[i];

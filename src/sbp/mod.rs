@@ -31,7 +31,6 @@ pub use regularised::RegularisedOperator;
 use pulp::{Arch, Simd, WithSimd};
 
 use self::gll::LobattoRule;
-use crate::linalg::banded::BandedMatrix;
 use crate::number::{Real, sum};
 
 /// A grid has fewer points than the operator's two boundary closures need, or another number than the spectral element
@@ -110,12 +109,7 @@ impl<S: Real> SbpOperator<S> {
 
     /// The spectral element of `points` Gauss–Lobatto–Legendre nodes over the given `length` of γ.
     pub fn gauss_lobatto(points: usize, length: S) -> Self {
-        Self::on_rule(&LobattoRule::new(points), length)
-    }
-
-    /// The spectral element on the nodes of `rule` over the given `length` of γ.
-    pub fn on_rule(rule: &LobattoRule<S>, length: S) -> Self {
-        let points = rule.nodes.len();
+        let rule = LobattoRule::new(points);
         let scale = (S::ONE + S::ONE) / length;
         let matrix: Vec<S> = rule.differentiation.iter().map(|&d| scale * d).collect();
         let spacing = length / S::from((points - 1) as f64);
@@ -152,14 +146,6 @@ impl<S: Real> SbpOperator<S> {
         match &self.rows {
             Rows::Stencil { .. } => S::from(k as f64) * self.spacing,
             Rows::Dense { nodes, .. } => nodes[k],
-        }
-    }
-
-    /// The interval of γ between nodes k and k + 1.
-    pub fn interval(&self, k: usize) -> S {
-        match &self.rows {
-            Rows::Stencil { .. } => self.spacing,
-            Rows::Dense { nodes, .. } => nodes[k + 1] - nodes[k],
         }
     }
 
@@ -283,24 +269,6 @@ impl<S: Real> SbpOperator<S> {
     /// ∫ u dγ by the operator's own quadrature, 1ᵀ H u.
     pub fn integrate(&self, u: &[S]) -> S {
         sum(self.weights.iter().zip(u).map(|(&weight, &v)| weight * v))
-    }
-}
-
-impl SbpOperator {
-    /// D as a banded N × N matrix.
-    pub fn to_banded(&self) -> BandedMatrix {
-        let n = self.points();
-        let reach = match &self.rows {
-            Rows::Stencil { closure_width, interior, .. } => (closure_width - 1).max(interior.len()),
-            Rows::Dense { .. } => n - 1,
-        };
-        let mut matrix = BandedMatrix::zeros(n, reach, reach);
-        for k in 0..n {
-            for (column, value) in self.row(k) {
-                matrix.add(k, column, value);
-            }
-        }
-        matrix
     }
 }
 

@@ -10,8 +10,6 @@
 //!
 //! which is affine in x. In affine coordinates it is an (N+1)×(N+1) matrix that acts on (x, 1).
 
-use nalgebra::DMatrix;
-
 use super::SbpOperator;
 use crate::number::Real;
 
@@ -60,22 +58,5 @@ impl<'a, S: Real> RegularisedOperator<'a, S> {
     pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, S)> + '_ {
         let penalty = if k == 0 { self.penalty } else { S::ZERO };
         self.sbp.row(k).chain((k == 0).then_some((0, penalty)))
-    }
-}
-
-impl RegularisedOperator<'_> {
-    /// D̄ in affine coordinates: the (N+1)×(N+1) matrix that maps (u, 1) to (D̄u, 1). It is dense, and meant for
-    /// studies and tests.
-    pub fn to_affine_matrix(&self) -> DMatrix<f64> {
-        let n = self.sbp.points();
-        let mut matrix = DMatrix::zeros(n + 1, n + 1);
-        for k in 0..n {
-            for (column, value) in self.row(k) {
-                matrix[(k, column)] += value;
-            }
-        }
-        matrix[(0, n)] = -self.penalty * self.initial_value;
-        matrix[(n, n)] = 1.0;
-        matrix
     }
 }
