@@ -11,9 +11,8 @@
 //! F(t, x) = ½{ (D̄t)ᵀ g00(x) H (D̄t) − (D̄x)ᵀ H (D̄x) }
 //! ```
 //!
-//! The two forms differ in these terms. The paper's *strong* form has eight constraints with Lagrange multipliers
-//! (`multipliers.rs`). The *weak* form, which the paper's outlook asks for, has boundary terms and no multipliers
-//! (`boundary.rs`).
+//! The two forms differ in these terms (`ends.rs`). The paper's *strong* form has eight constraints with Lagrange
+//! multipliers. The *weak* form, which the paper's outlook asks for, has boundary terms and no multipliers.
 //!
 //! Forward branch 1 carries the initial data, and backward branch 2 is tied to it at the end. Nothing in this module
 //! knows an equation of motion: a trajectory is a point where ∇E_IVP = 0. (The paper writes D̄ as a matrix on the
@@ -21,7 +20,7 @@
 //! contributes.)
 //!
 //! ```
-//! use geodesic_ivp::action::DoubledAction;
+//! use geodesic_ivp::action::{DoubledAction, Form};
 //! use geodesic_ivp::geometry::{Geometry, PotentialText, Start};
 //! use geodesic_ivp::sbp::{SbpOperator, coefficients::SBP21};
 //!
@@ -34,7 +33,7 @@
 //! let (q, q_dot) = (vec![0.0, 0.0], vec![1.0, 0.5]);
 //! let start = Start { p: geometry.momenta(&q, &q_dot), q, q_dot };
 //! let sbp = SbpOperator::new(&SBP21, 11, 0.1)?;
-//! let action = DoubledAction::weak(&sbp, &geometry, start);
+//! let action = DoubledAction::new(Form::Weak, &sbp, &geometry, start);
 //! let t: Vec<f64> = (0..11).map(|k| sbp.node(k)).collect();
 //! let x: Vec<f64> = t.iter().map(|t| 0.5 * t).collect();
 //! let mut gradient = vec![1.0; action.layout().unknowns()];
@@ -43,12 +42,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod boundary;
+mod ends;
 mod force;
 mod form;
 mod hessian;
 mod layout;
-mod multipliers;
 mod rounding;
 mod state;
 
@@ -76,32 +74,17 @@ pub struct DoubledAction<'a, S = f64> {
 }
 
 impl<'a, S: Real> DoubledAction<'a, S> {
-    /// The paper's strong form, with the regularised operators D̄.
-    pub fn new(sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
+    /// The action in this form, with the regularised operators D̄, of a world-line that starts at `initial`.
+    pub fn new(form: Form, sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
         let bars = initial.q.iter().map(|&q| RegularisedOperator::new(sbp, q)).collect();
-        Self { form: Form::Strong, sbp, lagrangian, initial, bars }
-    }
-
-    /// The weak form, without multipliers, which the paper's outlook asks for.
-    pub fn weak(sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
-        Self { form: Form::Weak, ..Self::new(sbp, lagrangian, initial) }
-    }
-
-    /// The initial data.
-    pub fn start(&self) -> &Start<S> {
-        &self.initial
-    }
-
-    /// The action in the given form.
-    pub fn of_form(form: Form, sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
-        Self { form, ..Self::new(sbp, lagrangian, initial) }
+        Self { form, sbp, lagrangian, initial, bars }
     }
 
     /// The strong form with D in place of D̄, to show what the regularisation is for: this action has wrong critical
     /// points or none.
-    pub fn without_regularisation(sbp: &'a SbpOperator<S>, lagrangian: &'a Geometry<S>, initial: Start<S>) -> Self {
-        let bars = vec![RegularisedOperator::without_regularisation(sbp); initial.q.len()];
-        Self { form: Form::Strong, sbp, lagrangian, initial, bars }
+    pub fn without_regularisation(self) -> Self {
+        let bars = vec![RegularisedOperator::without_regularisation(self.sbp); self.bars.len()];
+        Self { form: Form::Strong, bars, ..self }
     }
 
     /// The order of the unknowns.

@@ -1,8 +1,8 @@
 //! The size of the rounding error in the gradient, below which no gradient can be brought.
 
 use super::DoubledAction;
-use super::state::BranchState;
-use crate::geometry::{OutsideGeometry, Samples, Source, Term, other};
+use super::state::{BranchState, size};
+use crate::geometry::{OutsideGeometry, Samples, Term, other};
 use crate::number::Real;
 use crate::number::norm::max_abs;
 
@@ -28,7 +28,7 @@ impl<S: Real> DoubledAction<'_, S> {
         let n = layout.dimension();
         let multipliers = layout.multipliers(u);
         let h = self.sbp.spacing().to_f64();
-        let size = |u: &[S]| max_abs(u).to_f64();
+        let largest = |u: &[S]| max_abs(u).to_f64();
         // The larger |multiplier| of the given places; 0 in the weak form, which has none.
         let of = |places: [usize; 2]| {
             places.map(|j| multipliers.get(j).map_or(0.0, |l| l.to_f64().abs())).into_iter().fold(0.0, f64::max)
@@ -43,13 +43,13 @@ impl<S: Real> DoubledAction<'_, S> {
             let q = layout.branch(u, branch);
             state.evaluate(self.lagrangian, &self.bars, &q)?;
             let mut q_dot: Vec<f64> =
-                (0..n).map(|a| size(state.velocities.row(a)).max(self.initial.q_dot[a].to_f64().abs())).collect();
+                (0..n).map(|a| largest(state.velocities.row(a)).max(self.initial.q_dot[a].to_f64().abs())).collect();
             q_dot.push(1.0);
             let fall = self.falls(&state, &q, &q_dot);
-            let mut sizes: Vec<f64> = (0..n).map(|a| size(q[a]).max(h * q_dot[a]).max(fall[a])).collect();
+            let mut sizes: Vec<f64> = (0..n).map(|a| largest(q[a]).max(h * q_dot[a]).max(fall[a])).collect();
             // At rest a force is what is left of terms that cancel: it rounds like what rounded places change it by.
-            let places: Vec<f64> = q.iter().map(|row| size(row)).collect();
-            let weight = size(self.sbp.weights());
+            let places: Vec<f64> = q.iter().map(|row| largest(row)).collect();
+            let weight = largest(self.sbp.weights());
             for &Term { ab: [a, b], by: [c, d], value } in &structure.second {
                 let slope = weight * state.size(value) * q_dot[a] * q_dot[b];
                 forces[c] = forces[c].max(slope * places[d]);
@@ -127,11 +127,7 @@ impl<S: Real> DoubledAction<'_, S> {
             let mut samples = Samples::zeros(structure.force_rows, self.sbp.points());
             self.lagrangian.fill_force(q, &velocities, &mut samples);
             for term in &structure.force {
-                let size = match term.value {
-                    Source::Constant(value) => value.abs().to_f64(),
-                    Source::Row(row) => max_abs(samples.row(row)).to_f64(),
-                };
-                forces[term.a] = forces[term.a].max(0.5 * h * h * size);
+                forces[term.a] = forces[term.a].max(0.5 * h * h * size(&samples, term.value));
             }
         }
         // Coordinates that are coupled accelerate each other.

@@ -60,10 +60,7 @@ impl<S: Real> BranchState<S> {
 
     /// The largest absolute value on the nodes.
     pub(super) fn size(&self, source: Source<S>) -> f64 {
-        match source {
-            Source::Constant(value) => value.abs().to_f64(),
-            Source::Row(row) => max_abs(self.samples.row(row)).to_f64(),
-        }
+        size(&self.samples, source)
     }
 
     #[inline]
@@ -82,6 +79,14 @@ impl<S: Real> BranchState<S> {
             move |b| Some(&self.velocities.row(b)[nodes.clone()])
         };
         Contraction { structure, samples: &self.samples, nodes, velocity }
+    }
+}
+
+/// The largest absolute value on the nodes.
+pub(super) fn size<S: Real>(samples: &Samples<S>, source: Source<S>) -> f64 {
+    match source {
+        Source::Constant(value) => value.abs().to_f64(),
+        Source::Row(row) => max_abs(samples.row(row)).to_f64(),
     }
 }
 

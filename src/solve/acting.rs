@@ -3,20 +3,12 @@
 //! A formula that is zero where a run goes on has no sign there. The motion tells it: a step along its rates, as short
 //! as the formula resolves, and straight, so that the next zero of a flight however short is not passed.
 
-use std::fmt;
-
-use super::failure::NoSolution;
-use super::places;
-use super::point::Point;
-use super::status::Status;
 use crate::geometry::{Geometry, Observable, Start};
 
 /// A formula is zero if it is no more than this multiple of what rounding of the state makes of it.
 const NOWHERE: f64 = 4.0;
 /// Rounding of the state, relative to each number.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
-/// The most events that may act in a run.
-pub(crate) const MOST_EVENTS: usize = 100_000;
 /// Steps along the rates are at most so many powers of ten shorter than the run before.
 const SHORTEST: i32 = 16;
 
@@ -140,54 +132,5 @@ impl Beginning {
         let is_zero = here.abs() <= NOWHERE * (noise + zero) + late;
         let sign = |value: f64| if value == 0.0 { 0.0 } else { value.signum() };
         Self { side: if is_zero { sign(slope) } else { sign(here) }, is_zero, noise }
-    }
-}
-
-/// The event at which a run cannot go on, and how many there were.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct LastEvent {
-    /// Its name.
-    pub name: String,
-    /// The number of events that have acted.
-    pub count: usize,
-}
-
-impl LastEvent {
-    /// Says why a run could not go on from the event, or not be trusted behind it.
-    pub(super) fn message(&self, f: &mut fmt::Formatter<'_>, failure: &NoSolution, place: &Point<'_>) -> fmt::Result {
-        let Self { name, count } = self;
-        let NoSolution { asked, residual, .. } = failure;
-        match failure.status {
-            Status::OutsideDomain => {
-                write!(f, "the event '{name}' sets a state outside of the domain, or no number, at {place}")
-            }
-            Status::AccuracyNotReached if residual.is_finite() => write!(
-                f,
-                "the accuracy {asked:e} is not reached: through {count} events the error grows to {residual:.1e} at \
-                 {place}"
-            ),
-            Status::AccuracyNotReached => write!(
-                f,
-                "the accuracy {asked:e} is not reached: on the way to {place} other events act if the last digits are \
-                 others"
-            ),
-            _ if *count >= MOST_EVENTS => {
-                write!(f, "stopped at {place} by the event '{name}': {count} have acted, the most of a run")
-            }
-            _ => write!(
-                f,
-                "events do not end at {place}: '{name}' comes again sooner than rounding resolves, after {count} that \
-                 have acted"
-            ),
-        }
-    }
-}
-
-impl NoSolution {
-    /// The failure of a run at an event, at this γ and q^a.
-    pub(crate) fn at_event(status: Status, geometry: &Geometry, gamma: f64, q: &[f64], event: LastEvent) -> Self {
-        let mut failure = Self::adaptive(status, places::place(geometry, gamma, q));
-        failure.reasons.event = Some(event);
-        failure
     }
 }

@@ -1,58 +1,55 @@
 //! The collocation system of the active coordinates as a banded Newton iteration in (q, p*).
 
-use super::derivative::FormDerivative;
-use super::explicit;
 use super::guess::Guess;
-use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
-use super::refinement::{self, Refined};
+use super::limit::Limit;
+use super::newton::{self, Equations, Failure, NewtonSystem, Root, RoundingLevels};
+use super::quadrature;
+use super::refinement;
 use super::status::{InitialGuess, IterationRecord};
-use super::window::Window;
+use super::window::{FormDerivative, Window};
 use crate::geometry::{Motion, OnNodes, OutsideGeometry};
+use crate::linalg::Singular;
 use crate::linalg::banded::solve_banded;
 use crate::number::Real;
 use crate::number::norm::max_abs;
 
-/// A solution of the collocation system, with what it was found from.
-pub(super) struct Solved<S> {
-    /// q^a of all coordinates, where ignorable ones are still what they are at the start.
-    pub(super) q: Vec<Vec<S>>,
-    /// p*_a of the active coordinates.
-    pub(super) p: Vec<Vec<S>>,
-    /// h q̇^a of the ignorable coordinates.
-    pub(super) steps: Vec<Vec<S>>,
-    pub(super) history: Vec<IterationRecord>,
-    pub(super) initial_guess: InitialGuess,
-}
-
-/// Solves the system of `window` from a guess; `rough` is the same in `f64`.
+/// Solves the system of `window` from a guess, and integrates the ignorable coordinates; `rough` is the same in `f64`.
 pub(super) fn solve<S: Real>(
     window: &Window<'_, S>,
     rough: &Window<'_, f64>,
     guess: &Guess,
-    max_iterations: usize,
-) -> Result<Solved<S>, Failure> {
+) -> Result<Limit<S>, Failure> {
+    let (mut limit, steps) = of_active(window, rough, guess)?;
+    let active = window.geometry.active();
+    for (a, steps) in (0..limit.q.len()).filter(|a| !active.contains(a)).zip(steps) {
+        limit.q[a] = quadrature::integral(window, rough, |k| steps[k])?;
+    }
+    Ok(limit)
+}
+
+/// The solution in which ignorable coordinates are still what they are at the start, and h q̇^a of them.
+type OfActive<S> = (Limit<S>, Vec<Vec<S>>);
+
+fn of_active<S: Real>(window: &Window<'_, S>, rough: &Window<'_, f64>, guess: &Guess) -> Result<OfActive<S>, Failure> {
     if window.is_at_rest() {
-        let mut system = System::new(window, Vec::new());
-        system.evaluate(&[]).map_err(explicit::outside)?;
-        let steps = system.steps();
-        return Ok(Solved { q: system.q, p: system.p, steps, history: Vec::new(), initial_guess: InitialGuess::None });
+        return System::new(window, Vec::new()).solved(&[], Vec::new(), InitialGuess::None);
     }
     let (mut linearised, initial_guess) = (System::new(rough, Vec::new()), guess.kind);
     let guess = linearised.unknowns(guess);
-    let root = newton::solve(&mut linearised, guess, max_iterations)?;
+    let root = newton::solve(&mut linearised, guess, window.max_iterations)?;
     if S::IS_EXTENDED {
-        let residual = System::new(window, linearised.scales.clone());
-        let mut refined = RefinedSystem { residual, linearised };
-        let Root { unknowns, history } = refinement::refine(&mut refined, root, window.digits, max_iterations)?;
-        let mut system = refined.residual;
-        system.evaluate(&unknowns).map_err(explicit::outside)?;
-        let steps = system.steps();
-        return Ok(Solved { q: system.q, p: system.p, steps, history, initial_guess });
+        let mut system = System::new(window, linearised.scales.clone());
+        // The Jacobian at the `f64` root is eliminated anew in every round: that is cheap beside an extended residual,
+        // and keeps the elimination in one pass without a stored factor L.
+        let solve = |right: &mut [f64]| linearised.solve_linearised(right);
+        let limits = (window.digits, window.max_iterations);
+        let Root { unknowns, history } = refinement::refine(&mut system, solve, root, limits)?;
+        return system.solved(&unknowns, history, initial_guess);
     }
     // The system was evaluated last at its root.
     let in_s = |rows: Vec<Vec<f64>>| rows.into_iter().map(|row| row.into_iter().map(S::from).collect()).collect();
     let steps = in_s(linearised.steps());
-    Ok(Solved { q: in_s(linearised.q), p: in_s(linearised.p), steps, history: root.history, initial_guess })
+    Ok((Limit { q: in_s(linearised.q), p: in_s(linearised.p), history: root.history, initial_guess }, steps))
 }
 
 /// Entries of the Jacobian, divided by this, stay far from overflow.
@@ -103,6 +100,18 @@ impl<'w, S: Real> System<'w, S> {
         self.window.geometry.active()
     }
 
+    /// The solution with these unknowns.
+    fn solved(
+        mut self,
+        u: &[S],
+        history: Vec<IterationRecord>,
+        initial_guess: InitialGuess,
+    ) -> Result<OfActive<S>, Failure> {
+        self.evaluate(u).map_err(Failure::outside)?;
+        let steps = self.steps();
+        Ok((Limit { q: self.q, p: self.p, history, initial_guess }, steps))
+    }
+
     /// Updates the fields and their rates to the unknowns `u`.
     fn evaluate(&mut self, u: &[S]) -> Result<(), OutsideGeometry> {
         let (first, fields) = (self.derivative().first_unknown(), self.fields());
@@ -150,8 +159,9 @@ impl<'w, S: Real> System<'w, S> {
     fn steps(&self) -> Vec<Vec<S>> {
         self.motion.steps(self.window.sbp.spacing())
     }
+}
 
-    /// `out` = F(u).
+impl<S: Real> Equations<S> for System<'_, S> {
     fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
         self.evaluate(u)?;
         if self.scales.is_empty() {
@@ -173,11 +183,10 @@ impl<'w, S: Real> System<'w, S> {
     }
 
     /// The rows are scaled so that one level holds for all.
-    fn rounding(&self, u: &[S]) -> RoundingLevels {
-        vec![(0..u.len(), self.window.sbp.row_sum() * S::EPSILON.to_f64())]
+    fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
+        Some(vec![(0..u.len(), self.window.sbp.row_sum() * S::EPSILON.to_f64())])
     }
 
-    /// The largest absolute value of each field.
     fn sizes(&self, u: &[S]) -> Vec<S> {
         let mut sizes = vec![S::ZERO; self.fields()];
         for state in u.chunks_exact(self.fields()) {
@@ -186,7 +195,7 @@ impl<'w, S: Real> System<'w, S> {
         sizes
     }
 
-    /// The same, or the divisor of the rows of a field where that is larger: at rest a momentum is rounding.
+    /// The sizes, or the divisor of the rows of a field where that is larger: at rest a momentum is rounding.
     fn scales(&self, u: &[S]) -> Vec<S> {
         self.sizes(u).into_iter().zip(&self.scales).map(|(size, &scale)| size.max(S::from(scale))).collect()
     }
@@ -201,7 +210,7 @@ impl System<'_, f64> {
     }
 
     /// Overwrites `right` with J⁻¹ `right` for the Jacobian J at what was evaluated last.
-    fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
+    fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), Singular> {
         let (h, derivative, fields) = (self.window.sbp.spacing(), self.derivative(), self.fields());
         let (first, (lower, upper)) = (derivative.first_unknown(), derivative.reach());
         // Rows of node k stand beside the unknowns of node k + first, so their coupling to the fields of node k reaches
@@ -229,65 +238,15 @@ impl System<'_, f64> {
                 }
             }
         })
-        .map_err(|_| LinearFailure)
     }
 }
 
 impl NewtonSystem for System<'_, f64> {
-    type Outside = OutsideGeometry;
-
-    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideGeometry> {
-        System::residual(self, u, out)
-    }
-
-    fn rounding(&self, u: &[f64]) -> Option<RoundingLevels> {
-        Some(System::rounding(self, u))
-    }
-
     /// `residual` was computed last, so that the fields are those of the unknowns.
-    fn newton_step(&mut self, _: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
+    fn newton_step(&mut self, _: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), Singular> {
         for (step, r) in step.iter_mut().zip(residual) {
             *step = -r;
         }
         self.solve_linearised(step)
-    }
-
-    fn sizes(&self, u: &[f64]) -> Vec<f64> {
-        System::sizes(self, u)
-    }
-
-    fn scales(&self, u: &[f64]) -> Vec<f64> {
-        System::scales(self, u)
-    }
-}
-
-/// The residual with all digits, the Jacobian at the `f64` root, eliminated anew in every round: that is cheap beside
-/// an extended residual, and keeps the elimination in one pass without a stored factor L.
-struct RefinedSystem<'w, S> {
-    residual: System<'w, S>,
-    linearised: System<'w, f64>,
-}
-
-impl<S: Real> Refined<S> for RefinedSystem<'_, S> {
-    type Outside = OutsideGeometry;
-
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
-        self.residual.residual(u, out)
-    }
-
-    fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
-        self.linearised.solve_linearised(right)
-    }
-
-    fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
-        Some(self.residual.rounding(u))
-    }
-
-    fn sizes(&self, u: &[S]) -> Vec<S> {
-        self.residual.sizes(u)
-    }
-
-    fn scales(&self, u: &[S]) -> Vec<S> {
-        self.residual.scales(u)
     }
 }

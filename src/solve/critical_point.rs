@@ -2,11 +2,12 @@
 
 use std::iter;
 
-use super::newton::{self, Failure, LinearFailure, NewtonSystem, Root, RoundingLevels};
-use super::refinement::{self, Refined};
+use super::newton::{self, Equations, Failure, NewtonSystem, Root, RoundingLevels};
+use super::refinement;
 use super::status::Status;
-use crate::action::{DoubledAction, GradientRounding, Layout};
+use crate::action::{DoubledAction, GradientRounding};
 use crate::geometry::OutsideGeometry;
+use crate::linalg::Singular;
 use crate::linalg::sparse::{Pattern, SparseLu};
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -15,61 +16,83 @@ use crate::number::norm::max_abs;
 /// is useless.
 const LINEAR_TOLERANCE: f64 = 1e-3;
 
-/// Newton's method for actions on one operator: the sparsity and the order of elimination are found once.
-pub(super) struct CriticalPointSolver(Pattern);
-
-impl CriticalPointSolver {
-    pub(super) fn new(action: &DoubledAction<'_, f64>) -> Self {
-        Self(action.newton_pattern())
+/// The critical point of `action` that Newton's method reaches from `guess`, where `rough` is the same action in `f64`.
+/// More digits are those of a refinement, with the factors of Newton's system at the `f64` critical point.
+pub(super) fn solve<S: Real>(
+    action: &DoubledAction<'_, S>,
+    rough: &DoubledAction<'_, f64>,
+    guess: Vec<f64>,
+    (digits, max_iterations): (u32, usize),
+) -> Result<Root<S>, Failure> {
+    let pattern = &rough.newton_pattern();
+    let root = newton::solve(&mut Stationarity { pattern, action: rough }, guess, max_iterations)?;
+    if !S::IS_EXTENDED {
+        let Root { unknowns, history } = root;
+        return Ok(Root { unknowns: unknowns.into_iter().map(S::from).collect(), history });
     }
-
-    /// The critical point of `action` that Newton's method reaches from `guess`.
-    pub(super) fn solve(
-        &self,
-        action: &DoubledAction<'_, f64>,
-        guess: Vec<f64>,
-        max_iterations: usize,
-    ) -> Result<Root, Failure> {
-        newton::solve(&mut Stationarity { pattern: &self.0, action }, guess, max_iterations)
-    }
-
-    /// The critical point of `fine` close to that of `rough`, the same action in `f64`, whose Hessian is factored once;
-    /// that one itself if `S` has no more digits.
-    pub(super) fn refine<S: Real>(
-        &self,
-        fine: &DoubledAction<'_, S>,
-        rough: &DoubledAction<'_, f64>,
-        root: Root,
-        (digits, max_iterations): (u32, usize),
-    ) -> Result<Root<S>, Failure> {
-        if !S::IS_EXTENDED {
-            let Root { unknowns, history } = root;
-            return Ok(Root { unknowns: unknowns.into_iter().map(S::from).collect(), history });
-        }
-        let lu = factored(&self.0, rough, &root.unknowns).ok_or_else(|| Failure::without_iterate(Status::Singular))?;
-        refinement::refine(&mut RefinedStationarity { action: fine, lu }, root, digits, max_iterations)
-    }
+    let (layout, lu) = (action.layout(), factored(pattern, rough, &root.unknowns));
+    let lu = lu.ok_or_else(|| Failure::without_iterate(Status::Singular))?;
+    let solve = |right: &mut [f64]| {
+        let mut equal = layout.equal_equations(right);
+        lu.solve_in_place(&mut equal);
+        layout.write_equal_step(&equal, right);
+        Ok(())
+    };
+    refinement::refine(&mut Stationarity { pattern, action }, solve, root, (digits, max_iterations))
 }
 
-/// ∇E_IVP = 0 as a Newton system.
-struct Stationarity<'a> {
+/// ∇E_IVP = 0, with the pattern of its Newton system.
+struct Stationarity<'a, S> {
     pattern: &'a Pattern,
-    action: &'a DoubledAction<'a, f64>,
+    action: &'a DoubledAction<'a, S>,
 }
 
-impl NewtonSystem for Stationarity<'_> {
-    type Outside = OutsideGeometry;
-
-    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideGeometry> {
+impl<S: Real> Equations<S> for Stationarity<'_, S> {
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
         self.action.gradient(u, out)
     }
 
-    fn rounding(&self, u: &[f64]) -> Option<RoundingLevels> {
-        rounding(self.action, u)
+    /// The rounding errors to be expected in ∇E_IVP, block by block.
+    fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
+        let action = self.action;
+        let GradientRounding { rows, values, .. } = action.gradient_rounding(u).ok()?;
+        let (layout, h) = (action.layout(), action.sbp().spacing().to_f64());
+        let (points, n) = (action.sbp().points(), layout.dimension());
+        let of_rows = (0..2).flat_map(|branch| {
+            let rows = rows.iter().enumerate();
+            rows.map(move |(a, &level)| (layout.row(branch, a)..layout.row(branch, a) + points, level))
+        });
+        let mut constraints = vec![0.0; layout.multiplier_range().len()];
+        if !constraints.is_empty() {
+            for (a, &value) in (0..n).zip(&values) {
+                for place in [layout.lambda(a), layout.nu(a)] {
+                    constraints[place] = value;
+                }
+                for place in [layout.mu(a), layout.kappa(a)] {
+                    constraints[place] = value / h;
+                }
+            }
+        }
+        let of_constraints = layout.multiplier_range().zip(constraints).map(|(row, level)| (row..row + 1, level));
+        Some(of_rows.chain(of_constraints).collect())
     }
 
-    fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
-        let lu = factored(self.pattern, self.action, u).ok_or(LinearFailure)?;
+    /// Largest absolute value of each coordinate on both branches.
+    fn sizes(&self, u: &[S]) -> Vec<S> {
+        let layout = self.action.layout();
+        let size = |a| max_abs(layout.values(u, 0, a)).max(max_abs(layout.values(u, 1, a)));
+        (0..layout.dimension()).map(size).collect()
+    }
+
+    fn scales(&self, u: &[S]) -> Vec<S> {
+        let rounding = self.action.gradient_rounding(u);
+        rounding.map_or_else(|_| self.sizes(u), |rounding| rounding.sizes.into_iter().map(S::from).collect())
+    }
+}
+
+impl NewtonSystem for Stationarity<'_, f64> {
+    fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), Singular> {
+        let lu = factored(self.pattern, self.action, u).ok_or(Singular)?;
         let layout = self.action.layout();
         let right: Vec<f64> = layout.equal_equations(residual).iter().map(|r| -r).collect();
         // One solve and two steps of iterative refinement: the matrix is indefinite and its entries span 1/h.
@@ -84,19 +107,11 @@ impl NewtonSystem for Stationarity<'_> {
             // λ holds the start, which the elimination finds but for rounding in units of the end.
             for (branch, a) in (0..2).flat_map(|branch| (0..layout.dimension()).map(move |a| (branch, a))) {
                 let first = layout.row(branch, a);
-                step[first] = self.action.start().q[a] - u[first];
+                step[first] = self.action.initial().q[a] - u[first];
             }
         }
         let [left, size] = [&remainder, &right].map(|rows| max_abs(&lu.in_units(rows)));
-        if left <= LINEAR_TOLERANCE * size { Ok(()) } else { Err(LinearFailure) }
-    }
-
-    fn sizes(&self, u: &[f64]) -> Vec<f64> {
-        sizes(self.action.layout(), u)
-    }
-
-    fn scales(&self, u: &[f64]) -> Vec<f64> {
-        self.action.gradient_rounding(u).map_or_else(|_| self.sizes(u), |rounding| rounding.sizes)
+        if left <= LINEAR_TOLERANCE * size { Ok(()) } else { Err(Singular) }
     }
 }
 
@@ -112,69 +127,4 @@ fn factored(pattern: &Pattern, action: &DoubledAction<'_, f64>, u: &[f64]) -> Op
         units[1].extend(rows.iter().copied().chain(rows.iter().map(|unit| unit * h)));
     }
     pattern.factor(&action.newton_matrix(u).ok()?, [&units[0], &units[1]]).ok()
-}
-
-/// The rounding errors to be expected in ∇E_IVP, block by block.
-fn rounding<S: Real>(action: &DoubledAction<'_, S>, u: &[S]) -> Option<RoundingLevels> {
-    let GradientRounding { rows, values, .. } = action.gradient_rounding(u).ok()?;
-    let (layout, h) = (action.layout(), action.sbp().spacing().to_f64());
-    let (points, n) = (action.sbp().points(), layout.dimension());
-    let of_rows = (0..2).flat_map(|branch| {
-        let rows = rows.iter().enumerate();
-        rows.map(move |(a, &level)| (layout.row(branch, a)..layout.row(branch, a) + points, level))
-    });
-    let mut constraints = vec![0.0; layout.multiplier_range().len()];
-    if !constraints.is_empty() {
-        for (a, &value) in (0..n).zip(&values) {
-            for place in [layout.lambda(a), layout.nu(a)] {
-                constraints[place] = value;
-            }
-            for place in [layout.mu(a), layout.kappa(a)] {
-                constraints[place] = value / h;
-            }
-        }
-    }
-    let of_constraints = layout.multiplier_range().zip(constraints).map(|(row, level)| (row..row + 1, level));
-    Some(of_rows.chain(of_constraints).collect())
-}
-
-/// Largest absolute value of each coordinate on both branches.
-fn sizes<S: Real>(layout: Layout, u: &[S]) -> Vec<S> {
-    let size = |a| max_abs(layout.values(u, 0, a)).max(max_abs(layout.values(u, 1, a)));
-    (0..layout.dimension()).map(size).collect()
-}
-
-/// ∇E_IVP with all digits, with the factors of Newton's system at the `f64` critical point.
-struct RefinedStationarity<'a, S> {
-    action: &'a DoubledAction<'a, S>,
-    lu: SparseLu,
-}
-
-impl<S: Real> Refined<S> for RefinedStationarity<'_, S> {
-    type Outside = OutsideGeometry;
-
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
-        self.action.gradient(u, out)
-    }
-
-    fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), LinearFailure> {
-        let layout = self.action.layout();
-        let mut equal = layout.equal_equations(right);
-        self.lu.solve_in_place(&mut equal);
-        layout.write_equal_step(&equal, right);
-        Ok(())
-    }
-
-    fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
-        rounding(self.action, u)
-    }
-
-    fn sizes(&self, u: &[S]) -> Vec<S> {
-        sizes(self.action.layout(), u)
-    }
-
-    fn scales(&self, u: &[S]) -> Vec<S> {
-        let rounding = self.action.gradient_rounding(u);
-        rounding.map_or_else(|_| self.sizes(u), |rounding| rounding.sizes.into_iter().map(S::from).collect())
-    }
 }

@@ -1,21 +1,18 @@
 //! Runs that end where a coordinate reaches a value or a formula changes its sign: the length of γ at which the last
 //! node is there.
 
-use super::accuracy;
-use super::arithmetic::Arithmetic;
-use super::failure::NoSolution;
-use super::places;
-use super::run::Observer;
-use super::search::{self, Excess, NotFound, Search};
+use super::failure::{At, NoSolution};
+use super::run::{Arithmetic, Observer};
+use super::search::{Excess, NotFound, Search, search};
 use super::setup::{Limit, Setup};
 use super::solve_to;
 use super::status::{Iterations, Status};
+use super::sweeps;
 use super::world_line::{Joint, Place, WorldLine};
 use crate::engine::Accuracy;
 use crate::number::Real;
 
-/// The share of the whole way that counts as none has this many digits in `f64`; with more digits, all of them must
-/// agree.
+/// The share of the whole way that counts as none has this many digits in `f64`.
 const DIGITS_OF_WAY: u32 = 14;
 /// The same of the length of γ.
 const DIGITS_OF_LENGTH: u32 = 15;
@@ -56,25 +53,38 @@ fn rough_length<S: Arithmetic>(setup: &Setup<S>) -> Result<S, NoSolution> {
     Ok(S::from(solve::<f64>(&setup.in_f64(), Some(&mut |_| ()))?.length))
 }
 
-/// The world-line that ends where `coordinate` is `value`.
+/// The world-line that ends where `coordinate` is `value`, by Newton's method on γ_f with the velocity at the end of
+/// each solution: the coordinate grows, or falls, with γ_f. A share of the whole way counts as none of what counts from
+/// an origin, or else one of the length of γ.
 fn at_value<S: Arithmetic>(
     setup: &Setup<S>,
     coordinate: usize,
     value: S,
     solve_to: SolveTo<'_, S>,
 ) -> Result<WorldLine<S>, NoSolution> {
-    let target = Target {
-        coordinate,
-        value: value - setup.origin_of(coordinate),
+    let (start, is_of_way) = (&setup.place.start, setup.counts_from_origin(coordinate));
+    let value = value - setup.origin_of(coordinate);
+    let way = value - start.q[coordinate];
+    let asked = Search {
+        guess: if S::IS_EXTENDED {
+            rough_length(&Setup { until: Vec::new(), ..setup.clone() })?
+        } else {
+            // The length that would do at constant speed.
+            way / start.q_dot[coordinate]
+        },
+        limit: S::from(f64::INFINITY),
+        digits: if is_of_way { DIGITS_OF_WAY } else { DIGITS_OF_LENGTH },
         digits_of_runs: setup.settings.digits,
-        is_of_way: setup.counts_from_origin(coordinate),
+        scale: is_of_way.then(|| way.abs()),
     };
-    let guess = if S::IS_EXTENDED {
-        rough_length(&Setup { until: Vec::new(), ..setup.clone() })?
-    } else {
-        target.guess(&setup.place)
+    let excess = |line: &WorldLine<S>| {
+        let end = line.last_joint();
+        Excess {
+            value: (end.q[coordinate] - value) * way.signum(),
+            slope: Some(line.velocities(end)[coordinate] * way.signum()),
+        }
     };
-    target.search(&setup.place, setup.gamma_i, guess, solve_to)
+    search(asked, solve_to, excess).map_err(|error| not_reached(error, setup))
 }
 
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
@@ -83,17 +93,18 @@ fn until<S: Arithmetic>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) ->
     let Some(Near { index, gamma, to_positive }) = near(setup, whole) else {
         return solve_to(whole);
     };
-    let length =
-        if S::IS_EXTENDED { rough_length(&Setup { limit: Limit::Length(whole), ..setup.clone() })? } else { gamma };
     let start = &setup.place.start;
     let k = setup.place.geometry.norm(&start.q, &start.q_dot);
     let mut formula = setup.until[index].formula.clone();
-    let digits = setup.settings.digits;
     let asked = Search {
-        guess: length,
+        guess: if S::IS_EXTENDED {
+            rough_length(&Setup { limit: Limit::Length(whole), ..setup.clone() })?
+        } else {
+            gamma
+        },
         limit: whole,
-        digits: if S::IS_EXTENDED { digits } else { DIGITS_OF_LENGTH },
-        digits_of_runs: digits,
+        digits: DIGITS_OF_LENGTH,
+        digits_of_runs: setup.settings.digits,
         scale: None,
     };
     let excess = |line: &WorldLine<S>| {
@@ -101,8 +112,7 @@ fn until<S: Arithmetic>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) ->
         let value = formula.at(&end.q, &end.q_dot, &end.p, k);
         Excess { value: if to_positive { value } else { -value }, slope: None }
     };
-    let line =
-        search::search(asked, solve_to, excess).map_err(|error| not_reached(error, &setup.place, setup.gamma_i))?;
+    let line = search(asked, solve_to, excess).map_err(|error| not_reached(error, setup))?;
     Ok(WorldLine { ended_by: Some(index), ..line })
 }
 
@@ -119,7 +129,7 @@ struct Near<S> {
 /// The first change of sign within the length `whole`, by the engine; `None` if it finds none.
 fn near<S: Arithmetic>(setup: &Setup<S>, whole: S) -> Option<Near<S>> {
     let rough = Setup { limit: Limit::Length(whole.to_f64()), ..setup.in_f64() };
-    let line = accuracy::solve(&rough, Accuracy::Local(NEAR), Some(&mut |_| ())).ok()?;
+    let line = sweeps::to_accuracy(&rough, Accuracy::Local(NEAR), Some(&mut |_| ())).ok()?;
     let (index, window, start) = (line.ended_by?, line.views().last()?, &rough.place.start);
     // The node before the change.
     let node = window.grid.points() - 2;
@@ -132,66 +142,18 @@ fn near<S: Arithmetic>(setup: &Setup<S>, whole: S) -> Option<Near<S>> {
     Some(Near { index, gamma: S::from(line.length), to_positive: before < 0.0 })
 }
 
-/// The value of a coordinate that a run is to end at, as joints count it, and how well it is to be met.
-#[derive(Debug, Clone, Copy)]
-struct Target<S> {
-    coordinate: usize,
-    value: S,
-    /// Significant digits of the runs.
-    digits_of_runs: u32,
-    /// True if a share of the whole way counts as none, as of what counts from an origin, or else one of the length of
-    /// γ.
-    is_of_way: bool,
-}
-
-impl<S: Real> Target<S> {
-    /// The length that would do at constant speed.
-    fn guess(&self, place: &Place<S>) -> S {
-        (self.value - place.start.q[self.coordinate]) / place.start.q_dot[self.coordinate]
-    }
-
-    /// Newton's method on γ_f with the velocity at the end of each solution, kept inside the bracket found so far: the
-    /// coordinate grows, or falls, with γ_f. A γ_f that has no solution (a horizon on the way) is an upper bound like
-    /// one that ends too late.
-    fn search(
-        &self,
-        place: &Place<S>,
-        gamma_i: S,
-        guess: S,
-        solve_to: SolveTo<'_, S>,
-    ) -> Result<WorldLine<S>, NoSolution> {
-        let Self { coordinate, value, digits_of_runs, is_of_way } = *self;
-        let double_digits = if is_of_way { DIGITS_OF_WAY } else { DIGITS_OF_LENGTH };
-        let way = value - place.start.q[coordinate];
-        let asked = Search {
-            guess,
-            limit: S::from(f64::INFINITY),
-            digits: if S::IS_EXTENDED { digits_of_runs } else { double_digits },
-            digits_of_runs,
-            scale: is_of_way.then(|| way.abs()),
-        };
-        let excess = |line: &WorldLine<S>| {
-            let end = line.last_joint();
-            Excess {
-                value: (end.q[coordinate] - value) * way.signum(),
-                slope: Some(line.velocities(end)[coordinate] * way.signum()),
-            }
-        };
-        search::search(asked, solve_to, excess).map_err(|error| not_reached(error, place, gamma_i))
-    }
-}
-
-/// The failure of a search for the end of a run that starts at `place`.
-fn not_reached<S: Real>(error: NotFound<WorldLine<S>, NoSolution>, place: &Place<S>, gamma_i: S) -> NoSolution {
+/// The failure of a search for the end of the run of `setup`.
+fn not_reached<S: Real>(error: NotFound<WorldLine<S>, NoSolution>, setup: &Setup<S>) -> NoSolution {
     let closest = match error {
         NotFound::Failed(failure) => return failure,
         NotFound::Missed(closest) => closest,
     };
     let Some(closest) = closest else {
-        let at = places::place(&place.geometry, gamma_i.to_f64(), &place.start.q);
+        let Place { geometry, start } = &setup.place;
+        let at = At::new(geometry, setup.gamma_i.to_f64(), &start.q);
         return NoSolution::new(Status::EndTimeNotReached, at);
     };
-    let at = places::place(closest.geometry(), closest.gamma_f().to_f64(), closest.last_joint().q);
+    let at = At::new(closest.geometry(), closest.gamma_f().to_f64(), closest.last_joint().q);
     let Iterations { initial_guess, history, .. } = closest.iterations;
     NoSolution {
         iterations: Box::new(Iterations::of(initial_guess, history)),

@@ -1,16 +1,17 @@
-//! The two-step rule that SBP21's collocation system is.
+//! The two-step rule that SBP21's collocation system is, and steps that are long enough to leap over what lies outside
+//! the domain: a horizon and what is behind it. The nodes on both sides are inside, and say nothing.
 
 use super::limit::Limit;
 use super::newton::Failure;
-use super::status::{InitialGuess, Status};
+use super::status::InitialGuess;
 use super::window::Window;
-use crate::geometry::{OnNodes, OutsideGeometry};
+use crate::geometry::{Geometry, OnNodes, OutsideGeometry};
 use crate::number::Real;
 
-/// A recursion that ended at a point outside the domain.
-pub(super) fn outside<O>(point: O) -> Failure<O> {
-    Failure { outside: Some(point), ..Failure::without_iterate(Status::OutsideDomain) }
-}
+/// A step is looked into if some coordinate changes by more than this multiple of its largest change so far.
+const LONG: f64 = 2.0;
+/// Most pieces that a step is divided into.
+const MOST_PIECES: f64 = 1024.0;
 
 /// SBP21: one Euler step, then u_{k+1} = u_{k−1} + 2h u̇_k for every coordinate and every momentum. One evaluation a
 /// node; in 16 digits of active coordinates, as ignorable ones are sums, whose terms are computed on many nodes at a
@@ -41,15 +42,16 @@ pub(super) fn two_step<S: Real>(window: &Window<'_, S>) -> Result<Limit<S>, Fail
         let mut motion = geometry.motion_on_nodes();
         let known = left.as_ref().map_or(points, |(k, _)| *k);
         let on = OnNodes { q: &q, p: &p, start: &window.start.p };
-        let slopes = motion.ignorable_rates(on, known).map_err(outside)?;
+        let slopes = motion.ignorable_rates(on, known).map_err(Failure::outside)?;
         if left.is_none() {
             for (a, slopes) in geometry.ignorable().zip(slopes) {
                 (0..points).for_each(|k| step(&mut q[a], k, h, slopes[k]));
             }
         }
     }
-    match left {
-        Some((index, point)) => Err(outside(OutsideGeometry { index, ..point })),
+    let left = left.map(|(index, point)| OutsideGeometry { index, ..point });
+    match left.or_else(|| leap(geometry, &q)) {
+        Some(point) => Err(Failure::outside(point)),
         None => Ok(Limit { q, p, history: Vec::new(), initial_guess: InitialGuess::None }),
     }
 }
@@ -61,5 +63,70 @@ fn step<S: Real>(row: &mut [S], k: usize, h: S, rate: S) {
     let next = row[from] + step * rate;
     if let Some(value) = row.get_mut(k + 1) {
         *value = next;
+    }
+}
+
+/// The first point outside the domain within a long step, on the straight line from node to node, with the index of the
+/// node behind it. `q` has a row for each coordinate. A step is divided into pieces as long as the longest one before.
+pub(super) fn leap<S: Real>(geometry: &Geometry<S>, q: &[Vec<S>]) -> Option<OutsideGeometry> {
+    let mut long: Vec<(usize, f64)> = geometry.active().iter().flat_map(|&a| long_steps(&q[a])).collect();
+    long.sort_by_key(|&(k, _)| k);
+    long.chunk_by(|(one, _), (other, _)| one == other).find_map(|steps| {
+        let ratio = steps.iter().fold(0.0, |most, &(_, ratio)| f64::max(most, ratio));
+        within(geometry, q, steps[0].0, ratio.ceil().min(MOST_PIECES) as usize)
+    })
+}
+
+/// The steps of a coordinate that are much longer than the longest one before, with the ratio.
+fn long_steps<S: Real>(row: &[S]) -> Vec<(usize, f64)> {
+    let (mut longest, mut long) = (0.0_f64, Vec::new());
+    for (k, pair) in row.windows(2).enumerate() {
+        let change = (pair[1] - pair[0]).abs().to_f64();
+        if change > LONG * longest && longest > 0.0 {
+            long.push((k + 1, change / longest));
+        }
+        longest = longest.max(change);
+    }
+    long
+}
+
+/// The first point outside the domain between nodes k − 1 and k, among those that divide the step into equal pieces.
+fn within<S: Real>(geometry: &Geometry<S>, q: &[Vec<S>], k: usize, pieces: usize) -> Option<OutsideGeometry> {
+    let share = |piece: usize| S::from(piece as f64 / pieces as f64);
+    let inside = |row: &Vec<S>| (1..pieces).map(|piece| row[k - 1] + share(piece) * (row[k] - row[k - 1])).collect();
+    let points: Vec<Vec<S>> = q.iter().map(inside).collect();
+    let rows: Vec<&[S]> = points.iter().map(Vec::as_slice).collect();
+    let outside = geometry.fill(&rows, &mut geometry.room(pieces - 1)).err()?;
+    Some(OutsideGeometry { index: k, ..outside })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::leap;
+    use crate::geometry::{Geometry, GeometryText, MetricText};
+
+    /// g_tt is negative on an interval of x, which only the last step leaps over.
+    #[test]
+    fn a_leap_over_what_is_outside_is_seen() {
+        let leap_of = |from: f64, to: f64, [hole, width]: [f64; 2]| {
+            let t_t = format!("(x - ({hole:?}))^2 - {:?}", width * width);
+            let components = [([0, 0], t_t), ([1, 1], "-1".to_owned())];
+            let text = MetricText {
+                coordinates: ["t", "x"].map(str::to_owned).to_vec(),
+                components: components.to_vec(),
+                ..MetricText::default()
+            };
+            let geometry: Geometry = Geometry::new(&GeometryText::Metric(text)).unwrap().around(&[0.0, from]).unwrap();
+            let before = from + 0.1 * (from - to).signum();
+            leap(&geometry, &[vec![0.0, 1.0, 2.0], vec![before, from, to]]).map(|outside| outside.index)
+        };
+        for (from, to) in [(-1.0, 1.0), (1.0, -1.0), (2.0, 4.0)] {
+            let middle = 0.5 * (from + to);
+            assert_eq!(leap_of(from, to, [middle, 0.2]), Some(2), "{from} {to}");
+            assert_eq!(leap_of(from, to, [from + 0.8 * (to - from), 0.15]), Some(2), "{from} {to}");
+            // A hole that lies on no way is not leapt over, and steps that grow slowly are no leaps.
+            assert_eq!(leap_of(from, to, [10.0, 0.2]), None, "{from} {to}");
+            assert_eq!(leap_of(from, from + 0.15, [middle, 0.2]), None, "{from} {to}");
+        }
     }
 }

@@ -28,18 +28,12 @@ impl<S: Real> WorldLine<S> {
 
     /// dq^a/dγ with which each window is continued.
     pub(crate) fn end_velocities(&self, a: usize) -> impl Iterator<Item = S> {
-        self.views().map(move |view| {
-            let p = self.handed_on(&view);
-            self.velocities(Joint { p: &p, ..view.end })[a]
-        })
+        self.views().map(move |view| self.continued_velocities(&view)[a])
     }
 
     /// K of what each window is continued with.
     pub(crate) fn end_norms(&self) -> impl Iterator<Item = S> {
-        self.views().map(move |view| {
-            let p = self.handed_on(&view);
-            self.norm_of(Joint { p: &p, ..view.end })
-        })
+        self.views().map(move |view| self.geometry().norm(view.end.q, &self.continued_velocities(&view)))
     }
 
     /// κ_a of each window; there is none without multipliers.
@@ -48,9 +42,10 @@ impl<S: Real> WorldLine<S> {
         self.windows.iter().map(move |window| window.multipliers.get(place).copied())
     }
 
-    /// The momenta with which a window ends.
-    fn handed_on(&self, view: &WindowNodes<'_, S>) -> Vec<S> {
-        (0..self.q.len()).map(|a| self.end_momentum(a, view)).collect()
+    /// The velocities with which a window is continued.
+    fn continued_velocities(&self, view: &WindowNodes<'_, S>) -> Vec<S> {
+        let p: Vec<S> = (0..self.q.len()).map(|a| self.end_momentum(a, view)).collect();
+        self.velocities(Joint { p: &p, ..view.end })
     }
 
     /// p_a with which a window ends: −ν_a for an ignorable coordinate in the doubled system of the strong form. The

@@ -2,11 +2,9 @@
 
 use std::fmt;
 
-use super::accuracy::MOST_SWEEPS;
-use super::narrow::{self, Reasons};
-use super::newton::Failure;
-use super::point::Point;
-use super::status::{InitialGuess, Iterations, MOST_NODES, Status};
+use super::status::{InitialGuess, Iterations, MOST_EVENTS, MOST_NODES, MOST_SWEEPS, Status};
+use crate::geometry::{Geometry, OutsideGeometry};
+use crate::number::Real;
 use crate::number::norm::rounded_up;
 
 /// The reason why there is no critical point, and where the solve stood.
@@ -54,6 +52,38 @@ pub enum Domain {
     Scene,
 }
 
+/// The place of a run to an accuracy where windows are shortest: a close encounter, a pole of coordinates or a
+/// collision. What the run fails for may lie long behind it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Narrow {
+    /// Its windows are this share of the longest one.
+    pub share: f64,
+    /// γ there.
+    pub gamma: f64,
+    /// The active coordinates there, with their names.
+    pub point: Vec<(String, f64)>,
+}
+
+/// The event at which a run cannot go on, and how many there were.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LastEvent {
+    /// Its name.
+    pub name: String,
+    /// The number of events that have acted.
+    pub count: usize,
+}
+
+/// The reasons for which a run to an accuracy may have failed.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Reasons {
+    /// Where the accuracy is not reached, the narrowest place of the motion.
+    pub narrow: Option<Narrow>,
+    /// The names of coordinates that come to 0 where it failed, if the motion has no rates there.
+    pub towards_zero: Vec<String>,
+    /// The event at which it failed, if one acted there.
+    pub event: Option<LastEvent>,
+}
+
 /// A place where a solve can fail.
 pub(super) struct At {
     pub(super) gamma: f64,
@@ -62,23 +92,76 @@ pub(super) struct At {
 }
 
 impl At {
+    /// The place at this γ where all coordinates are `q`.
+    pub(super) fn new<S: Real>(geometry: &Geometry<S>, gamma: f64, q: &[S]) -> Self {
+        if let Some(g00) = geometry.g00(q) {
+            return Self::x(gamma, q[1].to_f64(), g00.to_f64());
+        }
+        let named = |&a: &usize| (geometry.names()[a].clone(), q[a].to_f64());
+        Self { gamma, point: geometry.active().iter().map(named).collect(), domain: Domain::Scene }
+    }
+
+    /// The place at this γ of a node outside the domain.
+    pub(super) fn outside<S: Real>(geometry: &Geometry<S>, gamma: f64, outside: &OutsideGeometry) -> Self {
+        let q = [S::ZERO, S::from(outside.position)];
+        if geometry.g00(&q).is_some() {
+            return Self::new(geometry, gamma, &q);
+        }
+        Self { gamma, point: Vec::new(), domain: Domain::beyond(geometry, outside) }
+    }
+
+    /// The place at this γ where all coordinates are `q`, which is outside the domain.
+    pub(super) fn beyond<S: Real>(geometry: &Geometry<S>, gamma: f64, q: &[S], outside: &OutsideGeometry) -> Self {
+        let at = Self::new(geometry, gamma, q);
+        if geometry.g00(q).is_some() { at } else { Self { domain: Domain::beyond(geometry, outside), ..at } }
+    }
+
+    /// The place at this γ where a number of a window whose last node is at `q` is beyond the range of numbers.
+    pub(super) fn overflow<S: Real>(geometry: &Geometry<S>, gamma: f64, q: &[S]) -> Self {
+        match geometry.g00(q) {
+            Some(g00) => Self::x(gamma, q[1].to_f64(), g00.to_f64()).overflowing(),
+            None => Self { gamma, point: Vec::new(), domain: Domain::Scene },
+        }
+    }
+
     /// A place in one coordinate.
     pub(super) fn x(gamma: f64, x: f64, g00: f64) -> Self {
         let domain = if g00 == f64::INFINITY { Domain::Overflow(g00) } else { Domain::G00(g00) };
         Self { gamma, point: vec![("x".to_owned(), x)], domain }
     }
 
-    /// A place in one coordinate where a number, maybe another than g00, is not finite. Where g00 has no value, that is
-    /// the reason.
-    pub(super) fn overflow(gamma: f64, x: f64, g00: f64) -> Self {
-        let at = Self::x(gamma, x, g00);
-        if g00.is_nan() { at } else { Self { domain: Domain::Overflow(g00), ..at } }
+    /// The same place, where a number, maybe another than g00, is not finite. If g00 has no value, that is the reason.
+    pub(super) fn overflowing(self) -> Self {
+        match self.domain {
+            Domain::G00(g00) if !g00.is_nan() => Self { domain: Domain::Overflow(g00), ..self },
+            _ => self,
+        }
+    }
+}
+
+impl Domain {
+    /// The reason why a point of a scene is outside.
+    fn beyond<S: Real>(geometry: &Geometry<S>, outside: &OutsideGeometry) -> Self {
+        let Some(block) = outside.block else { return Self::Scene };
+        let coordinates = geometry.blocks()[block].iter().map(|&a| geometry.names()[a].clone()).collect();
+        Self::Determinant { coordinates, value: outside.determinant }
     }
 
-    /// A place in a scene.
-    pub(super) fn scene(gamma: f64, point: Vec<(String, f64)>) -> Self {
-        Self { gamma, point, domain: Domain::Scene }
+    fn is_of_x(&self) -> bool {
+        matches!(self, Self::G00(_) | Self::Overflow(_))
     }
+}
+
+/// A number for a message: six decimals, or an exponent where those would be noise or a long row of zeros.
+fn compact(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-3..1e9).contains(&size) { format!("{value:.6}") } else { format!("{value:.6e}") }
+}
+
+/// A place for a message.
+fn place(gamma: f64, point: &[(String, f64)]) -> String {
+    let point = point.iter().map(|(name, value)| format!(", {name} = {}", compact(*value)));
+    format!("gamma = {}{}", compact(gamma), point.collect::<String>())
 }
 
 impl NoSolution {
@@ -108,27 +191,11 @@ impl NoSolution {
         Self { adaptive: true, ..Self::marched(status, at) }
     }
 
-    /// The same after so many evaluations of the force.
-    pub(super) fn after(mut self, evaluations: usize) -> Self {
-        self.iterations.count = evaluations;
-        self
-    }
-
-    /// A failed iteration. `locate` finds its place from the point that left the domain, if that is why it failed, the
-    /// largest entry of the residual, and the last iterate.
-    pub(super) fn iterated<O>(
-        failure: Failure<O>,
-        initial_guess: InitialGuess,
-        locate: impl FnOnce(Option<O>, Option<usize>, &[f64]) -> At,
-    ) -> Self {
-        let Failure { status, unknowns, residual, outside, history } = failure;
-        let worst = (0..residual.len()).max_by(|&a, &b| residual[a].abs().total_cmp(&residual[b].abs()));
-        let at = locate(outside.filter(|_| status == Status::OutsideDomain), worst, &unknowns);
-        Self {
-            residual: worst.map_or(f64::INFINITY, |index| residual[index].abs()),
-            iterations: Box::new(Iterations::of(initial_guess, history)),
-            ..Self::new(status, at)
-        }
+    /// The failure of a run at an event, at this γ and q^a.
+    pub(crate) fn at_event(status: Status, geometry: &Geometry, gamma: f64, q: &[f64], event: LastEvent) -> Self {
+        let mut failure = Self::adaptive(status, At::new(geometry, gamma, q));
+        failure.reasons.event = Some(event);
+        failure
     }
 }
 
@@ -155,9 +222,9 @@ impl NoSolution {
     fn message(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { status, residual, needed, .. } = self;
         let count = self.iterations.count;
-        let place = Point { gamma: self.gamma, point: &self.point };
+        let place = place(self.gamma, &self.point);
         if let Some(event) = &self.reasons.event {
-            return event.message(f, self, &place);
+            return self.message_of(event, &place, f);
         }
         match (status, &self.domain) {
             (Status::OutsideDomain, Domain::G00(g00)) => {
@@ -177,11 +244,7 @@ impl NoSolution {
                 write!(f, "the geodesic leaves the domain at {place}: a number is not finite")
             }
             (Status::EndTimeNotReached, domain) => {
-                let end = if matches!(domain, Domain::G00(_) | Domain::Overflow(_)) {
-                    "the physical time t_f"
-                } else {
-                    "the end"
-                };
+                let end = if domain.is_of_x() { "the physical time t_f" } else { "the end" };
                 write!(f, "{end} is not reached: the search ended at {place}")
             }
             (Status::AccuracyNotReached, _) => {
@@ -192,7 +255,10 @@ impl NoSolution {
                     self.asked,
                     rounded_up(*needed)
                 )?;
-                self.reasons.narrow.iter().try_for_each(|narrow| write!(f, "; {narrow}"))
+                self.reasons.narrow.iter().try_for_each(|Narrow { share, gamma, point }| {
+                    let place = self::place(*gamma, point);
+                    write!(f, "; windows are shortest, {share:.0e} of the longest, at {place}")
+                })
             }
             (Status::EvaluationLimit, _) => {
                 write!(f, "stopped after {count} evaluations of the force at {place}: {}", pace(*needed))
@@ -212,126 +278,42 @@ impl NoSolution {
             ),
         }
     }
+
+    /// Says why a run could not go on from an event, or not be trusted behind it.
+    fn message_of(
+        &self,
+        LastEvent { name, count }: &LastEvent,
+        place: &str,
+        f: &mut fmt::Formatter<'_>,
+    ) -> fmt::Result {
+        let Self { asked, residual, .. } = self;
+        match self.status {
+            Status::OutsideDomain => {
+                write!(f, "the event '{name}' sets a state outside of the domain, or no number, at {place}")
+            }
+            Status::AccuracyNotReached if residual.is_finite() => write!(
+                f,
+                "the accuracy {asked:e} is not reached: through {count} events the error grows to {residual:.1e} at \
+                 {place}"
+            ),
+            Status::AccuracyNotReached => write!(
+                f,
+                "the accuracy {asked:e} is not reached: on the way to {place} other events act if the last digits are \
+                 others"
+            ),
+            _ if *count >= MOST_EVENTS => {
+                write!(f, "stopped at {place} by the event '{name}': {count} have acted, the most of a run")
+            }
+            _ => write!(
+                f,
+                "events do not end at {place}: '{name}' comes again sooner than rounding resolves, after {count} that \
+                 have acted"
+            ),
+        }
+    }
 }
 
 impl std::error::Error for NoSolution {}
-
-/// The remedy where g00 is NaN.
-const V_IS_NO_NUMBER: &str = "V is not a number there, as a root, a logarithm or a fractional power of a negative \
-                              number is none: write the formula so that V exists everywhere (abs(x)), or end the run \
-                              before";
-
-/// The remedy where a number is beyond the range of numbers.
-const OVERFLOW: &str =
-    "end the run before this gamma, or choose units in which t, x, V and their rates are nearer to 1";
-
-/// A residual below this is rounding where units are of the order of 1.
-const AT_ROUNDING: f64 = 1e-13;
-
-impl NoSolution {
-    /// Returns the remedy to try next.
-    pub fn advice(&self) -> &'static str {
-        if self.adaptive {
-            return self.advice_to_an_accuracy();
-        }
-        match (self.status, &self.domain) {
-            (Status::Converged, _) => "",
-            (Status::MaxIterations | Status::Stalled, _) if self.residual < AT_ROUNDING => {
-                "the residual is at the level of rounding, so more iterations would not help: the grid hardly \
-                 determines the motion; raise n_gamma or windows, or give solver.accuracy in place of [scheme] and \
-                 n_gamma"
-            }
-            (Status::OutsideDomain, Domain::G00(g00)) if g00.is_nan() => V_IS_NO_NUMBER,
-            (Status::OutsideDomain, Domain::Overflow(_)) => OVERFLOW,
-            (Status::OutsideDomain, Domain::G00(_)) => {
-                "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay \
-                 away from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise \
-                 n_gamma or windows"
-            }
-            (Status::OutsideDomain, _) => {
-                "end the run before this gamma, choose initial data that stay away from the place, or coordinates in \
-                 which the metric is regular there; if the geometry is harmless there, the step is too coarse: raise \
-                 n_gamma or windows"
-            }
-            (Status::EndTimeNotReached, Domain::G00(_) | Domain::Overflow(_)) => {
-                "raise n_gamma or windows, so that every turn of the motion is resolved, or give gamma_f or an \
-                 earlier t_f"
-            }
-            (Status::EndTimeNotReached, _) => {
-                "give gamma_f or an end that is reached earlier, or raise n_gamma or windows"
-            }
-            (Status::MaxIterations, _) => {
-                "raise solver.max_iterations, or n_gamma or windows so that every turn of the motion is resolved"
-            }
-            (Status::PrecisionNotReached, _) => {
-                "ask for fewer solver.digits; if f64 is in difficulties too (solver.digits = 16), raise n_gamma or \
-                 windows so that every turn of the motion is resolved"
-            }
-            (Status::AccuracyNotReached | Status::EvaluationLimit | Status::TooManyNodes | Status::EventsPileUp, _) => {
-                self.advice_to_an_accuracy()
-            }
-            (Status::Stalled | Status::Singular, _) => {
-                "raise n_gamma or windows (or shorten gamma_f) so that every turn of the motion is resolved, or try \
-                 another operator; far from 1, choose units nearer to it"
-            }
-        }
-    }
-
-    /// The same where the program chooses the windows: there is no n_gamma to raise.
-    fn advice_to_an_accuracy(&self) -> &'static str {
-        if !self.reasons.towards_zero.is_empty() {
-            return "end the run before, at an earlier gamma or by grid.until: no motion follows from the formulas \
-                    there";
-        }
-        if self.status == Status::AccuracyNotReached && self.reasons.narrow.is_some() {
-            return narrow::ADVICE;
-        }
-        match (self.status, &self.domain) {
-            (Status::Converged, _) => "",
-            (Status::OutsideDomain, Domain::G00(g00)) if g00.is_nan() => V_IS_NO_NUMBER,
-            (Status::OutsideDomain, Domain::Overflow(_)) => OVERFLOW,
-            (Status::OutsideDomain, Domain::G00(_)) => {
-                "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay \
-                 away from the horizon, or raise c"
-            }
-            (Status::OutsideDomain, _) if self.reasons.event.is_some() => "look at the formulas of its set there",
-            (Status::OutsideDomain, _) => {
-                "end the run before this gamma, choose initial data that stay away from the place, or coordinates in \
-                 which the metric is regular there"
-            }
-            (Status::EventsPileUp, _) => {
-                "end the run before, at an earlier gamma or by an event with until = true, where what remains of the \
-                 motion counts as rest"
-            }
-            (Status::EndTimeNotReached, Domain::G00(_) | Domain::Overflow(_)) => {
-                "give gamma_f or an earlier t_f: t hardly grows any more, or jumps over it"
-            }
-            (Status::EndTimeNotReached, _) => "give gamma_f or an end that is reached earlier",
-            (Status::EvaluationLimit, Domain::G00(_) | Domain::Overflow(_)) => {
-                "end the run before this gamma, or look at V there: it changes on a scale that windows cannot resolve"
-            }
-            (Status::TooManyNodes, Domain::G00(_) | Domain::Overflow(_)) => {
-                "take samples in place of the tables (run --sample-t or --sample-gamma with --samples-only), or end \
-                 the run earlier"
-            }
-            (Status::TooManyNodes, _) => "end the run earlier, or ask for a larger solver.accuracy",
-            (Status::AccuracyNotReached, _) => {
-                "ask for a larger solver.accuracy, or a shorter run; solver.tolerance in its place goes to the end, \
-                 and says until where positions are good"
-            }
-            (Status::PrecisionNotReached, _) => "ask for fewer digits, or a shorter run",
-            (Status::MaxIterations | Status::Stalled | Status::Singular, Domain::G00(_) | Domain::Overflow(_)) => {
-                "end the run before this gamma, or look at V there: it is not smooth enough for an accuracy; far from \
-                 1, choose units nearer to it"
-            }
-            (Status::EvaluationLimit | Status::MaxIterations | Status::Stalled | Status::Singular, _) => {
-                "end the run before this gamma, or look at the scene there: it is not smooth enough for an accuracy, \
-                 or a jump of a force holds it, as friction does (an event with until ends the run at rest); far from \
-                 1, choose units nearer to it"
-            }
-        }
-    }
-}
 
 #[cfg(test)]
 mod tests {
@@ -339,9 +321,10 @@ mod tests {
 
     #[test]
     fn limits_say_what_would_be_needed_in_scenes_too() {
-        let places = [At::x(1.0, 2.0, 3.0), At::scene(1.0, vec![("r".to_owned(), 2.0)])];
+        let places =
+            [At::x(1.0, 2.0, 3.0), At { gamma: 1.0, point: vec![("r".to_owned(), 2.0)], domain: Domain::Scene }];
         for (at, name) in places.into_iter().zip(["x", "r"]) {
-            let adaptive = NoSolution::adaptive(Status::TooManyNodes, at).after(7);
+            let adaptive = NoSolution::adaptive(Status::TooManyNodes, at);
             let at = |status, needed| NoSolution { status, needed, ..adaptive.clone() }.to_string();
             let place = format!("at gamma = 1.000000, {name} = 2.000000: ");
             let nodes = format!("stopped {place}the run would have 6.0e7 nodes, above the limit of 5e7 that");
@@ -351,38 +334,5 @@ mod tests {
             let stuck = at(Status::EvaluationLimit, f64::INFINITY);
             assert!(stuck.ends_with("the run makes no progress"), "{stuck}");
         }
-    }
-
-    /// An overflow is no matter of the sign of g00.
-    #[test]
-    fn an_overflow_is_said_to_be_one() {
-        for at in [At::overflow(1.0, 2.0, 3.0), At::x(1.0, 2.0, f64::INFINITY)] {
-            let failure = NoSolution::new(Status::OutsideDomain, at);
-            assert_eq!(
-                failure.to_string(),
-                "a number is beyond the range of numbers at gamma = 1.000000, x = 2.000000"
-            );
-            for adaptive in [false, true] {
-                let advice = NoSolution { adaptive, ..failure.clone() }.advice();
-                assert!(advice.contains("units") && !advice.contains("g00"), "{advice}");
-            }
-        }
-        let at = At::overflow(1.0, 2.0, f64::NAN);
-        assert_eq!(NoSolution::new(Status::OutsideDomain, at).advice(), V_IS_NO_NUMBER);
-    }
-
-    #[test]
-    fn advice_is_that_of_the_kind_of_run() {
-        let places = [At::x(1.0, 2.0, 3.0), At::scene(1.0, Vec::new())];
-        let [one, scene] = places.map(|at| NoSolution::new(Status::OutsideDomain, at));
-        for status in [Status::OutsideDomain, Status::EndTimeNotReached, Status::TooManyNodes] {
-            let advice = |failure: &NoSolution, adaptive| NoSolution { status, adaptive, ..failure.clone() }.advice();
-            for adaptive in [false, true] {
-                assert_ne!(advice(&one, adaptive), advice(&scene, adaptive), "{status}");
-                assert!(!["g00", "t_f"].iter().any(|word| advice(&scene, true).contains(word)), "{status}");
-            }
-        }
-        let at_rounding = NoSolution { status: Status::Stalled, residual: 1e-15, ..scene };
-        assert!(at_rounding.advice().contains("at the level of rounding"));
     }
 }

@@ -20,14 +20,6 @@ const MOST_WINDOWS: usize = 64;
 /// So many there may be on any grid: where t has no limit before a horizon, the engine comes to it by thousands.
 const WINDOWS_TO_A_HORIZON: usize = 10_000;
 
-/// Where a world-line leaves the domain.
-pub(super) struct Edge {
-    /// γ from the start of the window.
-    pub(super) gamma: f64,
-    /// A point outside.
-    pub(super) point: OutsideGeometry,
-}
-
 /// A world-line on the nodes.
 pub(super) struct Guess {
     /// q^a, a row for each coordinate. Steps leave out ignorable coordinates, which the physical limit does not need.
@@ -42,8 +34,8 @@ pub(super) struct Guess {
 /// are where it finds no next window, and Newton's method says what there is.
 ///
 /// # Errors
-/// [`Edge`] if the geodesic leaves the domain.
-pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, Edge> {
+/// γ from the start of the window where the geodesic leaves the domain, and a point outside.
+pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, (f64, OutsideGeometry)> {
     let (geometry, start, sbp) = (window.geometry, window.start, window.sbp);
     let (points, length) = (window.points(), window.sbp.node(window.points() - 1));
     let row = |first: f64| {
@@ -54,7 +46,7 @@ pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, Edge> {
     let mut q: Vec<Vec<f64>> = start.q.iter().map(|&q| row(q)).collect();
     let mut p: Vec<Vec<f64>> = geometry.active().iter().map(|&a| row(start.p[a])).collect();
     let engine = Engine::accurate(geometry, start, length, Accuracy::Local(ACCURACY), POINTS);
-    let mut engine = engine.map_err(|point| Edge { gamma: 0.0, point })?;
+    let mut engine = engine.map_err(|point| (0.0, point))?;
     for _ in 0..WINDOWS_TO_A_HORIZON.max(MOST_WINDOWS * points) {
         match engine.next() {
             Ok(Some(window)) => {
@@ -67,7 +59,7 @@ pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, Edge> {
             Err(Failure::OutsideDomain(point)) => {
                 let (gamma, q) = engine.place();
                 let position = geometry.active().first().map_or(f64::NAN, |&a| q[a]);
-                return Err(Edge { gamma, point: OutsideGeometry { position, ..point } });
+                return Err((gamma, OutsideGeometry { position, ..point }));
             }
             Ok(None) | Err(_) => break,
         }

@@ -10,11 +10,6 @@
 //! with λ_a = μ_a = 0, κ_a = H_N (p*_a − p_a)[N] and ν_a = (HDp*_a − H(f_a + F_a))_N − p*_a[N] in the strong form. An
 //! ignorable p*_a is constant. Only active coordinates are unknowns; ignorable ones are integrals afterwards.
 
-use super::collocation;
-use super::explicit;
-use super::guess::Guess;
-use super::newton::Failure;
-use super::quadrature::Integral;
 use super::status::{InitialGuess, IterationRecord};
 use super::window::Window;
 use crate::number::Real;
@@ -28,25 +23,6 @@ pub(super) struct Limit<S> {
     pub(super) p: Vec<Vec<S>>,
     pub(super) history: Vec<IterationRecord>,
     pub(super) initial_guess: InitialGuess,
-}
-
-/// In the strong form SBP21 is explicit and needs no guess; everything else is one banded system.
-pub(super) fn solve<S: Real>(
-    window: &Window<'_, S>,
-    rough: &Window<'_, f64>,
-    guess: Option<Guess>,
-    max_iterations: usize,
-) -> Result<Limit<S>, Failure> {
-    let Some(guess) = guess else { return explicit::two_step(window) };
-    let collocation::Solved { mut q, p, steps, history, initial_guess } =
-        collocation::solve(window, rough, &guess, max_iterations)?;
-    let integral = Integral { derivative: window.derivative(), rough: rough.derivative(), digits: window.digits };
-    let (points, active) = (window.points(), window.geometry.active());
-    let ignorable = (0..q.len()).filter(|a| !active.contains(a));
-    for (a, steps) in ignorable.zip(steps) {
-        q[a] = integral.of(|k| steps[k], vec![S::ZERO; points], max_iterations)?;
-    }
-    Ok(Limit { q, p, history, initial_guess })
 }
 
 impl<S: Real> Limit<S> {

@@ -24,48 +24,42 @@
 //!
 //! The reason of a failure has its place and an advice, and prints as a sentence.
 
-mod accuracy;
 mod acting;
-mod arithmetic;
+mod advice;
 mod collocation;
 mod continuation;
 mod critical_point;
-mod derivative;
 mod end;
 mod explicit;
 mod extremal;
 mod failure;
 mod guess;
-mod leap;
 mod limit;
 mod memory;
-mod narrow;
 mod newton;
 mod operator;
 mod piece;
-mod places;
-mod point;
 mod quadrature;
 mod refinement;
 mod run;
 mod search;
 mod setup;
 mod solution;
-mod spectral;
 mod status;
+mod sweeps;
 mod window;
 mod world_line;
 
-pub(crate) use acting::{Beginning, MOST_EVENTS};
-pub use acting::{Change, LastEvent, Quantity};
-pub use arithmetic::Arithmetic;
+pub(crate) use acting::Beginning;
+pub use acting::{Change, Quantity};
 pub use continuation::{Carried, Continuation};
-pub use failure::{Domain, NoSolution};
+pub use failure::{Domain, LastEvent, Narrow, NoSolution, Reasons};
 pub use memory::bytes_needed;
-pub use narrow::{Narrow, Reasons};
 pub(crate) use operator::WindowGrid;
+pub use run::Arithmetic;
 pub use setup::{Limit, Settings, Setup, System, Until};
 pub use solution::{EndState, Solution};
+pub(crate) use status::MOST_EVENTS;
 pub use status::{InitialGuess, IterationRecord, Iterations, Status};
 pub use world_line::{Joint, Place, Window, WindowNodes, WorldLine};
 
@@ -116,7 +110,7 @@ fn solve_observed<S: Arithmetic>(
     observer: Option<Observer<'_, S>>,
 ) -> Result<WorldLine<S>, NoSolution> {
     if let Some(accuracy) = setup.settings.accuracy {
-        return accuracy::solve(setup, accuracy, observer);
+        return sweeps::to_accuracy(setup, accuracy, observer);
     }
     if let (Limit::Length(length), true) = (setup.limit, setup.until.is_empty()) {
         return solve_to(setup, length, observer);
@@ -135,7 +129,7 @@ fn solve_to<S: Arithmetic>(
     mut observer: Option<Observer<'_, S>>,
 ) -> Result<WorldLine<S>, NoSolution> {
     let again = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
-    match spectral::windows(setup, length, again)? {
+    match sweeps::equal(setup, length, again) {
         Some(line) => Ok(line),
         None => Run::new(setup, &setup.settings, observer).solve(setup, length),
     }

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::status::{IterationRecord, Status};
 use crate::geometry::OutsideGeometry;
+use crate::linalg::Singular;
 use crate::number::Real;
 use crate::number::norm::max_abs;
 
@@ -16,34 +17,30 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Smallest step length tried.
 const LEAST_DAMPING: f64 = 1e-6;
 
-/// The linearised system has no usable solution.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct LinearFailure;
-
 /// Rounding errors to be expected in blocks of a residual.
 pub(super) type RoundingLevels = Vec<(Range<usize>, f64)>;
 
-/// F(u) = 0 with a Jacobian that the system itself factors.
-pub(super) trait NewtonSystem {
-    /// A point where F is not defined.
-    type Outside: Copy;
-
+/// F(u) = 0 in numbers of one kind.
+pub(super) trait Equations<S> {
     /// `out` = F(u).
-    fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), Self::Outside>;
+    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry>;
 
     /// The rounding errors to be expected in F(u), a level for each block of entries. `None` where F is not defined.
-    fn rounding(&self, u: &[f64]) -> Option<RoundingLevels>;
-
-    /// `step` = −F′(u)⁻¹ F(u), where `residual` = F(u) is what [`Self::residual`] was asked for last.
-    fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), LinearFailure>;
+    fn rounding(&self, u: &[S]) -> Option<RoundingLevels>;
 
     /// Largest entry of each kind of coordinate in `u`; they have different units, so each is judged by itself.
-    fn sizes(&self, u: &[f64]) -> Vec<f64>;
+    fn sizes(&self, u: &[S]) -> Vec<S>;
 
     /// The size that changes of each kind are relative to.
-    fn scales(&self, u: &[f64]) -> Vec<f64> {
+    fn scales(&self, u: &[S]) -> Vec<S> {
         self.sizes(u)
     }
+}
+
+/// Equations with a Jacobian that they factor themselves.
+pub(super) trait NewtonSystem: Equations<f64> {
+    /// `step` = −F′(u)⁻¹ F(u), where `residual` = F(u) is what [`Equations::residual`] was asked for last.
+    fn newton_step(&mut self, u: &[f64], residual: &[f64], step: &mut [f64]) -> Result<(), Singular>;
 }
 
 /// A residual in units of the rounding errors to be expected.
@@ -80,20 +77,25 @@ pub(super) struct Root<S = f64> {
 
 /// Why no zero was found.
 #[derive(Debug, Clone)]
-pub(super) struct Failure<O = OutsideGeometry> {
+pub(super) struct Failure {
     pub(super) status: Status,
     /// The last accepted iterate.
     pub(super) unknowns: Vec<f64>,
     pub(super) residual: Vec<f64>,
     /// The last trial point that left the domain in the step that failed, if any did.
-    pub(super) outside: Option<O>,
+    pub(super) outside: Option<OutsideGeometry>,
     pub(super) history: Vec<IterationRecord>,
 }
 
-impl<O> Failure<O> {
+impl Failure {
     /// A failure that has no iterate to show.
     pub(super) fn without_iterate(status: Status) -> Self {
         Self { status, unknowns: Vec::new(), residual: Vec::new(), outside: None, history: Vec::new() }
+    }
+
+    /// The failure of a recursion that ended at a point outside the domain.
+    pub(super) fn outside(point: OutsideGeometry) -> Self {
+        Self { outside: Some(point), ..Self::without_iterate(Status::OutsideDomain) }
     }
 }
 
@@ -102,64 +104,62 @@ impl<O> Failure<O> {
 /// A converged iteration means that the largest residual entry is at the rounding level, and that either the last
 /// coordinate step was below the square root of the precision or the residual had already been at that level before the
 /// step.
-pub(super) fn solve<N: NewtonSystem>(
-    system: &mut N,
-    guess: Vec<f64>,
+pub(super) fn solve(system: &mut impl NewtonSystem, guess: Vec<f64>, max_iterations: usize) -> Result<Root, Failure> {
+    let (mut residual, mut unknowns, mut history) = (vec![0.0; guess.len()], guess, Vec::new());
+    match iterate(system, max_iterations, [&mut unknowns, &mut residual], &mut history) {
+        Ok(()) => Ok(Root { unknowns, history }),
+        Err((status, outside)) => Err(Failure { status, unknowns, residual, outside, history }),
+    }
+}
+
+/// Why there is no further iterate, with the point of a trial that left the domain.
+type Stop = (Status, Option<OutsideGeometry>);
+
+/// Changes `u` until it is a root, with its residual. On an error they are those of the last accepted iterate.
+fn iterate(
+    system: &mut impl NewtonSystem,
     max_iterations: usize,
-) -> Result<Root, Failure<N::Outside>> {
-    let mut u = guess;
-    let mut residual = vec![0.0; u.len()];
-    let mut history = Vec::new();
-    if let Err(outside) = system.residual(&u, &mut residual) {
+    [u, residual]: [&mut Vec<f64>; 2],
+    history: &mut Vec<IterationRecord>,
+) -> Result<(), Stop> {
+    if let Err(outside) = system.residual(u, residual) {
         residual.fill(f64::INFINITY);
-        return Err(Failure { status: Status::OutsideDomain, unknowns: u, residual, outside: Some(outside), history });
+        return Err((Status::OutsideDomain, Some(outside)));
     }
     let mut step = vec![0.0; u.len()];
-    let mut trial = u.clone();
-    let mut trial_residual = residual.clone();
+    let (mut trial, mut trial_residual) = (u.clone(), residual.clone());
     let mut was_at_rounding = false;
     for iteration in 1..=max_iterations {
-        let Some(levels) = system.rounding(&u) else {
-            let status = Status::OutsideDomain;
-            return Err(Failure { status, unknowns: u, residual, outside: None, history });
-        };
-        if system.newton_step(&u, &residual, &mut step).is_err() || !max_abs(&step).is_finite() {
-            return Err(Failure { status: Status::Singular, unknowns: u, residual, outside: None, history });
+        let levels = system.rounding(u).ok_or((Status::OutsideDomain, None))?;
+        if system.newton_step(u, residual, &mut step).is_err() || !max_abs(&step).is_finite() {
+            return Err((Status::Singular, None));
         }
-        let before = weigh(&levels, &residual).sum_of_squares;
-        let (damping, at_rounding) =
-            match damped(system, [&u, &step], (&levels, before), [&mut trial, &mut trial_residual]) {
-                Ok(found) => found,
-                Err((status, outside)) => return Err(Failure { status, unknowns: u, residual, outside, history }),
-            };
-        std::mem::swap(&mut u, &mut trial);
-        std::mem::swap(&mut residual, &mut trial_residual);
+        let before = weigh(&levels, residual).sum_of_squares;
+        let (damping, at_rounding) = damped(system, [u, &step], (&levels, before), [&mut trial, &mut trial_residual])?;
+        std::mem::swap(u, &mut trial);
+        std::mem::swap(residual, &mut trial_residual);
         let changes: Vec<f64> = system.sizes(&step).into_iter().map(|size| damping * size).collect();
         let change = changes.iter().copied().fold(0.0, f64::max);
-        let sizes = system.scales(&u);
+        let sizes = system.scales(u);
         let relative_step = relative(&changes, &sizes) / damping;
-        let residual_size = max_abs(&residual);
-        history.push(IterationRecord { iteration, residual: residual_size, step: change, damping, relative_step });
+        history.push(IterationRecord { iteration, residual: max_abs(residual), step: change, damping, relative_step });
         let small = changes.iter().zip(&sizes).all(|(change, size)| *change <= SMALL_STEP * size);
         if at_rounding && (was_at_rounding || (small && damping == 1.0)) {
-            return Ok(Root { unknowns: u, history });
+            return Ok(());
         }
         was_at_rounding = at_rounding;
     }
-    Err(Failure { status: Status::MaxIterations, unknowns: u, residual, outside: None, history })
+    Err((Status::MaxIterations, None))
 }
-
-/// A damping, and whether the residual is rounding with it; or why there is none.
-type Damped<O> = Result<(f64, bool), (Status, Option<O>)>;
 
 /// The damping of a step from `u` with which the residual, `before` there in units of `levels`, decreases enough, and
 /// whether it is rounding then. The iterate and its residual are left in `trial`.
-fn damped<N: NewtonSystem>(
-    system: &mut N,
+fn damped(
+    system: &mut impl NewtonSystem,
     [u, step]: [&[f64]; 2],
     (levels, before): (&[(Range<usize>, f64)], f64),
     [trial, residual]: [&mut [f64]; 2],
-) -> Damped<N::Outside> {
+) -> Result<(f64, bool), Stop> {
     let (mut damping, mut last_outside) = (1.0, None);
     loop {
         for ((trial, u), step) in trial.iter_mut().zip(u).zip(step) {
@@ -189,23 +189,20 @@ fn damped<N: NewtonSystem>(
 
 #[cfg(test)]
 mod tests {
-    use super::{Failure, LinearFailure, NewtonSystem, Root, RoundingLevels, SMALL_STEP, solve};
-    use crate::solve::status::Status;
+    use super::*;
 
     /// F(u) = atan(u/unit − 1) with a step, in units, that may fail.
     struct Arctangent {
         unit: f64,
-        step: fn(f64) -> Result<f64, LinearFailure>,
+        step: fn(f64) -> Result<f64, Singular>,
     }
 
-    fn newton(u: f64) -> Result<f64, LinearFailure> {
+    fn newton(u: f64) -> Result<f64, Singular> {
         Ok(-(u - 1.0).atan() * (1.0 + (u - 1.0).powi(2)))
     }
 
-    impl NewtonSystem for Arctangent {
-        type Outside = ();
-
-        fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), ()> {
+    impl Equations<f64> for Arctangent {
+        fn residual(&mut self, u: &[f64], out: &mut [f64]) -> Result<(), OutsideGeometry> {
             out[0] = (u[0] / self.unit - 1.0).atan();
             Ok(())
         }
@@ -214,13 +211,15 @@ mod tests {
             Some(vec![(0..1, f64::EPSILON)])
         }
 
-        fn newton_step(&mut self, u: &[f64], _: &[f64], step: &mut [f64]) -> Result<(), LinearFailure> {
-            step[0] = self.unit * (self.step)(u[0] / self.unit)?;
-            Ok(())
-        }
-
         fn sizes(&self, u: &[f64]) -> Vec<f64> {
             vec![u[0].abs()]
+        }
+    }
+
+    impl NewtonSystem for Arctangent {
+        fn newton_step(&mut self, u: &[f64], _: &[f64], step: &mut [f64]) -> Result<(), Singular> {
+            step[0] = self.unit * (self.step)(u[0] / self.unit)?;
+            Ok(())
         }
     }
 
@@ -254,8 +253,8 @@ mod tests {
 
     #[test]
     fn a_system_without_a_step_is_singular() {
-        let no_step: [fn(f64) -> Result<f64, LinearFailure>; 3] =
-            [|_| Err(LinearFailure), |_| Ok(f64::NAN), |_| Ok(f64::INFINITY)];
+        let no_step: [fn(f64) -> Result<f64, Singular>; 3] =
+            [|_| Err(Singular), |_| Ok(f64::NAN), |_| Ok(f64::INFINITY)];
         for step in no_step {
             let Failure { status, unknowns, history, .. } =
                 solve(&mut Arctangent { unit: 1.0, step }, vec![3.0], 20).unwrap_err();

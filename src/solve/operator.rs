@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use super::derivative::FormDerivative;
+use super::window::FormDerivative;
 use crate::action::Form;
 use crate::number::Real;
 use crate::sbp::SbpOperator;
@@ -23,86 +23,53 @@ struct WindowOperator<S> {
 }
 
 impl<S: Real> WindowOperator<S> {
-    /// An operator that exists.
-    fn made(sbp: &Arc<SbpOperator<S>>) -> Self {
-        let (points, is_element) = (sbp.points(), !sbp.is_equidistant());
-        Self { points, length: S::ZERO, is_element, made: OnceLock::from(Arc::clone(sbp)) }
-    }
-
-    /// The Gauss–Lobatto element of so many nodes over this `length` of γ.
-    fn element(points: usize, length: S) -> Self {
-        Self { points, length, is_element: true, made: OnceLock::new() }
-    }
-
-    /// Returns true if it is that element.
-    fn is_element_of(&self, points: usize, length: S) -> bool {
-        self.is_element && self.points == points && self.length == length
-    }
-
-    /// Returns true if it is this one.
-    fn is(&self, sbp: &Arc<SbpOperator<S>>) -> bool {
-        self.made.get().is_some_and(|made| Arc::ptr_eq(made, sbp))
-    }
-
-    /// Number of nodes.
-    fn points(&self) -> usize {
-        self.points
-    }
-
-    /// Returns true if all intervals between nodes are equal.
-    fn is_equidistant(&self) -> bool {
-        !self.is_element
-    }
-
     fn get(&self) -> &SbpOperator<S> {
         self.made.get_or_init(|| Arc::new(SbpOperator::gauss_lobatto(self.points, self.length)))
     }
 }
 
 /// The operators of a run. Windows of one length and as many nodes share one.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Operators<S>(Vec<WindowOperator<S>>);
 
 impl<S: Real> Operators<S> {
-    /// None yet.
-    pub(super) fn none() -> Self {
-        Self(Vec::new())
-    }
-
     /// The place of this operator.
     pub(super) fn place_of(&mut self, sbp: &Arc<SbpOperator<S>>) -> usize {
-        self.such_that(|operator| operator.is(sbp), || WindowOperator::made(sbp))
+        let is_it = |operator: &WindowOperator<S>| operator.made.get().is_some_and(|made| Arc::ptr_eq(made, sbp));
+        self.such_that(is_it, || WindowOperator {
+            points: sbp.points(),
+            length: S::ZERO,
+            is_element: !sbp.is_equidistant(),
+            made: OnceLock::from(Arc::clone(sbp)),
+        })
     }
 
-    /// The place of the element with so many nodes over this length.
+    /// The place of the Gauss–Lobatto element with so many nodes over this length of γ.
     pub(super) fn element(&mut self, points: usize, length: S) -> usize {
-        let is_wanted = |operator: &WindowOperator<S>| operator.is_element_of(points, length);
-        self.such_that(is_wanted, || WindowOperator::element(points, length))
+        let is_it = |operator: &WindowOperator<S>| {
+            operator.is_element && operator.points == points && operator.length == length
+        };
+        self.such_that(is_it, || WindowOperator { points, length, is_element: true, made: OnceLock::new() })
     }
 
     /// Most runs have a dozen operators at most, and the last one is usually meant. Where every window has a length of
     /// its own, a search among all of them would take time quadratic in their number.
     fn such_that(
         &mut self,
-        is_wanted: impl Fn(&WindowOperator<S>) -> bool,
+        is_it: impl Fn(&WindowOperator<S>) -> bool,
         make: impl FnOnce() -> WindowOperator<S>,
     ) -> usize {
         let first = self.0.len().saturating_sub(SEARCHED);
-        let found = self.0[first..].iter().rposition(is_wanted).map(|place| first + place);
+        let found = self.0[first..].iter().rposition(is_it).map(|place| first + place);
         found.unwrap_or_else(|| {
             self.0.push(make());
             self.0.len() - 1
         })
     }
 
-    /// The derivative at a place.
+    /// The operator at a place.
     pub(super) fn get(&self, place: usize) -> &SbpOperator<S> {
         self.0[place].get()
-    }
-
-    /// The operator of the first window.
-    pub(super) fn first(&self) -> &SbpOperator<S> {
-        self.get(0)
     }
 
     /// The grid of a window with the operator at `place`, on γ − γ_i ∈ `gamma`, whose first node is that of
@@ -129,12 +96,12 @@ impl<'a, S: Real> WindowGrid<'a, S> {
 
     /// Number of nodes.
     pub(crate) fn points(&self) -> usize {
-        self.operator.points()
+        self.operator.points
     }
 
     /// Returns true if all intervals between its nodes are equal.
     pub(crate) fn is_equidistant(&self) -> bool {
-        self.operator.is_equidistant()
+        !self.operator.is_element
     }
 
     /// Its part of an array that holds one value per node.
@@ -144,7 +111,7 @@ impl<'a, S: Real> WindowGrid<'a, S> {
 
     /// d/dγ as the form of the action means it: Du (strong), or D̄u of a field `u` that starts at `initial` (weak).
     pub(crate) fn derivative(&self, u: &[S], initial: S, out: &mut [S]) {
-        FormDerivative::new(self.sbp(), self.form).apply(u, initial, out);
+        FormDerivative { sbp: self.sbp(), form: self.form }.apply(u, initial, out);
     }
 
     /// γ − γ_i at node k.
@@ -169,10 +136,7 @@ impl<'a, S: Real> WindowGrid<'a, S> {
     /// Where charges are exact, in an array with one value per node: at all nodes but the last (strong), or at all
     /// (weak).
     pub(crate) fn exact(&self) -> Range<usize> {
-        self.nodes_but(match self.form {
-            Form::Strong => 1,
-            Form::Weak => 0,
-        })
+        self.nodes_but(usize::from(self.form == Form::Strong))
     }
 
     /// The last node, in such an array.
@@ -201,7 +165,7 @@ mod tests {
 
     #[test]
     fn windows_of_one_length_share_an_operator() {
-        let mut operators: Operators<f64> = Operators::none();
+        let mut operators: Operators<f64> = Operators::default();
         let [long, short, again] = [4.0, 2.0, 4.0].map(|length| operators.element(16, length));
         assert!(long == again && long != short && operators.element(20, 4.0) != long);
     }

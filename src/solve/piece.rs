@@ -1,16 +1,15 @@
 //! The critical point of one window, in the physical limit or with both branches.
 
-use super::critical_point::CriticalPointSolver;
+use super::collocation;
+use super::critical_point;
 use super::explicit;
-use super::failure::NoSolution;
-use super::guess::{self, Edge, Guess};
-use super::leap;
-use super::limit::{self, Limit};
+use super::failure::{At, NoSolution};
+use super::guess::{self, Guess};
+use super::limit::Limit;
 use super::newton::Failure;
-use super::places;
-use super::status::{InitialGuess, IterationRecord};
+use super::status::{InitialGuess, IterationRecord, Iterations, Status};
 use super::window::Window;
-use crate::action::{Form, Layout};
+use crate::action::Form;
 use crate::number::Real;
 
 /// The critical point of one window, in which ignorable coordinates are counted from its start.
@@ -36,29 +35,27 @@ pub(super) struct Pair<'w, S> {
     pub(super) window: Window<'w, S>,
     pub(super) rough: Window<'w, f64>,
     pub(super) gamma: f64,
-    pub(super) max_iterations: usize,
 }
 
 impl<S: Real> Pair<'_, S> {
-    /// The solution of the collocation system that holds where both branches are equal.
+    /// The solution of the collocation system that holds where both branches are equal. SBP21 is explicit and needs no
+    /// guess; everything else is one banded system.
     pub(super) fn physical_limit(&self) -> Result<Piece<S>, NoSolution> {
-        let Self { window, rough, max_iterations, .. } = self;
-        let fields = 2 * window.geometry.active().len();
-        let is_explicit = window.form == Form::Strong && window.sbp.is_two_step();
-        if let Some(guess) = if is_explicit { None } else { guess::by_steps(rough) }
-            && let Ok(limit) = limit::solve(window, rough, Some(guess), *max_iterations)
-            && leap::outside(window.geometry, &limit.q).is_none()
-        {
-            return Ok(self.of_limit(limit));
-        }
-        let guess = if is_explicit { None } else { Some(self.guess()?) };
-        let solved = limit::solve(window, rough, guess, *max_iterations).and_then(|limit| {
-            // Other rules begin with a guess that follows the geodesic as closely as it needs.
-            let leap = if is_explicit { leap::outside(window.geometry, &limit.q) } else { None };
-            leap.map_or(Ok(limit), |point| Err(explicit::outside(point)))
-        });
-        let limit = solved.map_err(|failure| {
-            let first = rough.derivative().first_unknown();
+        let Self { window, rough, .. } = self;
+        let (limit, kind) = if window.form == Form::Strong && window.sbp.is_two_step() {
+            (explicit::two_step(window), InitialGuess::None)
+        } else {
+            if let Some(guess) = guess::by_steps(rough)
+                && let Ok(limit) = collocation::solve(window, rough, &guess)
+                && explicit::leap(window.geometry, &limit.q).is_none()
+            {
+                return Ok(self.of_limit(limit));
+            }
+            // This guess follows the geodesic as closely as it needs: nothing is leapt over.
+            (collocation::solve(window, rough, &self.guess()?), InitialGuess::Engine)
+        };
+        let limit = limit.map_err(|failure| {
+            let (first, fields) = (rough.derivative().first_unknown(), 2 * window.geometry.active().len());
             // The node of a row of the residual, and the active coordinates there.
             let locate = |row: usize, u: &[f64]| {
                 let (node, mut q) = (row / fields, rough.start.q.clone());
@@ -68,8 +65,7 @@ impl<S: Real> Pair<'_, S> {
                 }
                 (node, q)
             };
-            let guess = if is_explicit { InitialGuess::None } else { InitialGuess::Engine };
-            self.no_solution(failure, guess, locate)
+            self.no_solution(failure, kind, locate)
         })?;
         Ok(self.of_limit(limit))
     }
@@ -101,10 +97,13 @@ impl<S: Real> Pair<'_, S> {
         let (rough, guess) = (&self.rough, self.guess()?);
         let failure = match self.doubled_from(&guess.q, &vec![0.0; rough.layout().multiplier_range().len()]) {
             Ok(piece) => return Ok(piece),
-            Err(failure) => self.not_found(failure),
+            // An unknown belongs to a node, at which the forward branch has a place.
+            Err(failure) => self.no_solution(failure, InitialGuess::Engine, |unknown, u| {
+                let (layout, node) = (rough.layout(), rough.layout().node(unknown));
+                (node, layout.branch(u, 0).into_iter().map(|row| row[node]).collect())
+            }),
         };
-        let Self { gamma, max_iterations, .. } = *self;
-        let start = Pair { window: *rough, rough: *rough, gamma, max_iterations };
+        let start = Pair { window: *rough, rough: *rough, gamma: self.gamma };
         let found = start.physical_limit().ok().map(|limit| self.doubled_from(&limit.q, &limit.multipliers));
         let found = found.and_then(Result::ok).ok_or(failure)?;
         Ok(Piece { initial_guess: InitialGuess::PhysicalLimit, ..found })
@@ -112,21 +111,20 @@ impl<S: Real> Pair<'_, S> {
 
     /// Returns the first guess of Newton's method.
     fn guess(&self) -> Result<Guess, NoSolution> {
-        guess::guess(&self.rough).map_err(|Edge { gamma, point }| {
-            let at = places::place_outside(self.rough.geometry, &point, &|_| self.gamma + gamma);
-            NoSolution::iterated(explicit::outside(point), InitialGuess::Engine, |_, _, _| at)
+        guess::guess(&self.rough).map_err(|(gamma, point)| {
+            let at = At::outside(self.rough.geometry, self.gamma + gamma, &point);
+            let iterations = Box::new(Iterations::from(InitialGuess::Engine));
+            NoSolution { iterations, ..NoSolution::new(Status::OutsideDomain, at) }
         })
     }
 
     /// The critical point that Newton's method finds from equal branches with these positions.
     fn doubled_from(&self, q: &[Vec<f64>], multipliers: &[f64]) -> Result<Piece<S>, Failure> {
-        let Self { window, rough, max_iterations, .. } = self;
+        let Self { window, rough, .. } = self;
         let rows: Vec<&[f64]> = q.iter().map(Vec::as_slice).collect();
-        let (action, rough_action, layout) = (window.action(), rough.action(), window.layout());
-        let solver = CriticalPointSolver::new(&rough_action);
-        let root = solver
-            .solve(&rough_action, layout.physical_limit(&rows, multipliers), *max_iterations)
-            .and_then(|root| solver.refine(&action, &rough_action, root, (window.digits, *max_iterations)))?;
+        let (action, layout) = (window.action(), window.layout());
+        let (guess, limits) = (layout.physical_limit(&rows, multipliers), (window.digits, window.max_iterations));
+        let root = critical_point::solve(&action, &rough.action(), guess, limits)?;
         let rows = |branch| layout.branch(&root.unknowns, branch).into_iter().map(<[S]>::to_vec).collect::<Vec<_>>();
         let (q, backward) = (rows(0), rows(1));
         let multipliers = layout.multipliers(&root.unknowns).to_vec();
@@ -142,13 +140,6 @@ impl<S: Real> Pair<'_, S> {
         })
     }
 
-    /// A failed iteration for the doubled action, in terms of the scene.
-    fn not_found(&self, failure: Failure) -> NoSolution {
-        let layout = self.window.layout();
-        let locate = |unknown: usize, u: &[f64]| on_forward_branch(layout, unknown, u);
-        self.no_solution(failure, InitialGuess::Engine, locate)
-    }
-
     /// Expresses a failed iteration in terms of the scene. `locate` maps an index of the residual, at the last iterate,
     /// to its node and q there.
     fn no_solution(
@@ -158,22 +149,23 @@ impl<S: Real> Pair<'_, S> {
         locate: impl Fn(usize, &[f64]) -> (usize, Vec<f64>),
     ) -> NoSolution {
         let Window { geometry, sbp, start, .. } = self.rough;
+        let Failure { status, unknowns, residual, outside, history } = failure;
         let gamma = |node: usize| self.gamma + sbp.node(node);
-        NoSolution::iterated(failure, initial_guess, |outside, worst, unknowns| match outside {
-            Some(point) => places::place_outside(geometry, &point, &gamma),
+        let worst = (0..residual.len()).max_by(|&a, &b| residual[a].abs().total_cmp(&residual[b].abs()));
+        let at = match outside.filter(|_| status == Status::OutsideDomain) {
+            Some(point) => At::outside(geometry, gamma(point.index), &point),
             None => {
-                let located = worst.filter(|_| !unknowns.is_empty()).map(|row| locate(row, unknowns));
+                let located = worst.filter(|_| !unknowns.is_empty()).map(|row| locate(row, &unknowns));
                 let (node, q) = located.unwrap_or_else(|| (0, start.q.clone()));
-                places::place(geometry, gamma(node), &q)
+                At::new(geometry, gamma(node), &q)
             }
-        })
+        };
+        NoSolution {
+            residual: worst.map_or(f64::INFINITY, |index| residual[index].abs()),
+            iterations: Box::new(Iterations::of(initial_guess, history)),
+            ..NoSolution::new(status, at)
+        }
     }
-}
-
-/// Node of an unknown of the doubled action, and q of the forward branch there.
-fn on_forward_branch(layout: Layout, unknown: usize, u: &[f64]) -> (usize, Vec<f64>) {
-    let node = layout.node(unknown);
-    (node, layout.branch(u, 0).into_iter().map(|row| row[node]).collect())
 }
 
 /// p*_a of all coordinates at the last node of a window with these positions and multipliers: p_a + κ_a/H_N where the

@@ -2,18 +2,16 @@
 
 use std::sync::Arc;
 
-use super::arithmetic::Arithmetic;
-use super::failure::NoSolution;
+use super::failure::{At, NoSolution};
 use super::operator::Operators;
 use super::piece::{Pair, Piece};
-use super::places;
 use super::setup::{Settings, Setup, System};
 use super::status::{InitialGuess, Iterations, Status};
 use super::window::Window as Problem;
 use super::world_line::{Joint, Place, Window, WorldLine};
 use crate::engine::{GOOD_DIGITS, Handed, Sensitivity};
 use crate::geometry::{Geometry, Start};
-use crate::number::{Compensated, Real};
+use crate::number::{Compensated, Extended, Real};
 use crate::sbp::SbpOperator;
 
 /// Sees a run window by window, each as a world-line of its own.
@@ -24,29 +22,13 @@ pub(super) struct Run<'o, S> {
     pub(super) line: WorldLine<S>,
     /// γ − γ_i where the next window starts.
     gamma: S,
-    /// The state at that place besides the last joint; nothing before the first window, nor in a fast march.
-    reached: Option<Reached<S>>,
+    /// The state at that place, but in a march by the engine that of the start.
+    here: Start<S>,
+    /// The rounding errors of its q^a: ignorable coordinates are summed so that nothing is lost over a million windows.
+    lows: Vec<S>,
     /// The nodes to make room for.
     capacity: usize,
     observer: Option<Observer<'o, S>>,
-    /// The rounding errors of q^a at the start, if they are known.
-    carried: Vec<S>,
-}
-
-/// Where a window ended that Newton's method or a recursion solved.
-struct Reached<S> {
-    here: Start<S>,
-    /// Ignorable coordinates are summed so that nothing is lost over a million windows.
-    sums: Vec<Compensated<S>>,
-}
-
-impl<S: Real> Reached<S> {
-    /// At the start of a run, where rounding took `lows` from its coordinates.
-    fn start(start: &Start<S>, lows: &[S]) -> Self {
-        let low = |a: usize| lows.get(a).copied().unwrap_or(S::ZERO);
-        let sums = start.q.iter().enumerate().map(|(a, &high)| Compensated { high, low: low(a) });
-        Self { here: start.clone(), sums: sums.collect() }
-    }
 }
 
 impl<'o, S: Real> Run<'o, S> {
@@ -84,22 +66,19 @@ impl<'o, S: Real> Run<'o, S> {
             sbp_name: settings.sbp,
             sums: Vec::new(),
             handed: Handed::default(),
-            operators: Operators::none(),
+            operators: Operators::default(),
         };
-        let carried = setup.carried.as_ref().map_or_else(Vec::new, |carried| carried.sums.clone());
-        let mut run = Self { line, gamma: S::ZERO, reached: None, capacity: 0, observer, carried };
+        let here = (*line.place.start).clone();
+        let mut lows = setup.carried.as_ref().map_or_else(Vec::new, |carried| carried.sums.clone());
+        lows.resize(n, S::ZERO);
+        let mut run = Self { line, gamma: S::ZERO, here, lows, capacity: 0, observer };
         run.begin();
         run
     }
 
-    /// Returns true if the windows are observed one by one, and no more than one is kept.
-    pub(super) fn is_observed(&self) -> bool {
-        self.observer.is_some()
-    }
-
     /// Expects so many windows of so many nodes: all of the run.
     pub(super) fn expect(&mut self, windows: usize, points: usize) {
-        let kept = if self.is_observed() { 1 } else { windows };
+        let kept = if self.observer.is_some() { 1 } else { windows };
         self.capacity = kept * points;
         self.line.windows.reserve_exact(kept);
         self.line.joints.reserve_exact(kept * self.line.joints.len());
@@ -118,9 +97,9 @@ impl<'o, S: Real> Run<'o, S> {
         line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
         line.windows.clear();
         line.joints.clear();
-        line.operators = Operators::none();
+        line.operators = Operators::default();
         (line.window_count, line.gradient_norm) = (0, S::ZERO);
-        (self.gamma, self.reached) = (S::ZERO, None);
+        self.gamma = S::ZERO;
         self.begin();
     }
 
@@ -147,39 +126,21 @@ impl<'o, S: Real> Run<'o, S> {
             let operator = self.line.operators.place_of(&grid.sbp);
             self.append(piece, operator, end)?;
         }
-        self.line.sums = self.reached.map_or_else(Vec::new, |reached| reached.sums.iter().map(|sum| sum.low).collect());
+        self.line.sums = self.lows;
         Ok(self.line)
     }
 
     /// The window that continues the run.
     fn next(&self, setup: &Setup<S>, grid: &Grid<S>) -> Result<Piece<S>, NoSolution> {
-        let (settings, is_regularised) = (&setup.settings, setup.regularised);
-        let form = settings.form;
+        let (Settings { form, system, max_iterations, .. }, is_regularised) = (setup.settings, setup.regularised);
         let geometry = &*self.line.place.geometry;
-        let here = self.reached.as_ref().map_or(&*self.line.place.start, |reached| &reached.here);
-        let start = relative(geometry, here);
-        let rough_start = in_f64(&start);
-        let pair = Pair {
-            window: Problem {
-                form,
-                sbp: &*grid.sbp,
-                geometry,
-                start: &start,
-                is_regularised,
-                digits: self.line.digits,
-            },
-            rough: Problem {
-                form,
-                sbp: &*grid.rough,
-                geometry: &*setup.rough.geometry,
-                start: &rough_start,
-                is_regularised,
-                digits: f64::MOST_DIGITS,
-            },
-            gamma: (self.line.gamma_i + self.gamma).to_f64(),
-            max_iterations: settings.max_iterations,
-        };
-        match settings.system {
+        let (start, digits) = (relative(geometry, &self.here), self.line.digits);
+        let window = Problem { form, sbp: &*grid.sbp, geometry, start: &start, is_regularised, digits, max_iterations };
+        let (start, geometry, digits) = (in_f64(&start), &*setup.rough.geometry, f64::MOST_DIGITS);
+        let rough =
+            Problem { form, sbp: &*grid.rough, geometry, start: &start, is_regularised, digits, max_iterations };
+        let pair = Pair { window, rough, gamma: (self.line.gamma_i + self.gamma).to_f64() };
+        match system {
             System::PhysicalLimit => pair.physical_limit(),
             System::Doubled => pair.doubled(),
         }
@@ -194,16 +155,21 @@ impl<'o, S: Real> Run<'o, S> {
         if !piece.gradient_norm.is_finite() {
             return Err(self.overflow(piece, operator));
         }
-        let mut reached = self.reached.take().unwrap_or_else(|| Reached::start(&self.line.place.start, &self.carried));
-        let end = self.end_of(&piece, &mut reached);
-        let joint = Joint { q: &end.q, p: &end.p };
-        let geometry = self.line.geometry();
-        let mut point = geometry.point();
-        let is_outside = point.evaluate(joint.q, joint.p).is_err();
-        if is_outside || !has_finite_action(geometry, joint, gamma - self.gamma) {
+        let (geometry, here) = (self.line.geometry(), &self.here);
+        let sums: Vec<Compensated<S>> = (piece.q.iter().enumerate())
+            .map(|(a, row)| match (row[row.len() - 1], geometry.active().contains(&a)) {
+                (last, true) => Compensated::from(last),
+                (last, false) => Compensated { high: here.q[a], low: self.lows[a] }.plus(last),
+            })
+            .collect();
+        // The momenta of ignorable coordinates are constants.
+        let (q, mut p): (Vec<S>, Vec<S>) = (sums.iter().map(|sum| sum.high).collect(), here.p.clone());
+        geometry.active().iter().for_each(|&a| p[a] = piece.end[a]);
+        let joint = Joint { q: &q, p: &p };
+        let is_finite = has_finite_action(geometry, joint, gamma - self.gamma);
+        let Some(q_dot) = geometry.velocities(&q, &p).ok().filter(|_| is_finite) else {
             return Err(self.overflow(piece, operator));
-        }
-        let q_dot = (0..end.q.len()).map(|a| point.q_dot(a)).collect();
+        };
         self.begin_window(operator, gamma, joint, piece.multipliers);
         let line = &mut self.line;
         line.gradient_norm = line.gradient_norm.max(piece.gradient_norm);
@@ -212,7 +178,7 @@ impl<'o, S: Real> Run<'o, S> {
         let rows = rows.chain(line.p.iter_mut().zip(piece.p)).chain(line.backward.iter_mut().zip(piece.backward));
         rows.for_each(|(all, row)| collect(all, row, self.capacity));
         self.end_window();
-        self.reached = Some(Reached { here: Start { q_dot, ..end }, ..reached });
+        (self.here, self.lows) = (Start { q, q_dot, p }, sums.iter().map(|sum| sum.low).collect());
         Ok(())
     }
 
@@ -226,24 +192,8 @@ impl<'o, S: Real> Run<'o, S> {
         NoSolution {
             residual: piece.gradient_norm.to_f64(),
             iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),
-            ..NoSolution::new(
-                Status::OutsideDomain,
-                places::place_of_overflow(self.line.geometry(), gamma.to_f64(), &q),
-            )
+            ..NoSolution::new(Status::OutsideDomain, At::overflow(self.line.geometry(), gamma.to_f64(), &q))
         }
-    }
-
-    /// Where a window ends, without velocities. The momenta of ignorable coordinates are constants.
-    fn end_of(&self, piece: &Piece<S>, Reached { here, sums }: &mut Reached<S>) -> Start<S> {
-        let active = self.line.place.geometry.active();
-        let mut end = Start { q: Vec::with_capacity(piece.q.len()), q_dot: Vec::new(), p: here.p.clone() };
-        active.iter().for_each(|&a| end.p[a] = piece.end[a]);
-        for (a, (sum, row)) in sums.iter_mut().zip(&piece.q).enumerate() {
-            let last = row[row.len() - 1];
-            *sum = if active.contains(&a) { Compensated::from(last) } else { sum.plus(last) };
-            end.q.push(sum.high);
-        }
-        end
     }
 
     /// Begins a window that ends at γ − γ_i = `gamma` in a joint. Its rows are to be appended to the world-line, and
@@ -278,6 +228,24 @@ pub(super) fn has_finite_action<S: Real>(geometry: &Geometry<S>, Joint { q, p }:
     let is_finite = q.iter().zip(p).all(|(&q, &p)| (p * q).is_finite());
     // Where x has g_xx = −1, its velocity is its momentum.
     is_finite && (geometry.c_squared().is_none() || (p[1] * p[1] * length).is_finite())
+}
+
+/// The numbers that [`solve`](crate::solve()) computes in: `f64` and [`Extended`].
+pub trait Arithmetic: Real {
+    /// `sbp` in `f64`: itself, or the one that `rounded` makes.
+    fn rough_operator(sbp: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator>;
+}
+
+impl Arithmetic for f64 {
+    fn rough_operator(sbp: &Arc<SbpOperator>, _: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
+        Arc::clone(sbp)
+    }
+}
+
+impl Arithmetic for Extended {
+    fn rough_operator(_: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
+        Arc::new(rounded())
+    }
 }
 
 /// The operator of windows of one length, and the same in `f64`.

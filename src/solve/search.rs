@@ -16,7 +16,7 @@ pub(super) struct Search<S> {
     pub(super) guess: S,
     /// The longest that is allowed.
     pub(super) limit: S,
-    /// The share that counts as none is 10 to minus this.
+    /// In `f64` the share that counts as none is 10 to minus this. With more digits, all those of the runs must agree.
     pub(super) digits: u32,
     /// Significant digits of the runs.
     pub(super) digits_of_runs: u32,
@@ -48,6 +48,7 @@ pub(super) fn search<S: Real, L, E>(
     mut solve_to: impl FnMut(S) -> Result<L, E>,
     mut excess: impl FnMut(&L) -> Excess<S>,
 ) -> Result<L, NotFound<L, E>> {
+    let digits = if S::IS_EXTENDED { digits_of_runs } else { digits };
     let [tolerance, loose] = [digits, digits_of_runs - SPARE_DIGITS].map(refinement::tolerance::<S>);
     let infinite = S::from(f64::INFINITY);
     let (mut length, mut below, mut above) = (guess, S::ZERO, infinite);
@@ -118,76 +119,76 @@ fn step<S: Real>(length: S, Excess { value, slope }: Excess<S>, last: Option<[S;
 mod tests {
     use super::*;
 
-    /// Runs are their lengths here; none is longer than `longest`.
-    fn found(
+    const ENDLESS: f64 = f64::INFINITY;
+
+    /// The length that is found, and the number of runs that are tried. Runs are their lengths here; none is longer
+    /// than `longest`. The slope is what is given, if anything.
+    fn tried(
         f: impl Fn(f64) -> f64,
-        has_slope: bool,
-        guess: f64,
-        limit: f64,
-        longest: f64,
-    ) -> Result<f64, &'static str> {
-        let asked = Search { guess, limit, digits: 15, digits_of_runs: 16, scale: None };
-        let slope = |at: f64| has_slope.then(|| (f(at * 1.000001) - f(at)) / (1e-6 * at));
-        let solve_to = |length| if length > longest { Err("a horizon") } else { Ok(length) };
-        search(asked, solve_to, |&at| Excess { value: f(at), slope: slope(at) }).map_err(|error| match error {
+        slope: Option<&dyn Fn(f64) -> f64>,
+        scale: Option<f64>,
+        [guess, limit, longest]: [f64; 3],
+    ) -> (Result<f64, &'static str>, usize) {
+        let mut runs = 0;
+        let solve_to = |length| {
+            runs += 1;
+            if length > longest { Err("a horizon") } else { Ok(length) }
+        };
+        let asked = Search { guess, limit, digits: 15, digits_of_runs: 16, scale };
+        let excess = |&at: &f64| Excess { value: f(at), slope: slope.map(|slope| slope(at)) };
+        let found = search(asked, solve_to, excess).map_err(|error| match error {
             NotFound::Failed(error) => error,
             NotFound::Missed(_) => "missed",
-        })
+        });
+        (found, runs)
     }
 
     #[test]
     fn roots_are_found_with_and_without_a_slope() {
-        let root = 2.0_f64.sqrt();
-        for has_slope in [true, false] {
-            for (guess, longest) in [(0.1, f64::INFINITY), (40.0, f64::INFINITY), (3.0, 1.5)] {
-                let found = found(|x| x * x - 2.0, has_slope, guess, f64::INFINITY, longest).unwrap();
-                assert!((found - root).abs() < 1e-14, "{found} from {guess}");
+        let slope: &dyn Fn(f64) -> f64 = &|x| 2.0 * x;
+        for slope in [Some(slope), None] {
+            for (guess, longest) in [(0.1, ENDLESS), (40.0, ENDLESS), (3.0, 1.5)] {
+                let found = tried(|x| x * x - 2.0, slope, None, [guess, ENDLESS, longest]).0.unwrap();
+                assert!((found - 2.0_f64.sqrt()).abs() < 1e-14, "{found} from {guess}");
             }
         }
     }
 
     #[test]
     fn a_root_at_the_limit_is_found_and_none_beyond_it() {
-        assert_eq!(found(|x| x - 3.0, false, 2.9, 3.0, 9.0), Ok(3.0));
-        assert_eq!(found(|x| x - 3.0, false, 2.9, 2.95, 9.0), Err("missed"));
-        assert_eq!(found(|x| x - 3.0, false, 1.0, 9.0, 2.0), Err("a horizon"));
-    }
-
-    /// The most runs that are tried until the root is found.
-    fn tried(f: impl Fn(f64) -> f64, slope: Option<f64>, scale: Option<f64>, guess: f64) -> (f64, usize) {
-        let mut runs = 0;
-        let solve_to = |length| {
-            runs += 1;
-            Ok::<f64, ()>(length)
-        };
-        let asked = Search { guess, limit: 1e9, digits: 15, digits_of_runs: 16, scale };
-        let root = search(asked, solve_to, |&at| Excess { value: f(at), slope });
-        (root.unwrap_or(f64::NAN), runs)
+        for (lengths, found) in
+            [([2.9, 3.0, 9.0], Ok(3.0)), ([2.9, 2.95, 9.0], Err("missed")), ([1.0, 9.0, 2.0], Err("a horizon"))]
+        {
+            assert_eq!(tried(|x| x - 3.0, None, None, lengths).0, found);
+        }
     }
 
     #[test]
     fn what_is_linear_is_found_at_once() {
         // With the slope the second run is at the root. Secants need one more to know the slope, from either side.
-        for guess in [1.0, 7.0] {
-            let (root, runs) = tried(|x| 3.0 * (x - 4.0), Some(3.0), None, guess);
-            assert!((root - 4.0).abs() < 1e-14 && runs <= 2, "{root} after {runs} runs from {guess}");
-            let (root, runs) = tried(|x| 3.0 * (x - 4.0), None, None, guess);
-            assert!((root - 4.0).abs() < 1e-12 && runs <= 5, "{root} after {runs} runs from {guess}");
+        let slope: &dyn Fn(f64) -> f64 = &|_| 3.0;
+        for (guess, (slope, error, most)) in [1.0, 7.0]
+            .into_iter()
+            .flat_map(|guess| [(Some(slope), 1e-14, 2), (None, 1e-12, 5)].map(|expected| (guess, expected)))
+        {
+            let (root, runs) = tried(|x| 3.0 * (x - 4.0), slope, None, [guess, 1e9, ENDLESS]);
+            assert!((root.unwrap() - 4.0).abs() < error && runs <= most, "{root:?} after {runs} runs from {guess}");
         }
     }
 
     #[test]
     fn a_step_that_leaves_the_bracket_doubles_or_halves_it() {
         // A slope of the wrong sign points away from the root: until one run is too long lengths double, then halve.
-        let (root, runs) = tried(|x| x - 1000.0, Some(-1.0), Some(1.0), 1.0);
-        assert!((root - 1000.0).abs() < 1e-11 && runs > 10, "{root} after {runs} runs");
+        let (root, runs) = tried(|x| x - 1000.0, Some(&|_| -1.0), Some(1.0), [1.0, 1e9, ENDLESS]);
+        assert!((root.unwrap() - 1000.0).abs() < 1e-11 && runs > 10, "{root:?} after {runs} runs");
     }
 
     #[test]
     fn a_scale_says_what_misses_count_against() {
         // Of an excess that is known to a millionth only, a root is found on the scale of 1e12, and none on that of 1.
         let coarse = |x: f64| ((x - 2.0) * 1e6).round() / 1e6 + 3e-7;
-        assert!((tried(coarse, Some(1.0), Some(1e12), 1.0).0 - 2.0).abs() < 1e-5);
-        assert!(tried(coarse, Some(1.0), Some(1.0), 1.0).0.is_nan());
+        let found = |scale| tried(coarse, Some(&|_| 1.0), Some(scale), [1.0, 1e9, ENDLESS]).0;
+        assert!((found(1e12).unwrap() - 2.0).abs() < 1e-5);
+        assert!(found(1.0).is_err());
     }
 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::acting::Change;
 use super::continuation::Carried;
-use super::world_line::Place;
+use super::world_line::{Place, origin_of};
 use crate::action::Form;
 use crate::engine::Accuracy;
 use crate::geometry::{Direction, Observable};
@@ -98,7 +98,7 @@ impl Settings {
 }
 
 /// Everything that a solver is told. The numbers are valid: enough nodes for the operator, an end after the start.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Setup<S: Real = f64> {
     /// The space-time and the start.
     pub place: Place<S>,
@@ -129,26 +129,6 @@ pub struct Setup<S: Real = f64> {
     pub floors: Vec<(usize, f64)>,
     /// The settings by which it is computed.
     pub settings: Settings,
-}
-
-impl<S: Real> Clone for Setup<S> {
-    fn clone(&self) -> Self {
-        Self {
-            place: self.place.clone(),
-            rough: self.rough.clone(),
-            origin: self.origin,
-            gamma_i: self.gamma_i,
-            is_backward: self.is_backward,
-            carried: self.carried.clone(),
-            limit: self.limit,
-            until: self.until.clone(),
-            sides: self.sides.clone(),
-            set: self.set.clone(),
-            regularised: self.regularised,
-            floors: self.floors.clone(),
-            settings: self.settings,
-        }
-    }
 }
 
 impl<S: Real> From<&Self> for Setup<S> {
@@ -194,9 +174,4 @@ impl<S: Real> Setup<S> {
     pub(crate) fn origin_of(&self, a: usize) -> S {
         origin_of(self.origin, a)
     }
-}
-
-/// The origin that coordinate `a` counts from, which is 0 for most.
-pub(super) fn origin_of<S: Real>(origin: Option<(usize, S)>, a: usize) -> S {
-    origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
 }

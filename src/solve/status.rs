@@ -8,6 +8,12 @@ use serde::{Deserialize, Serialize};
 /// each.
 pub(super) const MOST_NODES: f64 = 5e7;
 
+/// The most sweeps that a run may need: a day. At its pace a run that needs more is ended early.
+pub(super) const MOST_SWEEPS: f64 = 1e12;
+
+/// The most events that may act in a run.
+pub(crate) const MOST_EVENTS: usize = 100_000;
+
 /// The outcome of a solve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -129,17 +135,4 @@ pub enum InitialGuess {
     PhysicalLimit,
     /// The polynomial of the previous window, continued into each window (in the first a parabola).
     Extrapolation,
-}
-
-impl InitialGuess {
-    /// The name used in files.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Steps => "steps",
-            Self::Engine => "engine",
-            Self::PhysicalLimit => "physical-limit",
-            Self::Extrapolation => "extrapolation",
-        }
-    }
 }

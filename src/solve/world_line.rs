@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::operator::{Operators, WindowGrid};
-use super::setup::origin_of;
 use super::status::Iterations;
 use crate::action::Form;
 use crate::engine::{Accuracy, GOOD_DIGITS, Handed, Sensitivity};
@@ -12,7 +11,7 @@ use crate::number::Real;
 use crate::sbp::{SbpName, SbpOperator};
 
 /// A space-time with the start of a world-line in it, in numbers of one kind.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Place<S = f64> {
     /// The space-time; a geometry is one around the start.
     pub geometry: Arc<Geometry<S>>,
@@ -20,10 +19,9 @@ pub struct Place<S = f64> {
     pub start: Arc<Start<S>>,
 }
 
-impl<S> Clone for Place<S> {
-    fn clone(&self) -> Self {
-        Self { geometry: Arc::clone(&self.geometry), start: Arc::clone(&self.start) }
-    }
+/// The origin that coordinate `a` counts from, which is 0 for most.
+pub(super) fn origin_of<S: Real>(origin: Option<(usize, S)>, a: usize) -> S {
+    origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
 }
 
 /// The start or the end of a window. In the strong form the momenta are p*, which differ from g_ab (Dq^b)_N + A_a: the
@@ -59,7 +57,7 @@ impl<S: Real> Window<S> {
 ///
 /// The nodes are stored window by window: the joint of two windows appears in both. Where windows are handed out one by
 /// one ([`solve_window_by_window`](super::solve_window_by_window)) it is that window alone, at its place in the run.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct WorldLine<S = f64> {
     /// The space-time and the start.
     pub place: Place<S>,
@@ -121,40 +119,6 @@ pub struct WorldLine<S = f64> {
     pub(crate) operators: Operators<S>,
 }
 
-impl<S: Copy> Clone for WorldLine<S> {
-    fn clone(&self) -> Self {
-        Self {
-            place: self.place.clone(),
-            origin: self.origin,
-            gamma_i: self.gamma_i,
-            is_backward: self.is_backward,
-            length: self.length,
-            q: self.q.clone(),
-            p: self.p.clone(),
-            backward: self.backward.clone(),
-            windows: self.windows.clone(),
-            joints: self.joints.clone(),
-            window_count: self.window_count,
-            gradient_norm: self.gradient_norm,
-            iterations: self.iterations.clone(),
-            digits: self.digits,
-            error_estimate: self.error_estimate,
-            sizes: self.sizes.clone(),
-            windows_unproved: self.windows_unproved,
-            sensitivity: self.sensitivity.clone(),
-            accuracy: self.accuracy,
-            good_until: self.good_until,
-            ended_by: self.ended_by,
-            ended_at: self.ended_at,
-            form: self.form,
-            sbp_name: self.sbp_name,
-            sums: self.sums.clone(),
-            handed: self.handed.clone(),
-            operators: self.operators.clone(),
-        }
-    }
-}
-
 /// A read-only view of one window of a [`WorldLine`].
 #[derive(Debug, Clone, Copy)]
 pub struct WindowNodes<'l, S> {
@@ -189,7 +153,7 @@ impl<S: Real> WorldLine<S> {
 
     /// The operator of the first window.
     pub fn sbp(&self) -> &SbpOperator<S> {
-        self.operators.first()
+        self.operators.get(0)
     }
 
     /// The windows in order.
@@ -282,11 +246,6 @@ impl<S: Real> WorldLine<S> {
         // A joint lies inside the domain.
         let _ = point.evaluate(joint.q, joint.p);
         (0..joint.q.len()).map(|a| point.q_dot(a)).collect()
-    }
-
-    /// K at a joint.
-    pub(crate) fn norm_of(&self, joint: Joint<'_, S>) -> S {
-        self.geometry().norm(joint.q, &self.velocities(joint))
     }
 
     /// γ of the last node.

@@ -14,7 +14,9 @@ use crate::engine::{Accuracy, GOOD_DIGITS};
 use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::output::json;
-use crate::solve::{Continuation, Domain, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine};
+use crate::solve::{
+    Continuation, Domain, InitialGuess, IterationRecord, Iterations, NoSolution, Settings, Status, WorldLine,
+};
 use crate::study::run::{Judged, Run};
 
 /// The whole summary; keys that do not apply are absent.
@@ -54,7 +56,7 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// First guess of the Newton iteration.
-    pub initial_guess: &'static str,
+    pub initial_guess: InitialGuess,
     /// Newton iterations.
     pub iterations: usize,
     /// Seconds spent in the solver.
@@ -197,7 +199,7 @@ impl Summary {
             windows,
             accuracy: accuracy.filter(|accuracy| accuracy.is_promised()).map(Accuracy::value),
             tolerance: accuracy.filter(|accuracy| !accuracy.is_promised()).map(Accuracy::value),
-            initial_guess: iterations.initial_guess.as_str(),
+            initial_guess: iterations.initial_guess,
             iterations: iterations.count,
             solve_seconds: 0.0,
             seconds: None,

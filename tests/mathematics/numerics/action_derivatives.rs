@@ -1,6 +1,6 @@
 //! Gradient and Hessian of the doubled action against differences of the action and of the gradient.
 
-use geodesic_ivp::action::DoubledAction;
+use geodesic_ivp::action::{DoubledAction, Form};
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
 use proptest::prelude::*;
@@ -24,9 +24,10 @@ fn with_actions(check: impl Fn(&DoubledAction<'_>)) {
     let geometry = geometry();
     for c in [&coefficients::SBP21, &coefficients::SBP42] {
         let sbp = SbpOperator::new(c, POINTS, 0.11).unwrap();
-        check(&DoubledAction::new(&sbp, &geometry, begin(&geometry)));
-        check(&DoubledAction::without_regularisation(&sbp, &geometry, begin(&geometry)));
-        check(&DoubledAction::weak(&sbp, &geometry, begin(&geometry)));
+        let action = |form| DoubledAction::new(form, &sbp, &geometry, begin(&geometry));
+        check(&action(Form::Strong));
+        check(&action(Form::Strong).without_regularisation());
+        check(&action(Form::Weak));
     }
 }
 
@@ -76,7 +77,7 @@ fn the_value_vanishes_where_the_branches_agree_and_the_constraints_hold() {
 fn a_node_outside_the_domain_is_named() {
     let geometry = of_x("-0.5*x", 1.0, 1.0);
     let sbp = SbpOperator::new(&coefficients::SBP21, 4, 0.1).unwrap();
-    let action = DoubledAction::new(&sbp, &geometry, begin(&geometry));
+    let action = DoubledAction::new(Form::Strong, &sbp, &geometry, begin(&geometry));
     let u = action.layout().physical_limit(&[&[0.0; 4], &[0.0, 0.5, 1.25, 0.0]], &[0.0; 8]);
     let outside = action.value(&u).unwrap_err();
     assert_eq!((outside.index, outside.position, outside.determinant), (2, 1.25, -0.25));

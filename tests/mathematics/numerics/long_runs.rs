@@ -11,7 +11,7 @@ fn the_paper_s_long_runs_converge_in_both_systems() {
             let doubled = solved(&format!("{run} scheme.sbp={sbp} solver.system=doubled"));
             assert!(distance(limit.x(), doubled.x()) < 1e-10, "{run} {sbp}");
             assert!(distance(limit.elapsed(), doubled.elapsed()) < 1e-10, "{run} {sbp}");
-            println!("{run} {sbp}: {}", doubled.iterations.initial_guess.as_str());
+            println!("{run} {sbp}: {:?}", doubled.iterations.initial_guess);
         }
     }
 }

@@ -22,7 +22,7 @@ fn with_actions<G: Scene>(check: impl Fn(&DoubledAction<'_, f64>)) {
     let banded = [&coefficients::SBP21, &coefficients::SBP42].map(|c| SbpOperator::new(c, POINTS, 0.11).unwrap());
     for sbp in banded.into_iter().chain([SbpOperator::gauss_lobatto(POINTS, 0.9)]) {
         for form in [Form::Strong, Form::Weak] {
-            check(&DoubledAction::of_form(form, &sbp, &geometry, start_of::<G>(&geometry)));
+            check(&DoubledAction::new(form, &sbp, &geometry, start_of::<G>(&geometry)));
         }
     }
 }

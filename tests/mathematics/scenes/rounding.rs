@@ -34,7 +34,7 @@ fn estimates(form: Form, s: [f64; COORDINATES], r: f64) -> GradientRounding {
     };
     let start = start(&geometry, &scaled([0.1, 0.7, -0.4], 1.0), &scaled([1.2, -0.3, 0.6], 1.0 / r));
     let sbp = SbpOperator::new(&coefficients::SBP42, POINTS, 0.125 * r).unwrap();
-    let action = DoubledAction::of_form(form, &sbp, &geometry, start);
+    let action = DoubledAction::new(form, &sbp, &geometry, start);
     let layout = action.layout();
     let mut u = vec![0.0; layout.unknowns()];
     for (a, s) in s.into_iter().enumerate() {
@@ -84,7 +84,7 @@ fn what_rests_at_zero_is_rounded_as_it_falls_and_multipliers_add_up() {
     let geometry = geometry::<f64>(&force);
     let h = 0.125;
     let sbp = SbpOperator::new(&coefficients::SBP21, POINTS, h).unwrap();
-    let action = DoubledAction::new(&sbp, &geometry, start(&geometry, &[0.0; 2], &[0.0; 2]));
+    let action = DoubledAction::new(Form::Strong, &sbp, &geometry, start(&geometry, &[0.0; 2], &[0.0; 2]));
     let layout = action.layout();
     let mut u = vec![0.0; layout.unknowns()];
     let at_rest = action.gradient_rounding(&u).unwrap();
@@ -107,7 +107,7 @@ fn what_rests_at_zero_is_rounded_as_it_falls_and_multipliers_add_up() {
 fn rounding_grows_with_the_entries_of_the_operator() {
     let geometry = geometry::<f64>(&metric(&["t", "x"], &[("t t", "1"), ("x x", "-1")]));
     let estimate = |sbp: &SbpOperator| {
-        let action = DoubledAction::weak(sbp, &geometry, start(&geometry, &[3.0, 2.0], &[0.0; 2]));
+        let action = DoubledAction::new(Form::Weak, sbp, &geometry, start(&geometry, &[3.0, 2.0], &[0.0; 2]));
         let mut u = vec![0.0; action.layout().unknowns()];
         for branch in 0..2 {
             action.layout().values_mut(&mut u, branch, 0).fill(3.0);

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use geodesic_ivp::action::DoubledAction;
+use geodesic_ivp::action::{DoubledAction, Form};
 use geodesic_ivp::engine::{Accuracy, Engine, Failure, Window};
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -72,7 +72,7 @@ fn gradient_norm(window: &mut Window<'_>, (geometry, start): &(Geometry, Start))
     let branch: Vec<f64> = (0..geometry.dimension()).flat_map(|a| nodes.q(a).to_vec()).collect();
     let unknowns = [&branch[..], &branch[..]].concat();
     let mut gradient = vec![0.0; unknowns.len()];
-    DoubledAction::weak(&sbp, geometry, here).gradient(&unknowns, &mut gradient).unwrap();
+    DoubledAction::new(Form::Weak, &sbp, geometry, here).gradient(&unknowns, &mut gradient).unwrap();
     gradient.iter().fold(0.0, |most, entry| entry.abs().max(most))
 }
 

@@ -1,36 +1,38 @@
-//! Windows as long as an accuracy needs, by [`crate::engine`].
+//! Windows of the weak form on spectral elements, solved by the fixed-point iterations of [`crate::engine`]: as long as
+//! an accuracy needs, or equal ones.
+//!
+//! It is the same collocation system that Newton's method solves window by window, and every window is certified on the
+//! same action; the iteration is just some fifty times faster. Where it does not converge, because a window is too long
+//! for it, Newton's method takes over equal ones.
 
 mod watch;
 
 use self::watch::Watches;
-use super::arithmetic::Arithmetic;
-use super::failure::NoSolution;
-use super::narrow::{Lengths, Reasons};
-use super::places;
-use super::run::{Observer, Run, has_finite_action};
+use super::failure::{At, Narrow, NoSolution, Reasons};
+use super::run::{Arithmetic, Observer, Run, has_finite_action};
 use super::setup::{Limit, Settings, Setup, System};
-use super::status::{InitialGuess, MOST_NODES, Status};
-use super::world_line::{Joint, WorldLine};
+use super::status::{InitialGuess, MOST_NODES, MOST_SWEEPS, Status};
+use super::world_line::{Joint, Place, WorldLine};
 use crate::action::Form;
-use crate::engine::{Accuracy, Engine, Failure, POINTS, State, Window};
+use crate::engine::{Accuracy, Engine, Failure, MOST_POINTS, POINTS, State, Window};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::SbpName;
 
 /// A coordinate that is below this part of its size may be on its way to 0.
 const SMALL: f64 = 1e-4;
+/// A place is narrow if windows there are shorter than this share of the longest one.
+const NARROW: f64 = 1e-3;
 /// Changes of sign are at one place if they shorten a window by no more than this share of γ.
 const AT_ONE_PLACE: f64 = 1e-14;
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
-/// The most sweeps that a run may need: a day. At its pace a run that needs more is ended early.
-pub(super) const MOST_SWEEPS: f64 = 1e12;
 
 /// The run of a setup whose windows are chosen for an accuracy or a tolerance.
 ///
 /// # Errors
 /// [`NoSolution`], if the accuracy is not reached.
-pub(super) fn solve<S: Arithmetic>(
+pub(super) fn to_accuracy<S: Arithmetic>(
     setup: &Setup<S>,
     wanted: Accuracy,
     observer: Option<Observer<'_, S>>,
@@ -42,7 +44,7 @@ pub(super) fn solve<S: Arithmetic>(
     let settings = Settings { system: System::PhysicalLimit, form: Form::Weak, ..setup.settings };
     let mut run = Run::new(setup, &Settings { sbp: SbpName::Gll(POINTS as u8), ..settings }, observer);
     run.line.accuracy = Some(wanted);
-    let mut joint = JointOf::new(start);
+    let mut joint = joint_at(start);
     let mut watches = Watches::new(geometry, start, &setup.until, &setup.sides);
     let mut lengths = Lengths::default();
     loop {
@@ -79,11 +81,81 @@ pub(super) fn solve<S: Arithmetic>(
         let end = window.gamma + window.length;
         let operator = run.line.operators.element(POINTS, S::from(window.length));
         append(&mut run, &mut window, &mut joint, (geometry, operator), S::from(end))?;
-        let (nodes, done) = (run.line.window_count * POINTS, goal.done(end, &joint.q));
+        let (nodes, done) = (run.line.window_count * POINTS, goal.done(end, &joint[0]));
         within_limits(setup, &engine, (is_kept.then_some(nodes), done))?;
     }
     run.line.handed = engine.window().handed();
     Ok(ended(setup, &engine, goal, run.line))
+}
+
+/// The windows of the run of `setup` on γ − γ_i ∈ [0, `length`]. There are none if they are no elements in the weak
+/// form, if the numbers have more digits or windows more nodes than the engine has, or if it does not get to the end:
+/// Newton's method takes over there, and knows why.
+pub(super) fn equal<S: Arithmetic>(
+    setup: &Setup<S>,
+    length: S,
+    observer: Option<Observer<'_, S>>,
+) -> Option<WorldLine<S>> {
+    let Settings { n_gamma: points, windows, form, system, sbp, .. } = setup.settings;
+    let is_weak = form == Form::Weak && system == System::PhysicalLimit && matches!(sbp, SbpName::Gll(_));
+    let window_length = length.to_f64() / windows as f64;
+    // Tables hold the square of the length, and half as many digits of it again.
+    let square = window_length * window_length;
+    let is_in_range = square.is_finite() && square > f64::MIN_POSITIVE / f64::EPSILON / f64::EPSILON;
+    if S::IS_EXTENDED || !is_weak || !is_in_range || points > MOST_POINTS {
+        return None;
+    }
+    let Place { geometry, start, .. } = &setup.rough;
+    let mut engine = Engine::equal(geometry, start, length.to_f64(), windows, points).ok()?;
+    if let Some(carried) = &setup.carried {
+        engine.resume(&carried.handed);
+    }
+    let mut run = Run::new(setup, &setup.settings, observer);
+    run.expect(windows, points);
+    run.reserve();
+    run.line.length = length;
+    let operator = run.line.operators.element(points, S::from(window_length));
+    let mut joint = joint_at(start);
+    for index in 1..=windows {
+        let mut window = engine.next().ok()??;
+        let gamma = if index == windows { length } else { S::from(index as f64 * window_length) };
+        run.line.iterations.count += window.sweeps;
+        if index == windows {
+            run.line.handed = window.handed();
+        }
+        if append(&mut run, &mut window, &mut joint, (geometry, operator), gamma).is_err() {
+            return None;
+        }
+    }
+    Some(run.line)
+}
+
+/// The narrowest windows of a run so far.
+#[derive(Default)]
+struct Lengths {
+    longest: f64,
+    /// The shortest, its γ, and q^a there.
+    shortest: Option<(f64, f64, Vec<f64>)>,
+}
+
+impl Lengths {
+    /// Takes a window into account that begins at this γ and these q^a.
+    fn see(&mut self, length: f64, gamma: f64, q: impl FnOnce() -> Vec<f64>) {
+        self.longest = self.longest.max(length);
+        if self.shortest.as_ref().is_none_or(|(shortest, ..)| length < *shortest) {
+            self.shortest = Some((length, gamma, q()));
+        }
+    }
+
+    /// The narrowest place, if there is one that is narrow, in a run from `gamma_i`.
+    fn narrow(&self, geometry: &Geometry, gamma_i: f64) -> Option<Narrow> {
+        let (shortest, gamma, q) = self.shortest.as_ref()?;
+        let share = shortest / self.longest;
+        (share < NARROW).then(|| {
+            let At { gamma, point, .. } = At::new(geometry, gamma_i + gamma, q);
+            Narrow { share, gamma, point }
+        })
+    }
 }
 
 /// Cuts the window that was solved last where the first formula changes its sign, if one does.
@@ -152,27 +224,20 @@ impl Goal {
     }
 }
 
-/// The end of a window in all coordinates. Momenta of ignorable ones are those of the start.
-pub(super) struct JointOf<S> {
-    q: Vec<S>,
-    p: Vec<S>,
+/// q^a and p_a of all coordinates at the start, for [`append`].
+fn joint_at<S: Real>(start: &Start) -> [Vec<S>; 2] {
+    [&start.q, &start.p].map(|values| values.iter().map(|&value| S::from(value)).collect())
 }
 
-impl<S: Real> JointOf<S> {
-    pub(super) fn new(start: &Start) -> Self {
-        let of = |values: &[f64]| values.iter().map(|&value| S::from(value)).collect();
-        Self { q: of(&start.q), p: of(&start.p) }
-    }
-}
-
-/// Adds a window with this operator of the run, which ends at γ − γ_i = `end`.
+/// Adds a window with this operator of the run, which ends at γ − γ_i = `end`. The joint of the window before becomes
+/// that at its end; momenta of ignorable coordinates stay those of the start.
 ///
 /// # Errors
 /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient or the action infinite.
-pub(super) fn append<S: Real>(
+fn append<S: Real>(
     run: &mut Run<'_, S>,
     window: &mut Window<'_>,
-    JointOf { q, p }: &mut JointOf<S>,
+    [q, p]: &mut [Vec<S>; 2],
     (geometry, operator): (&Geometry, usize),
     end: S,
 ) -> Result<(), NoSolution> {
@@ -182,7 +247,7 @@ pub(super) fn append<S: Real>(
     let gradient_norm = window.gradient_norm().unwrap_or(f64::INFINITY);
     if !(gradient_norm.is_finite() && has_finite_action(line.geometry(), joint, S::from(length))) {
         let gamma = line.gamma_i.to_f64() + window.gamma;
-        let failure = NoSolution::marched(Status::OutsideDomain, places::place_of_overflow(line.geometry(), gamma, q));
+        let failure = NoSolution::marched(Status::OutsideDomain, At::overflow(line.geometry(), gamma, q));
         return Err(NoSolution { residual: gradient_norm, ..failure });
     }
     line.sensitivity.iter_mut().for_each(|sensitivity| window.carry(sensitivity));
@@ -208,12 +273,14 @@ fn within_limits<S: Real>(
     let at = || {
         let (gamma, q) = engine.place();
         let q: Vec<S> = q.into_iter().map(S::from).collect();
-        places::place(&setup.place.geometry, setup.gamma_i.to_f64() + gamma, &q)
+        At::new(&setup.place.geometry, setup.gamma_i.to_f64() + gamma, &q)
     };
     let sweeps = engine.sweeps();
     let needed = sweeps as f64 / done.max(0.0);
     if needed > MOST_SWEEPS && sweeps > 10_000 {
-        return Err(NoSolution { needed, ..NoSolution::adaptive(Status::EvaluationLimit, at()).after(sweeps) });
+        let mut failure = NoSolution { needed, ..NoSolution::adaptive(Status::EvaluationLimit, at()) };
+        failure.iterations.count = sweeps;
+        return Err(failure);
     }
     let Some(nodes) = nodes.map(|nodes| nodes as f64) else { return Ok(()) };
     let needed = nodes / done;
@@ -254,21 +321,21 @@ fn failed<S: Real>(
     let (gamma, q) = (setup.gamma_i.to_f64() + gamma, q.into_iter().map(S::from).collect::<Vec<S>>());
     let geometry = &setup.place.geometry;
     let (status, at) = match failure {
-        Failure::OutsideDomain(outside) => (Status::OutsideDomain, places::place_beyond(geometry, gamma, &q, &outside)),
-        Failure::NotConverged | Failure::TooShort => (Status::Stalled, places::place(geometry, gamma, &q)),
-        Failure::ValueNotReached => (Status::EndTimeNotReached, places::place(geometry, gamma, &q)),
-        Failure::Rounding | Failure::BeginAgain => (Status::AccuracyNotReached, places::place(geometry, gamma, &q)),
+        Failure::OutsideDomain(outside) => (Status::OutsideDomain, At::beyond(geometry, gamma, &q, &outside)),
+        Failure::NotConverged | Failure::TooShort => (Status::Stalled, At::new(geometry, gamma, &q)),
+        Failure::ValueNotReached => (Status::EndTimeNotReached, At::new(geometry, gamma, &q)),
+        Failure::Rounding | Failure::BeginAgain => (Status::AccuracyNotReached, At::new(geometry, gamma, &q)),
     };
     let failure = NoSolution::adaptive(status, at);
     if status != Status::AccuracyNotReached {
         return NoSolution { reasons: Box::new(Reasons { towards_zero, ..Reasons::default() }), ..failure };
     }
-    let place = |gamma: f64, q: &[f64]| places::place(&setup.rough.geometry, setup.gamma_i.to_f64() + gamma, q);
+    let narrow = lengths.narrow(&setup.rough.geometry, setup.gamma_i.to_f64());
     NoSolution {
         residual: engine.error_estimate().unwrap_or(f64::INFINITY),
         needed: engine.reachable().unwrap_or(0.0),
         asked: wanted.value(),
-        reasons: Box::new(Reasons { narrow: lengths.narrow(place), towards_zero, event: None }),
+        reasons: Box::new(Reasons { narrow, towards_zero, event: None }),
         ..failure
     }
 }

@@ -27,21 +27,26 @@ pub(super) struct Change {
     near: f64,
 }
 
-/// The formulas, with their signs so far.
+/// A formula with what is known of its sign so far.
+struct Watch {
+    formula: Observable,
+    direction: Direction,
+    /// True if what lies between nodes may not be missed, as the formula belongs to an event that acts.
+    acts: bool,
+    /// The sign at the start of the run, 0 if it is not known, and the bound that values exceed before changes count.
+    begin: [f64; 2],
+    /// The sign at the start of the window, 0 as long as a value was 0, and the bound; 0 once a value has exceeded it.
+    here: [f64; 2],
+    /// The same at the end of the window that was looked at.
+    end: [f64; 2],
+}
+
+/// The formulas, and what they read.
 pub(super) struct Watches<'g> {
     geometry: &'g Geometry,
-    formulas: Vec<Observable>,
-    directions: Vec<Direction>,
-    /// True if what lies between nodes may not be missed, as the formula belongs to an event that acts.
-    acts: Vec<bool>,
-    /// The signs at the start of the run, if they are known, and what values exceed before changes of sign count.
-    known: Vec<[f64; 2]>,
-    /// The bounds that values still have to exceed, at the start and at the end of the window; 0 once they have.
-    noise: Vec<f64>,
-    noise_at_end: Vec<f64>,
-    /// Signs at the start of the window, and at the end of the one that was looked at; 0 as long as a value was 0.
-    sides: Vec<f64>,
-    sides_at_end: Vec<f64>,
+    watches: Vec<Watch>,
+    /// True if the signs at the start of the run are known.
+    are_known: bool,
     /// K of the run, and what formulas read: q^a and p_a of all coordinates, and velocities.
     norm: f64,
     point: Point,
@@ -52,15 +57,17 @@ pub(super) struct Watches<'g> {
 
 impl<'g> Watches<'g> {
     pub(super) fn new<S>(geometry: &'g Geometry, start: &Start, until: &[Until<S>], known: &[[f64; 2]]) -> Self {
+        let watch = |(place, until): (usize, &Until<S>)| Watch {
+            formula: until.rough.clone(),
+            direction: until.direction,
+            acts: until.change.is_some(),
+            begin: known.get(place).copied().unwrap_or_default(),
+            here: [0.0; 2],
+            end: [0.0; 2],
+        };
         Self {
-            formulas: until.iter().map(|until| until.rough.clone()).collect(),
-            directions: until.iter().map(|until| until.direction).collect(),
-            acts: until.iter().map(|until| until.change.is_some()).collect(),
-            known: known.to_vec(),
-            noise: vec![0.0; until.len()],
-            noise_at_end: vec![0.0; until.len()],
-            sides: vec![0.0; until.len()],
-            sides_at_end: vec![0.0; until.len()],
+            watches: until.iter().enumerate().map(watch).collect(),
+            are_known: !known.is_empty(),
             norm: geometry.norm(&start.q, &start.q_dot),
             point: geometry.point(),
             q: start.q.clone(),
@@ -72,16 +79,12 @@ impl<'g> Watches<'g> {
 
     /// The run begins.
     pub(super) fn begin(&mut self) {
-        self.sides.fill(0.0);
-        for (place, &[side, noise]) in self.known.iter().enumerate() {
-            (self.sides[place], self.noise[place]) = (side, noise);
-        }
+        self.watches.iter_mut().for_each(|watch| watch.here = watch.begin);
     }
 
     /// The window that was looked at is a part of the run.
     pub(super) fn accept(&mut self) {
-        self.sides.copy_from_slice(&self.sides_at_end);
-        self.noise.copy_from_slice(&self.noise_at_end);
+        self.watches.iter_mut().for_each(|watch| watch.here = watch.end);
     }
 
     /// The value of a formula at a state.
@@ -97,12 +100,20 @@ impl<'g> Watches<'g> {
 
     /// The value of a formula at the q and p in place.
     fn value(&mut self, place: usize) -> f64 {
-        let Self { formulas, norm, point, q, q_dot, p, .. } = self;
+        let Self { watches, norm, point, q, q_dot, p, .. } = self;
         if point.evaluate(q, p).is_err() {
             return f64::NAN;
         }
         q_dot.iter_mut().enumerate().for_each(|(a, q_dot)| *q_dot = point.q_dot(a));
-        formulas[place].at(q, q_dot, p, *norm)
+        watches[place].formula.at(q, q_dot, p, *norm)
+    }
+
+    /// The value of a formula inside a window, at this fraction of it.
+    fn inside(&mut self, place: usize, dense: &Dense, fraction: f64) -> f64 {
+        let mut momenta = vec![0.0; self.geometry.active().len()];
+        dense.at(fraction, &mut self.q, &mut momenta);
+        self.set_momenta(&momenta);
+        self.value(place)
     }
 
     /// The value of a formula at a node of a window with these ends.
@@ -121,22 +132,22 @@ impl<'g> Watches<'g> {
 
     /// The first change of sign on the nodes of a window that counts.
     pub(super) fn change(&mut self, window: &mut Window<'_>) -> Option<Change> {
-        if self.formulas.is_empty() {
+        if self.watches.is_empty() {
             return None;
         }
         let (h, begin, end) = (window.length, window.start().clone(), window.end().clone());
         let nodes = window.nodes();
         let last = nodes.points() - 1;
         let (mut first, mut dips): (Option<Change>, Vec<Dip>) = (None, Vec::new());
-        for place in 0..self.formulas.len() {
-            let (mut side, mut before) = (self.sides[place], self.at(place, &begin));
-            if side == 0.0 && self.known.is_empty() {
+        for place in 0..self.watches.len() {
+            let ([mut side, mut noise], mut before) = (self.watches[place].here, self.at(place, &begin));
+            if side == 0.0 && !self.are_known {
                 // The start of a run. A root there is none.
                 let (now, next) = (before, self.at_node(place, &nodes, [&begin, &end], 1));
                 let now = if now.abs() < AT_START * next.abs() { next } else { now };
                 side = if now == 0.0 { 0.0 } else { now.signum() };
             }
-            let (mut earlier, mut noise) = ([f64::NAN; 2], self.noise[place]);
+            let mut earlier = [f64::NAN; 2];
             for node in 1..=last {
                 let here = self.at_node(place, &nodes, [&begin, &end], node);
                 let [mut from, to] = [node - 1, node].map(|node| nodes.fractions()[node]);
@@ -148,7 +159,7 @@ impl<'g> Watches<'g> {
                     (noise, before, from) = (0.0, 0.0, 0.0);
                 }
                 let is_change = here * side < 0.0 || here == 0.0 && side != 0.0;
-                if is_change && self.directions[place].counts(side < 0.0) {
+                if is_change && self.watches[place].direction.counts(side < 0.0) {
                     let share = if before * here < 0.0 { before / (before - here) } else { 1.0 };
                     let near = h * (from + share * (to - from));
                     if first.as_ref().is_none_or(|first| near < first.near) {
@@ -156,7 +167,7 @@ impl<'g> Watches<'g> {
                     }
                     break;
                 }
-                if self.acts[place] {
+                if self.watches[place].acts {
                     let dip = Dip { place, points: [earlier, [from, before], [to, here]], side };
                     dips.extend((!is_change && dip.comes_near()).then_some(dip));
                     earlier = [from, before];
@@ -166,7 +177,7 @@ impl<'g> Watches<'g> {
                     side = here.signum();
                 }
             }
-            (self.sides_at_end[place], self.noise_at_end[place]) = (side, noise);
+            self.watches[place].end = [side, noise];
         }
         if dips.is_empty() {
             return first;
@@ -180,16 +191,11 @@ impl<'g> Watches<'g> {
     /// length that is tried is a window that is solved.
     pub(super) fn near(&mut self, change: &Change, window: &Window<'_>) -> Option<[f64; 2]> {
         let Change { place, between, side, .. } = *change;
-        if !self.acts[place] {
+        if !self.watches[place].acts {
             return None;
         }
-        let (dense, h, m) = (window.dense(), window.length, self.geometry.active().len());
-        let mut momenta = vec![0.0; m];
-        let mut at = |length: f64| {
-            dense.at(length / h, &mut self.q, &mut momenta);
-            self.set_momenta(&momenta);
-            self.value(place)
-        };
+        let (dense, h) = (window.dense(), window.length);
+        let mut at = |length: f64| self.inside(place, &dense, length / h);
         let [low, mut high] = between;
         let mut at_high = at(high);
         let at_low = if low > 0.0 { at(low) } else { side * at_high.abs() };
@@ -213,18 +219,15 @@ impl<'g> Watches<'g> {
 
     /// The change of sign that counts between nodes at which a formula has one sign.
     fn change_in(&mut self, mut dip: Dip, dense: &Dense, h: f64) -> Option<Change> {
-        let (place, side, m) = (dip.place, dip.side, self.geometry.active().len());
-        let mut momenta = vec![0.0; m];
+        let (place, side) = (dip.place, dip.side);
         let [first, .., last] = dip.points.map(|point| point[0]);
         let lowest = (0..STEPS_TO_EXTREMUM).find_map(|_| {
             let at = dip.extremum()?;
-            dense.at(at, &mut self.q, &mut momenta);
-            self.set_momenta(&momenta);
-            let here = self.value(place);
+            let here = self.inside(place, dense, at);
             dip.narrow([at, here]);
             (here * side < 0.0).then_some(at)
         })?;
-        let is_first = self.directions[place].counts(side < 0.0);
+        let is_first = self.watches[place].direction.counts(side < 0.0);
         let (ends, side) = if is_first { ([first, lowest], side) } else { ([lowest, last], -side) };
         let between = ends.map(|fraction| fraction * h);
         Some(Change { place, between, side, near: between[0] })
