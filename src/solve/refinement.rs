@@ -20,8 +20,8 @@ pub(super) fn tolerance<S: Real>(digits: u32) -> S {
 
 /// Refines `root` until a correction changes no coordinate by more than 10^−`digits` of its kind's size. The error that
 /// then remains is smaller by the gain of another round. Where the corrections stop shrinking before, the residual must
-/// be at the rounding level of `S`, as it must be in `f64`. `solve_linearised` overwrites a right-hand side r with J⁻¹r,
-/// J being the Jacobian of the system near the root.
+/// be at the rounding level of `S`, as it must be in `f64`. `solve_linearised` overwrites a right-hand side r with the
+/// solution J⁻¹r, J being the Jacobian of the system near the root.
 pub(super) fn refine<S: Real>(
     system: &mut impl Equations<S>,
     mut solve_linearised: impl FnMut(&mut [f64]) -> Result<(), Singular>,
