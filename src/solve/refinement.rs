@@ -34,8 +34,7 @@ pub(super) fn refine<S: Real>(
     let mut residual = vec![S::ZERO; u.len()];
     let mut step = unknowns;
     let mut previous: Option<Vec<S>> = None;
-    let mut correction = residual.clone();
-    let first = history.len();
+    let (mut correction, first) = (residual.clone(), history.len());
     let (status, outside) = loop {
         if let Err(outside) = system.residual(&u, &mut residual) {
             break (Status::OutsideDomain, Some(outside));
