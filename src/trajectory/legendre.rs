@@ -56,20 +56,11 @@ impl<S: Real> Expansion<S> {
 }
 
 /// Expansions by number of nodes, each computed once.
-#[derive(Debug)]
-pub(super) struct Tables<S>(HashMap<usize, Expansion<S>>);
+pub(super) type Tables<S> = HashMap<usize, Expansion<S>>;
 
-impl<S> Default for Tables<S> {
-    fn default() -> Self {
-        Self(HashMap::new())
-    }
-}
-
-impl<S: Real> Tables<S> {
-    /// The expansion on so many points.
-    pub(super) fn of(&mut self, points: usize) -> &Expansion<S> {
-        self.0.entry(points).or_insert_with(|| Expansion::new(points))
-    }
+/// The expansion on so many points.
+pub(super) fn expansion<S: Real>(tables: &mut Tables<S>, points: usize) -> &Expansion<S> {
+    tables.entry(points).or_insert_with(|| Expansion::new(points))
 }
 
 /// Σ c_k P_k, smallest terms first.

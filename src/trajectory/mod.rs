@@ -23,15 +23,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod cursor;
-mod hermite;
+mod crossings;
+mod curve;
 mod legendre;
 mod sampler;
-mod scene;
+mod shape;
 mod stream;
 
-pub use sampler::Sampler;
-pub use scene::{Crossing, EventSearch, Sample, Watch, crossings};
+pub use crossings::{Crossing, EventSearch, Watch, crossings};
+pub use sampler::{Sample, Sampler};
 pub use stream::{Coordinate, NoSamples, SampleStream};
 
 use crate::number::Real;
@@ -55,15 +55,7 @@ fn slack<S: Real>(digits: u32) -> S {
 fn within<S: Real>(value: S, [low, high]: [S; 2], share: S) -> Option<S> {
     let slack = share * low.abs().max(high.abs());
     let inside = value >= low - slack && value <= high + slack;
-    inside.then(|| {
-        if value < low {
-            low
-        } else if value > high {
-            high
-        } else {
-            value
-        }
-    })
+    inside.then(|| if value > high { high } else { value.max(low) })
 }
 
 /// The last of the intervals 0 … `intervals` − 1 whose first node satisfies `reached`, or the first interval.

@@ -1,17 +1,11 @@
-//! Interpolation of a world-line in one window.
+//! Interpolation of a world-line in one window, as the parent module describes it.
 //!
-//! * On an equidistant grid every coordinate and every momentum is the Hermite polynomial through its values and
-//!   derivatives on the four nearest nodes. Its error, O(Δγ⁸), is below that of the nodes for every operator.
-//! * In a spectral element of the strong form it is the polynomial through all nodes, which the operator
-//!   differentiates.
-//! * In a spectral element of the weak form the nodes are less accurate than the end of the window. The rates at the
-//!   nodes are integrated from the start, and Picard sweeps on twice as many nodes refine that. Their fixed point is
-//!   the same method with 2n stages, so that the inside is as accurate as the ends. Where an accuracy was asked for,
-//!   which holds at the nodes too, the integrals are enough: they are more accurate than the nodes.
+//! The error of the Hermite polynomial is O(Δγ⁸). In a spectral element of the weak form the rates at the nodes are
+//! integrated from the start, and Picard sweeps on twice as many nodes refine that. Their fixed point is the same method
+//! with 2n stages, so that the inside is as accurate as the ends.
 
-use super::super::hermite::through;
-use super::super::legendre::{Expansion, Tables, integral, series};
-use super::super::partition;
+use super::legendre::{Expansion, Tables, expansion, integral, series};
+use super::partition;
 use crate::action::Form;
 use crate::geometry::{Geometry, Point, Start};
 use crate::number::Real;
@@ -29,7 +23,7 @@ const STENCIL: usize = 4;
 /// The curve of q^a of all coordinates, then p_a of the active ones, in a window. All are counted from its start, as is
 /// γ.
 #[derive(Debug)]
-pub(crate) struct Curve<S> {
+pub(super) struct Curve<S> {
     start: Start<S>,
     length: S,
     kind: Kind<S>,
@@ -45,7 +39,7 @@ enum Kind<S> {
 
 impl<S: Real> Curve<S> {
     /// The curve in a window of `line`. `at` computes in its geometry.
-    pub(crate) fn new(
+    pub(super) fn new(
         line: &WorldLine<S>,
         view: &WindowNodes<'_, S>,
         tables: &mut Tables<S>,
@@ -59,15 +53,15 @@ impl<S: Real> Curve<S> {
             let slopes = motion.slopes(&values);
             Kind::Hermite { nodes: (0..grid.points()).map(|k| grid.sbp().node(k)).collect(), values, slopes }
         } else if line.form == Form::Strong {
-            let expansion = tables.of(grid.points());
+            let expansion = expansion(tables, grid.points());
             Kind::Legendre(values.iter().map(|row| expansion.coefficients(row)).collect())
         } else {
-            let own = motion.integrals(tables.of(grid.points()), &values, length);
+            let own = motion.integrals(expansion(tables, grid.points()), &values, length);
             // An accuracy holds at the nodes, and the integrals of their rates are more accurate.
             if line.accuracy.is_some() {
                 Kind::Legendre(own)
             } else {
-                let fine = tables.of((2 * grid.points()).min(MOST_NODES));
+                let fine = expansion(tables, (2 * grid.points()).min(MOST_NODES));
                 Kind::Legendre(motion.refined(fine, own, length, line.digits))
             }
         };
@@ -212,4 +206,43 @@ fn change<S: Real>(before: &[Vec<S>], after: &[Vec<S>], sizes: &[S]) -> S {
 /// The larger of the two; NaN if one is NaN.
 fn largest<S: Real>(a: S, b: S) -> S {
     if a >= b || a.is_nan() { a } else { b }
+}
+
+/// The Hermite polynomial of degree 2m − 1 through `values` with `slopes` on m `nodes`, at a place: divided differences
+/// with every node twice, in Newton's form.
+fn through<S: Real>(nodes: &[S], values: &[S], slopes: &[S], at: S) -> S {
+    let place = |i: usize| nodes[i / 2];
+    let mut differences: Vec<S> = (0..2 * nodes.len()).map(|i| values[i / 2]).collect();
+    for order in 1..differences.len() {
+        for i in (order..differences.len()).rev() {
+            differences[i] = if order == 1 && i % 2 == 1 {
+                slopes[i / 2]
+            } else {
+                (differences[i] - differences[i - 1]) / (place(i) - place(i - order))
+            };
+        }
+    }
+    (0..differences.len()).rev().fold(S::ZERO, |sum, i| sum * (at - place(i)) + differences[i])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::through;
+
+    #[test]
+    fn a_polynomial_is_found_from_its_values_and_slopes() {
+        let nodes = [-0.3, 0.2, 0.5, 1.1];
+        for m in 1..=4 {
+            let degree = 2 * m as i32 - 1;
+            let f = |x: f64| 0.7 - 1.3 * (x - 0.1).powi(degree);
+            let d = |x: f64| -1.3 * f64::from(degree) * (x - 0.1).powi(degree - 1);
+            let nodes = &nodes[..m];
+            let [values, slopes] =
+                [&f as &dyn Fn(f64) -> f64, &d].map(|f| nodes.iter().map(|&x| f(x)).collect::<Vec<_>>());
+            for k in 0..=10 {
+                let x = -0.3 + 0.14 * f64::from(k);
+                assert!((through(nodes, &values, &slopes, x) - f(x)).abs() < 1e-13, "{m} nodes at {x}");
+            }
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use super::super::legendre::series;
+use super::legendre::series;
 use crate::number::Real;
 use crate::sbp::collocation::legendre;
 use crate::sbp::gll::MOST_NODES;

@@ -8,12 +8,13 @@
 
 use std::cmp::Ordering;
 
-use super::super::legendre::Tables;
-use super::super::{Sampler, slack};
+use super::legendre::{Tables, expansion};
+use super::sampler::least;
 use super::shape::Shape;
-use super::{Sample, least, root};
+use super::{Sample, Sampler, slack};
 use crate::geometry::{Direction, Observable};
 use crate::number::Real;
+use crate::number::root::root;
 use crate::solve::WorldLine;
 
 /// A formula whose changes of sign are looked for.
@@ -76,8 +77,8 @@ impl<'w, S: Real> EventSearch<'w, S> {
         let Self { watches, walk: Some(walk), tables } = self else { return };
         let mut sampler = Sampler::new(line);
         for window in 0..line.windows.len() {
-            let (cells, points) = sampler.of_window(window).0.cells();
-            let expansion = tables.of(points);
+            let (cells, points) = sampler.curve(window).cells();
+            let expansion = expansion(tables, points);
             let last = cells.len() - 1;
             for (index, ends) in cells.into_iter().enumerate() {
                 let inner = expansion.nodes.iter().map(|&node| ends[0] + node * (ends[1] - ends[0]));
@@ -233,7 +234,7 @@ impl<S: Real> Walk<S> {
         values: &[S],
         shape: &Shape<S>,
     ) {
-        let (norm, direction, least) = (self.norm, watched.direction, least(sampler.cursor.line, cell.window));
+        let (norm, direction, least) = (self.norm, watched.direction, least(sampler.line, cell.window));
         let mut at = |place: S| value(watched, &sampler.in_window(cell.window, place), norm);
         let marks = cell.marks(values, shape, &mut at);
         let start = self.starts[watch];
