@@ -12,7 +12,7 @@ use std::{env, fs};
 
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::output::{Chart, Ink, Mark, Scale, Series};
+use geodesic_ivp::output::{Chart, Look, Mark, Scale, Series};
 use geodesic_ivp::{Case, Solution, solve};
 
 /// The quartic case with the weak form of SBP42, and settings.
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         y_label: "|ΔQ_t|".to_owned(),
         y_scale: Scale::Log,
         series: vec![
-            Series::new("RK4 on the geodesic equations", Mark::Line, runge_kutta(100.0, 2000)).with_ink(Ink::Neutral),
+            Series::new("RK4 on the geodesic equations", Mark::Line, runge_kutta(100.0, 2000)).with_look(Look::NEUTRAL),
             Series::new("SBP42, weak form, the same 2001 nodes", Mark::Line, long.gamma().zip(own).collect()),
         ],
         ..Chart::default()

@@ -4,7 +4,7 @@ use geodesic_ivp::Case;
 use geodesic_ivp::case::Axes;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::pictures::PlotAxes;
-use geodesic_ivp::output::{Chart, OutputSet, Summary, pictures};
+use geodesic_ivp::output::{Chart, OutputSet, pictures};
 use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::solve::Place;
 use geodesic_ivp::study::run::Run;
@@ -12,15 +12,10 @@ use geodesic_ivp::study::run::Run;
 use super::run::event_names;
 
 /// Draws the pictures of a run.
-pub(super) fn draw<S: Real>(
-    files: &OutputSet,
-    title: &str,
-    case: &Case,
-    run: &Run<S>,
-    summary: &Summary,
-) -> anyhow::Result<()> {
-    let windows = if summary.windows > 1 { format!(", {} windows", summary.windows) } else { String::new() };
-    let title = format!("{title} ({}, N = {}{windows})", summary.sbp, summary.n_gamma);
+pub(super) fn draw<S: Real>(files: &OutputSet, title: &str, case: &Case, run: &Run<S>) -> anyhow::Result<()> {
+    let line = &run.line;
+    let windows = if line.window_count > 1 { format!(", {} windows", line.window_count) } else { String::new() };
+    let title = format!("{title} ({}, N = {}{windows})", String::from(line.sbp_name), line.sbp().points());
     let names = picture_names(case).into_iter();
     names.zip(pictures(&title, case, run)).try_for_each(|(name, chart)| files.write_text(name, &chart.to_svg()))
 }

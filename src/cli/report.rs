@@ -3,7 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use geodesic_ivp::output::NotOurs;
+use geodesic_ivp::output::Refused;
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
@@ -92,9 +92,9 @@ pub(super) fn explain(error: &anyhow::Error) -> u8 {
         (end.to_string(), Some(help), code)
     } else if let Some(refusal) = error.downcast_ref::<Refusal>() {
         (refusal.message.clone(), refusal.help.as_deref(), refusal.code)
-    } else if let Some(files) = error.downcast_ref::<NotOurs>() {
-        let help = "move them away, choose another folder with --out, or replace them with --force";
-        (files.to_string(), Some(help), IO_FAILURE)
+    } else if let Some(refused) = error.downcast_ref::<Refused>() {
+        let code = if refused.is_usage { INVALID_CASE } else { IO_FAILURE };
+        (refused.to_string(), Some(refused.help), code)
     } else if error.is::<ExpectationNotMet>() {
         (error.to_string(), None, EXPECTATION)
     } else {

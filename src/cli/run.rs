@@ -12,8 +12,8 @@ use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::{
-    CASE, OutputSet, SUMMARY, StreamedTable, Summary, write_branches, write_events, write_residuals, write_samples,
-    write_sensitivity, write_trajectory,
+    CASE, OutputSet, SUMMARY, StreamedTable, failure_summary, run_summary, write_branches, write_events,
+    write_residuals, write_samples, write_sensitivity, write_trajectory,
 };
 use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
@@ -187,21 +187,17 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     if args.output.json || args.case.quiet {
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
-    let mut summary = Summary::new(case, &run, &judged, solve_seconds);
     let start = Instant::now();
     write_tables(&files, case, args, &run)?;
-    if let Some(seconds) = &mut summary.seconds {
-        seconds.write = start.elapsed().as_secs_f64();
-    }
     let title = args.case.headed(case.title());
-    let json = summary.to_json();
+    let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
     files.write_text(SUMMARY, &json)?;
     if args.plot {
-        draw(&files, &title, case, &run, &summary)?;
+        draw(&files, &title, case, &run)?;
     }
     files.commit(&|name| name != UNTIL_FAILURE)?;
     args.output.tell(args.case.quiet, &json, || {
-        let told = Told { title: &title, case, run: &run, judged: &judged, summary: &summary };
+        let told = Told { title: &title, case, run: &run, judged: &judged, solve_seconds };
         told.lines(&directory) + &if args.verbose { details(&run, &judged) } else { String::new() }
     })?;
     Ok(ExitCode::SUCCESS)
@@ -216,7 +212,7 @@ fn failed<S: Arithmetic>(
     (none, solve_seconds): (NoRun<S>, f64),
 ) -> anyhow::Error {
     if let NoRun::Unsolved(failure, _) = &none {
-        let summary = Summary::failed(case, &setup.place.geometry, failure, solve_seconds).to_json();
+        let summary = failure_summary(case, &setup.place.geometry, failure, solve_seconds);
         let write = || {
             let has_rows = until_failure(case, setup, &files)?;
             files.write_text(SUMMARY, &summary)?;
@@ -239,7 +235,7 @@ fn until_failure<S: Arithmetic>(case: &Case, setup: &Setup<S>, files: &OutputSet
     if windows == 1 && accuracy.is_none() {
         return Ok(false);
     }
-    let file = files.file(UNTIL_FAILURE).context("cannot write until_failure.csv")?;
+    let file = files.writer(UNTIL_FAILURE).try_clone().context("cannot write until_failure.csv")?;
     let (mut table, mut has_rows) = (StreamedTable::new(file, 1, Some(true)), false);
     let mut see = |part: &WorldLine<S>, measured: &Diagnostics<S>| {
         has_rows = true;

@@ -7,7 +7,6 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::verdict::Reason;
 use geodesic_ivp::diagnostics::{ChargeDeviation, Diagnostics, NEGLIGIBLE, OfX};
 use geodesic_ivp::number::Real;
-use geodesic_ivp::output::Summary;
 use geodesic_ivp::solve::{InitialGuess, Iterations, WorldLine};
 use geodesic_ivp::study::errors::{Judge, RunError};
 use geodesic_ivp::study::run::{Judged, Run};
@@ -26,13 +25,13 @@ pub(super) struct Told<'r, S: Real> {
     pub(super) case: &'r Case,
     pub(super) run: &'r Run<S>,
     pub(super) judged: &'r Judged,
-    pub(super) summary: &'r Summary,
+    pub(super) solve_seconds: f64,
 }
 
 impl<S: Real> Told<'_, S> {
     /// The lines, the last of which names the files in `folder`.
     pub(super) fn lines(&self, folder: &Path) -> String {
-        let written = format!("{} ({})", folder.display(), scheme(&self.run.line, self.summary));
+        let written = format!("{} ({})", folder.display(), scheme(&self.run.line, self.solve_seconds));
         let rows = [
             ("end", Some(self.end())),
             ("error", Some(self.error())),
@@ -133,8 +132,8 @@ impl<S: Real> Told<'_, S> {
     fn drift(&self) -> String {
         let Run { line, diagnostics, .. } = self.run;
         let mut told = vec![drift_of_motion(diagnostics)];
-        for invariant in &diagnostics.invariants {
-            told.push(format!("{} by {:.1e}", invariant.name, invariant.max_ends.to_f64()));
+        for (name, invariant) in &diagnostics.invariants {
+            told.push(format!("{name} by {:.1e}", invariant.max_ends.to_f64()));
         }
         for work in &diagnostics.work {
             let name = &line.geometry().names()[work.coordinate];
@@ -209,13 +208,13 @@ fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
 }
 
 /// The operator, the windows and the time that the solve took.
-fn scheme<S: Real>(line: &WorldLine<S>, summary: &Summary) -> String {
+fn scheme<S: Real>(line: &WorldLine<S>, solve_seconds: f64) -> String {
     let nodes = match (line.window_count, line.sbp().points()) {
         (1, points) => format!("{points} nodes"),
         (windows, points) => format!("{windows} windows of {points} nodes"),
     };
     let (name, form, gamma) = (String::from(line.sbp_name), line.form.as_str(), short(line.gamma_f().to_f64()));
-    let time = unbroken(&format!("{:.2} ms", 1e3 * summary.solve_seconds));
+    let time = unbroken(&format!("{:.2} ms", 1e3 * solve_seconds));
     format!("{name} {form} form, {nodes} to gamma = {gamma}, {time}")
 }
 
@@ -270,9 +269,9 @@ pub(super) fn details<S: Real>(run: &Run<S>, judged: &Judged) -> String {
         "K",
         &format!("{value:.6}; changes by at most {interior:.2e} at nodes, {ends:.2e} at ends of windows"),
     ));
-    for invariant in &diagnostics.invariants {
-        let [value, most, ends] = [invariant.value, invariant.max, invariant.max_ends].map(|value| value.to_f64());
-        let name = &invariant.name;
+    for (name, invariant) in &diagnostics.invariants {
+        let [value, most, ends] =
+            [invariant.value, invariant.max_interior, invariant.max_ends].map(|value| value.to_f64());
         lines
             .push(row("drift", &format!("{name} = {value:.6}, by {most:.1e} at nodes, {ends:.1e} at ends of windows")));
     }

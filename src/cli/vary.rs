@@ -14,16 +14,14 @@ use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{key_of, overridden};
 use geodesic_ivp::number::Extended;
-use geodesic_ivp::output::runs::{
-    Columns, Ended, Identity, Journal, NotResumable, RUNS, RUNS_EVENTS, RunRow, RunsSummary,
-};
+use geodesic_ivp::output::runs::{Columns, Identity, Journal, RUNS, RUNS_EVENTS, RunRow, RunsSummary};
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, pictures};
-use geodesic_ivp::solve::{Settings, Status};
+use geodesic_ivp::solve::Settings;
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
 
 use super::interrupt::{self, INTERRUPTED};
 use super::lines::{row, wrapped};
-use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, refused, refused_by_system};
+use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, refused};
 use super::run::RunArgs;
 use super::study::{self, Finished};
 use super::{memory, out};
@@ -135,7 +133,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
         _ => true,
     });
     let files = OutputSet::open(target, &names)?;
-    let mut journal = Journal::open(files.folder(), &identity, &columns, force).map_err(explained)?;
+    let mut journal = Journal::open(files.folder(), &identity, &columns.headers(), force)?;
 
     let Share { k, n } = part.unwrap_or(Share { k: 1, n: 1 });
     let share = (k - 1..runs.len()).step_by(n);
@@ -154,8 +152,9 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
 
     let mut summary = RunsSummary::new(runs.first().title(), &identity, runs.len());
-    let events = columns.has_events().then(|| files.writer(RUNS_EVENTS));
-    let cells = journal.write((files.writer(RUNS), events), &mut summary, column.as_deref())?;
+    let tables = [RUNS].into_iter().chain(columns.has_events().then_some(RUNS_EVENTS));
+    let tables = tables.map(|name| files.writer(name)).collect();
+    let cells = journal.write(tables, &mut summary, column.as_deref())?;
     if let (Some(column), [x, y]) = (&column, runs.axes()) {
         let of = runs.first().title().unwrap_or(&name);
         let varied = [x, y].map(|axis| (axis.key(), axis.values()));
@@ -212,22 +211,6 @@ fn check_keys(axes: &[Axis], set: &[String]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The error with what to do about it.
-fn explained(error: anyhow::Error) -> anyhow::Error {
-    let Some(reason) = error.downcast_ref::<NotResumable>() else { return error };
-    let message = reason.to_string();
-    match reason {
-        NotResumable::Other { .. } => refused(
-            message,
-            "give the command that began that table to finish it, choose another folder with --out, or remove the file",
-        ),
-        NotResumable::NotOurs { .. } => {
-            refused_by_system(message, "move it away, choose another folder with --out, or replace it with --force")
-        }
-        NotResumable::Busy { .. } => refused_by_system(message, "wait for it, or choose another folder with --out"),
-    }
-}
-
 /// Computes the rows `todo`, which count from 0, with a progress bar if standard error is a terminal, and keeps them.
 /// Returns whether it was interrupted.
 fn compute(
@@ -266,9 +249,7 @@ fn compute(
 
 /// Computes a row.
 fn computed(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
-    let refused = |status: &str, exit_code, message: &str| {
-        columns.row(runs, run, Ended { status, exit_code, end: None, message })
-    };
+    let refused = |status: &str, exit_code, message: &str| columns.row(runs, run, Err((status, exit_code, message)));
     let case = match runs.case(run) {
         Ok(case) => case,
         Err(error) => return refused(INVALID, INVALID_CASE, &error.message),
@@ -277,10 +258,7 @@ fn computed(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
         return refused(TOO_LARGE, INVALID_CASE, &error.to_string());
     }
     match runs.outcome(&case) {
-        Outcome::Solved(end) => {
-            let status = Status::Converged.as_str();
-            columns.row(runs, run, Ended { status, exit_code: 0, end: Some(&end), message: "" })
-        }
+        Outcome::Solved(end) => columns.row(runs, run, Ok(&end)),
         Outcome::Failed { status, message } => refused(status.as_str(), report::code_of(status), &message),
     }
 }

@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::Case;
-use geodesic_ivp::output::pictures::{self, WorkAxis};
+use geodesic_ivp::output::pictures::{self, Work};
 use geodesic_ivp::output::{OutputSet, read_rows, work_precision_summary, write_drift, write_work_precision};
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
@@ -213,8 +213,8 @@ fn draw(
         let length = arena.length();
         let rows = || measured.rows.iter().filter(|row| row.gamma_f == length);
         let title = format!("{title}, γ_f − γ_i = {}", short(length));
-        write(time, pictures::work_precision(&title, arena.coordinates(), rows(), WorkAxis::Seconds))?;
-        write(evaluations, pictures::work_precision(&title, arena.coordinates(), rows(), WorkAxis::Evaluations))?;
+        write(time, pictures::work_precision(&title, arena.coordinates(), rows(), Work::SECONDS))?;
+        write(evaluations, pictures::work_precision(&title, arena.coordinates(), rows(), Work::EVALUATIONS))?;
     }
     let coordinates = arenas.first().map_or(&[][..], Arena::coordinates);
     let longest = arenas.iter().map(Arena::length).fold(0.0, f64::max);

@@ -1,13 +1,42 @@
 //! The residuals of the equations on the nodes of a run, row by row, for any number of coordinates.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
-use super::rows::{corrected, derivative, handed_on, largest};
 use crate::action::Form;
 use crate::geometry::{Contraction, Samples, Structure};
 use crate::number::Real;
 use crate::number::norm::max_abs;
-use crate::solve::WorldLine;
+use crate::solve::{WindowGrid, WorldLine};
+
+/// The deviation of K, of Newton's energy or of an invariant of the user from its value at the start of the run.
+#[derive(Debug, Clone)]
+pub struct Deviation<S = f64> {
+    /// The value at the start: K, the charge p_t/p_s, or that of the formula.
+    pub value: S,
+    /// The deviation on the nodes. K has the velocities Dq^a there; at the last node of a window in the strong form the
+    /// others have the values that are handed on.
+    pub delta: Vec<S>,
+    /// The deviation at the end of each window, for the values that the next window starts with.
+    pub ends: Vec<S>,
+    /// Largest |delta|; that of K where charges are exact.
+    pub max_interior: S,
+    /// Largest |ends|.
+    pub max_ends: S,
+}
+
+impl<S: Real> Deviation<S> {
+    /// A deviation of which every node counts.
+    pub(super) fn new(value: S, delta: Vec<S>, ends: Vec<S>) -> Self {
+        Self { value, max_interior: max_abs(&delta), delta, max_ends: max_abs(&ends), ends }
+    }
+
+    /// Joins the measures of the first part of a run, `self`, and of its second part, `next`, whose rows are kept.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        let max_interior = max_abs(&[self.max_interior, next.max_interior]);
+        Self { max_interior, max_ends: max_abs(&[self.max_ends, next.max_ends]), ..next }
+    }
+}
 
 /// The deviation of a momentum, or of a sum of momenta, from its value at the start of the run.
 #[derive(Debug, Clone)]
@@ -32,21 +61,6 @@ pub struct ChargeDeviation<S = f64> {
     pub max_ends: S,
 }
 
-/// The deviation of K.
-#[derive(Debug, Clone)]
-pub struct NormDeviation<S = f64> {
-    /// K at the start.
-    pub value: S,
-    /// ΔK = g_ab Dq^a Dq^b − K on the nodes.
-    pub delta: Vec<S>,
-    /// ΔK at the end of each window, for the values that the next window starts with.
-    pub ends: Vec<S>,
-    /// Largest |ΔK| where charges are exact.
-    pub max_interior: S,
-    /// Largest |ΔK| at the ends.
-    pub max_ends: S,
-}
-
 impl<S: Real> ChargeDeviation<S> {
     /// Makes the deviation of the motion from that of the reversed one.
     fn reversed(mut self) -> Self {
@@ -64,15 +78,6 @@ impl<S: Real> ChargeDeviation<S> {
             max_ends: max_abs(&[self.max_ends, next.max_ends]),
             ..next
         }
-    }
-}
-
-impl<S: Real> NormDeviation<S> {
-    /// Joins the measures of the first part of a run, `self`, and of its second part, `next`, whose rows are kept.
-    pub(super) fn followed_by(self, next: Self) -> Self {
-        let (max_interior, max_ends) =
-            (max_abs(&[self.max_interior, next.max_interior]), max_abs(&[self.max_ends, next.max_ends]));
-        Self { max_interior, max_ends, ..next }
     }
 }
 
@@ -95,7 +100,7 @@ impl<'r, S: Real> Fields<'r, S> {
         let (lagrangian, rows) = (run.geometry(), run.rows());
         let (structure, points) = (lagrangian.structure(), rows[0].len());
         let n = structure.dimension;
-        let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run.grids(), rows[a], run.starts(a))).collect();
+        let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], run.starts(a))).collect();
         let mut samples = lagrangian.room(points);
         // A second derivative that is not finite at a node is no matter here. Anything else that is not leaves NaN, and
         // a verdict doubts that.
@@ -132,6 +137,11 @@ impl<'r, S: Real> Fields<'r, S> {
         Contraction { structure, samples, nodes: 0..self.velocities[0].len(), velocity }
     }
 
+    /// The largest absolute value of a row over a part of every window; NaN if any value there is.
+    fn largest(&self, row: &[S], part: impl Fn(WindowGrid<'r, S>) -> Range<usize>) -> S {
+        self.run.grids().fold(S::ZERO, |largest, grid| max_abs(&[largest, max_abs(&row[part(grid)])]))
+    }
+
     /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a.
     fn force(&self, a: usize) -> Vec<S> {
         let mut row = self.zeros();
@@ -153,18 +163,17 @@ impl<'r, S: Real> Fields<'r, S> {
         for &(a, c) in &terms {
             ends.iter_mut().zip(run.end_momenta(a)).for_each(|(sum, p)| *sum += c * p);
         }
-        let mut shares: Vec<Option<S>> = Vec::new();
+        let mut corrected = delta.clone();
         for &(a, c) in &terms {
-            let of_a = run.kappas(a).map(|kappa| Some(c * kappa?));
-            match shares.is_empty() {
-                true => shares = of_a.collect(),
-                false => shares.iter_mut().zip(of_a).for_each(|(sum, share)| *sum = sum.zip(share).map(|(s, t)| s + t)),
+            for (grid, kappa) in run.grids().zip(run.kappas(a)) {
+                if let Some(kappa) = kappa {
+                    corrected[grid.nodes().end - 1] += c * kappa / grid.sbp().weights()[grid.points() - 1];
+                }
             }
         }
-        let corrected = corrected(run.grids(), &delta, shares.into_iter());
         let deviation = ChargeDeviation {
-            max_interior: largest(&delta, run.grids().map(|grid| grid.exact())),
-            max_last: largest(&delta, run.grids().map(|grid| grid.last())),
+            max_interior: self.largest(&delta, |grid| grid.exact()),
+            max_last: self.largest(&delta, |grid| grid.last()),
             last: delta.last().copied().unwrap_or(S::ZERO),
             max_corrected: max_abs(&corrected),
             max_ends: max_abs(&ends),
@@ -177,26 +186,20 @@ impl<'r, S: Real> Fields<'r, S> {
     }
 
     /// The deviation of K.
-    pub(super) fn norm(&self) -> NormDeviation<S> {
+    pub(super) fn norm(&self) -> Deviation<S> {
         let (run, start) = (self.run, &self.run.place.start);
         let value = run.geometry().norm(&start.q, &start.q_dot);
         let mut delta = self.zeros();
         self.contraction().add_norm(&mut delta);
         delta.iter_mut().for_each(|delta| *delta -= value);
-        let ends: Vec<S> = run.end_norms().map(|norm| norm - value).collect();
-        NormDeviation {
-            max_interior: largest(&delta, run.grids().map(|grid| grid.exact())),
-            max_ends: max_abs(&ends),
-            value,
-            delta,
-            ends,
-        }
+        let max_interior = self.largest(&delta, |grid| grid.exact());
+        Deviation { max_interior, ..Deviation::new(value, delta, run.end_norms().map(|norm| norm - value).collect()) }
     }
 
     /// ΔG_a = (Dp_a) − f_a − F_a on the nodes, in the weak form with D̄ and the initial momenta; divided by the
     /// constant g_aa if a is a coordinate of a potential, so that it is a deviation of d²q^a/dγ².
     pub(super) fn residual(&self, a: usize) -> Vec<S> {
-        let mut residual = derivative(self.run.grids(), &self.momenta[a], self.run.start_momenta(a));
+        let mut residual = derivative(self.run, &self.momenta[a], self.run.start_momenta(a));
         residual.iter_mut().zip(self.force(a)).for_each(|(residual, force)| *residual += -force);
         if let Some(inertia) = self.structure().inertia(a) {
             let scale = S::ONE / inertia;
@@ -208,7 +211,7 @@ impl<'r, S: Real> Fields<'r, S> {
 
     /// The largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
     pub(super) fn max_residual(&self, residual: &[S]) -> S {
-        largest(residual, self.run.grids().map(|grid| grid.uncoupled()))
+        self.largest(residual, |grid| grid.uncoupled())
     }
 
     /// The largest of Σ |g_ab Dq^a Dq^b| without its largest term, where charges are exact: what motion contributes to
@@ -216,14 +219,25 @@ impl<'r, S: Real> Fields<'r, S> {
     pub(super) fn motion(&self) -> f64 {
         let mut motion = self.zeros();
         self.contraction().add_motion(&mut motion);
-        largest(&motion, self.run.grids().map(|grid| grid.exact())).to_f64()
+        self.largest(&motion, |grid| grid.exact()).to_f64()
     }
+}
+
+/// d/dγ of a row as the form of the action means it; `starts` are its initial values in the windows.
+fn derivative<S: Real>(run: &WorldLine<S>, row: &[S], starts: impl Iterator<Item = S>) -> Vec<S> {
+    let mut slopes = vec![S::ZERO; row.len()];
+    for (grid, start) in run.grids().zip(starts) {
+        grid.derivative(&row[grid.nodes()], start, &mut slopes[grid.nodes()]);
+    }
+    slopes
 }
 
 /// The row Dq^a of a run as dq^a/dγ, see [`Diagnostics::tangent`](super::Diagnostics::tangent).
 pub(super) fn tangent<'r, S: Real>(run: &WorldLine<S>, a: usize, velocity: &'r [S]) -> Cow<'r, [S]> {
-    match run.form {
-        Form::Weak => Cow::Borrowed(velocity),
-        Form::Strong => Cow::Owned(handed_on(run.grids(), velocity.to_vec(), run.end_velocities(a))),
+    let mut row = Cow::Borrowed(velocity);
+    if run.form == Form::Strong {
+        let row = row.to_mut();
+        run.grids().zip(run.end_velocities(a)).for_each(|(grid, end)| row[grid.nodes().end - 1] = end);
     }
+    row
 }

@@ -17,36 +17,26 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod bound;
-mod charges;
 mod deviations;
-mod g00;
 pub mod gaps;
-mod newtonian;
 mod observed;
 mod of_x;
 mod reach;
-mod rows;
 mod sawtooth;
-mod scales;
 pub mod verdict;
 mod warnings;
 
-pub use bound::Bound;
-pub use charges::FreeParticleCharges;
-pub use deviations::{ChargeDeviation, NormDeviation};
-pub use newtonian::{NEGLIGIBLE, Newtonian};
+pub use deviations::{ChargeDeviation, Deviation};
+pub use observed::WorkBalance;
 pub(crate) use observed::energy_off;
-pub use observed::{EnergyDeviation, InvariantDeviation, WorkBalance};
-pub use of_x::OfX;
+pub use of_x::{Bound, FreeParticleCharges, NEGLIGIBLE, Newtonian, OfX, Scales};
 pub use reach::Reach;
 pub use sawtooth::{Sawtooth, sawtooth};
-pub use scales::Scales;
 
 use std::borrow::Cow;
 
 use self::deviations::{Fields, tangent};
-use self::observed::{States, work};
+use self::observed::{energy, invariants, work};
 use crate::geometry::Observable;
 use crate::number::Real;
 use crate::number::norm::{larger, max_abs};
@@ -70,15 +60,13 @@ pub struct Diagnostics<S: Real = f64> {
     pub delta_g: Vec<Vec<S>>,
     /// Largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
     pub max_delta_g: S,
-    /// K and its deviation.
-    pub norm: NormDeviation<S>,
+    /// K and its deviation g_ab Dq^a Dq^b − K.
+    pub norm: Deviation<S>,
     /// In the lift of Newton's law: the energy ½mv² + V of the computed positions and velocities minus the charge
     /// p_t/p_s, which is −K/(2 ṫ p_s).
-    pub delta_energy: Option<Vec<S>>,
-    /// In the lift of Newton's law: the energy.
-    pub energy: Option<EnergyDeviation<S>>,
-    /// The invariants of the user, in their order.
-    pub invariants: Vec<InvariantDeviation<S>>,
+    pub energy: Option<Deviation<S>>,
+    /// The invariants of the user and their names, in their order.
+    pub invariants: Vec<(String, Deviation<S>)>,
     /// The size of K's terms besides the largest one, at most over the nodes: what motion contributes to K. It is 0
     /// where [`Self::of_x`] has the speed.
     pub motion: f64,
@@ -105,7 +93,7 @@ impl<S: Real> Diagnostics<S> {
     pub fn of(
         line: &WorldLine<S>,
         sums: &[Vec<(usize, S)>],
-        invariants: &mut [(String, Observable<S>)],
+        formulas: &mut [(String, Observable<S>)],
         is_lifted: bool,
     ) -> Self {
         let fields = Fields::new(line);
@@ -114,15 +102,12 @@ impl<S: Real> Diagnostics<S> {
         let norm = fields.norm();
         let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
         let max_delta_g = max_abs(&delta_g.iter().map(|row| fields.max_residual(row)).collect::<Vec<_>>());
-        let energy = is_lifted.then(|| EnergyDeviation::new(line, &norm, &tangent(line, 0, &fields.velocities[0])));
-        let (energy, delta_energy) = energy.unzip();
-        let invariants = if invariants.is_empty() {
+        let energy = is_lifted.then(|| energy(line, &norm, &tangent(line, 0, &fields.velocities[0])));
+        let invariants = if formulas.is_empty() {
             Vec::new()
         } else {
             let rows = fields.velocities.iter().enumerate();
-            let states = States::new(line, rows.map(|(a, row)| tangent(line, a, row)).collect());
-            let of = |each: &mut (String, Observable<S>)| InvariantDeviation::new(line, &states, each, norm.value);
-            invariants.iter_mut().map(of).collect()
+            invariants(line, &rows.map(|(a, row)| tangent(line, a, row)).collect::<Vec<_>>(), formulas, norm.value)
         };
         let of_x = OfX::new(&fields);
         Self {
@@ -131,7 +116,6 @@ impl<S: Real> Diagnostics<S> {
             delta_g,
             max_delta_g,
             norm,
-            delta_energy,
             energy,
             invariants,
             motion: if of_x.is_some() { 0.0 } else { fields.motion() },
@@ -155,7 +139,7 @@ impl<S: Real> Diagnostics<S> {
             max_delta_g: max_abs(&[self.max_delta_g, next.max_delta_g]),
             norm: self.norm.followed_by(next.norm),
             energy: self.energy.zip(next.energy).map(|(one, two)| one.followed_by(two)),
-            invariants: each(self.invariants, next.invariants, InvariantDeviation::followed_by),
+            invariants: each(self.invariants, next.invariants, |(name, one), (_, two)| (name, one.followed_by(two))),
             motion: larger(self.motion, next.motion),
             sawtooth: each(self.sawtooth, next.sawtooth, |(a, one), (_, two)| (a, one.followed_by(two))),
             work: each(self.work, next.work, WorkBalance::followed_by),

@@ -40,20 +40,18 @@ impl<S: Real> Sawtooth<S> {
     where
         S: 'g,
     {
-        let most = |a: f64, b: f64| if b > a { b } else { a };
         let windows = || grids.clone().filter(WindowGrid::is_equidistant).map(|grid| &row[grid.exact()]);
         Self {
             amplitude: windows().filter_map(sawtooth).reduce(S::max),
-            sixth_difference: windows().filter_map(sixth_difference).map(S::to_f64).reduce(most),
+            sixth_difference: windows().filter_map(sixth_difference).map(S::to_f64).reduce(f64::max),
         }
     }
 
     /// Joins the measures of the first part of a run, `self`, and of its second part, `next`.
     pub(super) fn followed_by(self, next: Self) -> Self {
-        let either = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
         Self {
             amplitude: self.amplitude.into_iter().chain(next.amplitude).reduce(S::max),
-            sixth_difference: either(self.sixth_difference, next.sixth_difference),
+            sixth_difference: self.sixth_difference.into_iter().chain(next.sixth_difference).reduce(f64::max),
         }
     }
 }

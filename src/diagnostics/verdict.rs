@@ -66,26 +66,16 @@ pub struct Reason {
     pub remedy: String,
     /// The words between both in a sentence.
     #[serde(skip)]
-    link: &'static str,
+    pub(super) link: &'static str,
     /// True if it is only a sign that a grid is too coarse, which a known small error outweighs.
     #[serde(skip)]
-    is_sign: bool,
+    pub(super) is_sign: bool,
 }
 
 impl Reason {
     /// A reason with its remedy.
     pub fn new(reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { reason: reason.into(), remedy: remedy.into(), link: "; ", is_sign: false }
-    }
-
-    /// The same as one that is only a sign of a coarse grid.
-    pub(super) fn of_coarse_grid(self) -> Self {
-        Self { is_sign: true, ..self }
-    }
-
-    /// The same with a colon before the remedy.
-    pub(super) fn with_colon(self) -> Self {
-        Self { link: ": ", ..self }
     }
 }
 
@@ -273,95 +263,89 @@ mod tests {
         CoordinateError { name: "x".to_owned(), end, largest: end, size, range: size, shared: size }
     }
 
-    fn of(errors: Vec<CoordinateError>) -> Verdict {
-        Verdict::new(&Facts { errors: Some(errors), ..Facts::default() })
+    fn grade(errors: Vec<CoordinateError>, further: Facts) -> Grade {
+        Verdict::new(&Facts { errors: Some(errors), ..further }).grade
     }
 
     #[test]
     fn a_number_of_size_zero_is_as_good_as_its_error() {
-        assert_eq!(good_digits(&[error(1e-4, 2.0), error(3e-7, 0.5)], 16), 4);
-        // A run that ends at a given time, and one that stays where it is.
-        assert_eq!(good_digits(&[error(0.0, 2.0), error(3e-7, 0.5)], 16), 6);
-        assert_eq!(good_digits(&[error(0.0, 2.0), error(0.0, 0.0)], 16), 16);
-        // x is 0 at every node, and the true motion leaves it.
-        assert_eq!(good_digits(&[error(0.0, 2.0), error(2e-4, 0.0)], 16), 0);
         let beside = CoordinateError { shared: 2.0, ..error(2e-4, 0.0) };
-        assert_eq!(good_digits(&[error(0.0, 2.0), beside], 16), 4);
-        assert_eq!(good_digits(&[error(1e-9, 2.0), error(0.5, 0.0)], 16), 0);
-        assert_eq!(good_digits(&[error(f64::NAN, 2.0), error(0.1, 1.0)], 16), 0);
-    }
-
-    #[test]
-    fn what_rests_far_out_is_judged_by_its_place() {
-        let rests = |shared: f64| CoordinateError { range: 0.0, shared, ..error(0.0, 100.0) }.allowed();
-        assert_eq!([rests(100.0), rests(0.0)], [100.0 * NEGLIGIBLE_ERROR, 0.0]);
-    }
-
-    #[test]
-    fn a_reference_may_find_rounding_where_an_estimate_is_zero() {
-        let found = |found: f64| {
-            let facts =
-                Facts { errors: Some(vec![error(0.0, 1.0)]), reference: Some([found, 0.0]), ..Facts::default() };
-            Verdict::new(&facts).grade
-        };
-        assert_eq!(
-            [found(0.0), found(0.5 * ROUNDING), found(1e3 * ROUNDING)],
-            [Grade::Trusted, Grade::Trusted, Grade::Doubtful]
-        );
+        for (one, other, digits) in [
+            (error(1e-4, 2.0), error(3e-7, 0.5), 4),
+            // A run that ends at a given time, and one that stays where it is.
+            (error(0.0, 2.0), error(3e-7, 0.5), 6),
+            (error(0.0, 2.0), error(0.0, 0.0), 16),
+            // x is 0 at every node, and the true motion leaves it.
+            (error(0.0, 2.0), error(2e-4, 0.0), 0),
+            (error(0.0, 2.0), beside, 4),
+            (error(1e-9, 2.0), error(0.5, 0.0), 0),
+            (error(f64::NAN, 2.0), error(0.1, 1.0), 0),
+        ] {
+            assert_eq!(good_digits(&[one.clone(), other.clone()], 16), digits, "{one:?} {other:?}");
+        }
     }
 
     #[test]
     fn an_error_counts_relative_to_the_motion_and_not_to_the_place() {
-        assert_eq!(of(vec![error(1e-3, 1.0)]).grade, Grade::Trusted);
-        let doubtful = of(vec![error(2e-2, 1.0)]);
-        assert_eq!(doubtful.grade, Grade::Doubtful);
-        let Reason { reason, remedy, .. } = &doubtful.reasons[0];
+        let Reason { reason, remedy, .. } = error(2e-2, 1.0).reason(FINER_GRID).unwrap();
         assert_eq!(reason, "the error of x is up to about 2.0e-2, above 1.0e-2, 0.01 of its range");
         assert_eq!(remedy, "raise n_gamma or windows, or ask for solver.accuracy");
-        // A small oscillation around a distant place.
-        let far = CoordinateError { range: 1e-2, ..error(1e-3, 1e3) };
-        assert_eq!(of(vec![far]).grade, Grade::Doubtful);
-        // A coordinate that rests but for rounding.
-        let resting = CoordinateError { range: 1e-16, shared: 1.0, ..error(1e-15, 1e-16) };
-        assert_eq!(of(vec![resting]).grade, Grade::Trusted);
         let beside = |largest: f64| CoordinateError { range: 0.0, shared: 1e3, ..error(largest, 1e-16) };
-        assert_eq!(of(vec![beside(5e-7)]).grade, Grade::Trusted, "others of its unit are large");
-        assert_eq!(of(vec![beside(5e-6)]).grade, Grade::Doubtful);
-        assert_eq!(of(vec![error(f64::NAN, 1.0)]).grade, Grade::Doubtful);
+        for (error, is_small) in [
+            (error(1e-3, 1.0), true),
+            (error(2e-2, 1.0), false),
+            (error(f64::NAN, 1.0), false),
+            // A small oscillation around a distant place.
+            (CoordinateError { range: 1e-2, ..error(1e-3, 1e3) }, false),
+            // A coordinate that rests but for rounding, and one whose kind is large.
+            (CoordinateError { range: 1e-16, shared: 1.0, ..error(1e-15, 1e-16) }, true),
+            (beside(5e-7), true),
+            (beside(5e-6), false),
+        ] {
+            assert_eq!(grade(vec![error.clone()], Facts::default()) == Grade::Trusted, is_small, "{error:?}");
+        }
+        let rests = |shared: f64| CoordinateError { range: 0.0, shared, ..error(0.0, 100.0) }.allowed();
+        assert_eq!([rests(100.0), rests(0.0)], [100.0 * NEGLIGIBLE_ERROR, 0.0]);
     }
 
     #[test]
     fn what_is_not_known_and_what_is_contradicted_is_doubtful() {
         let unknown = Verdict::new(&Facts::default());
         assert_eq!((unknown.grade, unknown.error, unknown.digits), (Grade::Doubtful, None, None));
-        let facts = |reference| Facts {
-            errors: Some(vec![error(1e-9, 1.0)]),
-            accuracy: Some(Accuracy::Promised(1e-8)),
-            reference: Some(reference),
-            ..Facts::default()
-        };
-        assert_eq!(Verdict::new(&facts([0.9e-9, 1e-15])).grade, Grade::Trusted);
-        assert_eq!(Verdict::new(&facts([1e-7, 1e-6])).grade, Grade::Trusted, "the reference is no better");
-        let contradicted = Verdict::new(&facts([1e-7, 1e-15]));
-        assert!(contradicted.reasons[0].reason.starts_with("a reference finds an error of 1.0e-7, above"));
+        for (estimate, found, own, is_trusted) in [
+            (1e-9, 0.9e-9, 1e-15, true),
+            // The reference is no better than the run, or finds rounding where the estimate is zero.
+            (1e-9, 1e-7, 1e-6, true),
+            (1e-9, 1e-7, 1e-15, false),
+            (0.0, 0.5 * ROUNDING, 0.0, true),
+            (0.0, 1e3 * ROUNDING, 0.0, false),
+        ] {
+            let accuracy = Some(Accuracy::Promised(1e-8));
+            let facts = Facts { accuracy, reference: Some([found, own]), ..Facts::default() };
+            let found = Verdict::new(&Facts { errors: Some(vec![error(estimate, 1.0)]), ..facts });
+            assert_eq!(found.grade == Grade::Trusted, is_trusted, "{found:?}");
+            assert!(is_trusted || found.reasons[0].reason.starts_with("a reference finds an error of 1.0e-"));
+        }
     }
 
     #[test]
     fn a_way_that_was_stepped_over_counts_if_the_errors_do_not_contain_it() {
-        let grade = |share: f64, range: f64, largest: f64| {
-            let errors = Some(vec![CoordinateError { range, ..error(largest, 1.0) }]);
-            Verdict::new(&Facts { errors, stepped_over: share, ..Facts::default() }).grade
-        };
-        assert_eq!(grade(0.0, 1.0, 1e-9), Grade::Trusted);
-        // Half of the way may be wrong, and of the error nothing is said.
-        assert_eq!(grade(0.5, 1.0, 1e-9), Grade::Doubtful);
-        assert_eq!(grade(f64::NAN, 1.0, 1e-9), Grade::Doubtful);
-        // An error ten times as large hides it; a coordinate that rests has no way.
-        assert_eq!(grade(5e-4, 1.0, 5.1e-3), Grade::Trusted);
-        assert_eq!(grade(5e-4, 1.0, 1e-6), Grade::Doubtful);
-        assert_eq!(grade(5e-4, 1e-2, 5.1e-5), Grade::Trusted, "of a short way it is little");
-        assert_eq!(grade(0.5, 0.0, 1e-9), Grade::Trusted);
-        // What the steps of a march leave between them is always more than rounding.
-        assert_eq!(grade(1e-9, 1.0, 1e-15), Grade::Trusted);
+        for (stepped_over, range, largest, is_trusted) in [
+            (0.0, 1.0, 1e-9, true),
+            // Half of the way may be wrong, and of the error nothing is said.
+            (0.5, 1.0, 1e-9, false),
+            (f64::NAN, 1.0, 1e-9, false),
+            // An error ten times as large hides it, also that of a short way; a coordinate that rests has no way.
+            (5e-4, 1.0, 5.1e-3, true),
+            (5e-4, 1.0, 1e-6, false),
+            (5e-4, 1e-2, 5.1e-5, true),
+            (0.5, 0.0, 1e-9, true),
+            // What the steps of a march leave between them is always more than rounding.
+            (1e-9, 1.0, 1e-15, true),
+        ] {
+            let errors = vec![CoordinateError { range, ..error(largest, 1.0) }];
+            let found = grade(errors, Facts { stepped_over, ..Facts::default() });
+            assert_eq!(found == Grade::Trusted, is_trusted, "{stepped_over} {range} {largest}");
+        }
     }
 }

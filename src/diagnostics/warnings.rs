@@ -1,53 +1,38 @@
 //! Warnings that the trajectory of a run should not be believed, judged by its numbers. Each is one sentence with the
 //! number, its threshold and the remedy.
-//!
-//! * Sawtooth: above 1 % of the amplitude of x, with a sixth difference above half the fourth. The study `stability`
-//!   calls errors above 1 % inaccurate; for a smooth motion on a grid that resolves it, sixth differences are much
-//!   smaller than fourth ones.
-//! * K drifts: by more than a tenth of the largest ẋ². K = g00 ṫ² − ẋ² determines the orbit; K itself may be as large
-//!   as c², and relative to that a change of speed would not be seen.
-//! * Δγω: above half the operator's largest symbol, or above π/2 for a spectral element. Beyond the largest symbol the
-//!   grid has no oscillation of that frequency; half of it means seven (SBP84) to thirteen (SBP21) nodes per
-//!   oscillation, and for SBP21 a phase error of 0.3 rad per oscillation.
-//! * Horizon: g00 < c²/100. There x changes ever faster in γ.
-//! * Accuracy: an estimated error above 1 % of the largest |x|.
-//! * Printed t, γ: numbers of their size are further apart than the accuracy asked for. Errors are counted from t_i and
-//!   γ_i.
-//! * Bound: H_BVP > Q_t (t_f − t_i) with K ≥ 0. In the continuum the bound holds.
-//!
-//! [`OfX::newtonian_warning`] concerns the model and not the numerical errors: above one per cent the motion is a
-//! geodesic, but not that of Newton's mechanics.
 
 use std::f64::consts::FRAC_PI_2;
 
-use super::newtonian::NEGLIGIBLE;
 use super::verdict::{Reason, SMALLER_ACCURACY};
-use super::{Diagnostics, NormDeviation, OfX, Reach, Sawtooth};
+use super::{Deviation, Diagnostics, NEGLIGIBLE, OfX, Reach, Sawtooth};
 use crate::number::Real;
 use crate::sbp::symbol::largest_symbol;
 use crate::solve::{Solution, WorldLine};
 
-/// A drift of K by more than this share of ẋ² means that x is not resolved.
+/// A drift of K by more than this share of the largest ẋ² means that x is not resolved. K = g00 ṫ² − ẋ² determines the
+/// orbit; K itself may be as large as c², and relative to that a change of speed would not be seen.
 const LARGE_DRIFT: f64 = 0.1;
 /// Where the space-time is not that of x alone, a drift of K is judged by what motion contributes to it.
 const DOUBTFUL_DRIFT: f64 = 1e-2;
-/// A sawtooth is large above this share of the amplitude of x.
+/// A sawtooth is large above this share of the amplitude of x: the study `stability` calls such errors inaccurate.
 const LARGE_SAWTOOTH: f64 = 1e-2;
 /// A grid function is rough if its sixth difference (over 64) is above this share of its fourth (over 16). For a
 /// sawtooth they are equal; for a smooth motion the share is (Δγω)²/4.
 const ROUGH: f64 = 0.5;
 /// A drift of K below this share of K can be rounding.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
-/// Steps above this share of the limit of linear theory are too long.
+/// Steps above this share of the operator's largest symbol are too long. Beyond that symbol the grid has no oscillation
+/// of such a frequency; half of it means seven (SBP84) to thirteen (SBP21) nodes per oscillation, and for SBP21 a phase
+/// error of 0.3 rad per oscillation.
 const NEAR_THE_LIMIT: f64 = 0.5;
-/// Share of the acceleration by which a motion may differ from Newton's without a warning.
+/// Share of the acceleration by which a motion may differ from Newton's without a warning. That warning concerns the
+/// model: the motion is a geodesic all the same.
 const NOT_NEWTONIAN: f64 = 1e-2;
 /// Below this g00/c² the particle is near a horizon.
 const NEAR_A_HORIZON: f64 = 1e-2;
 /// In `f64`, Newton's method normally ends with a relative correction below this. As it converges quadratically, that
 /// leaves no error above rounding. After a larger last correction, it was rounding that ended the iteration.
 const SMALL_CORRECTION: f64 = 1e-8;
-
 /// The digits in which rounding may show.
 const SPARE_DIGITS: i32 = 3;
 
@@ -63,8 +48,8 @@ impl<S: Real> Sawtooth<S> {
                 "even and odd nodes are apart: the sawtooth in {name} is {sawtooth:.1e}, above {allowed:.1e}, \
                  {LARGE_SAWTOOTH} of the amplitude"
             );
-            Reason::new(finding, "use an operator of higher order or a weak form in windows, or raise n_gamma")
-                .of_coarse_grid()
+            let remedy = "use an operator of higher order or a weak form in windows, or raise n_gamma";
+            Reason { is_sign: true, ..Reason::new(finding, remedy) }
         })
     }
 }
@@ -116,12 +101,12 @@ impl<S: Real> Diagnostics<S> {
             "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
              world-line is not to be trusted"
         );
-        Some(Reason::new(finding, "raise n_gamma or windows").of_coarse_grid())
+        Some(Reason { is_sign: true, ..Reason::new(finding, "raise n_gamma or windows") })
     }
 }
 
 impl<S: Real> OfX<S> {
-    fn drift_warning(&self, norm: &NormDeviation<S>, solution: &Solution<S>) -> Option<Reason> {
+    fn drift_warning(&self, norm: &Deviation<S>, solution: &Solution<S>) -> Option<Reason> {
         let (drift, x_dot) = (norm.max_interior.max(norm.max_ends).to_f64(), self.scales.x_dot);
         let (size, name) = match x_dot > 0.0 {
             true => (x_dot * x_dot, "the largest x_dot^2"),
@@ -138,7 +123,7 @@ impl<S: Real> OfX<S> {
                 Some(_) => SMALLER_ACCURACY,
                 None => "raise n_gamma or windows, or use an operator of higher order",
             };
-            Reason::new(finding, remedy).of_coarse_grid()
+            Reason { is_sign: true, ..Reason::new(finding, remedy) }
         })
     }
 
@@ -154,7 +139,7 @@ impl<S: Real> OfX<S> {
             let finding =
                 format!("delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, {what}");
             let remedy = format!("raise n_gamma or windows by a factor of {factor:.1} or more");
-            Reason::new(finding, remedy).with_colon().of_coarse_grid()
+            Reason { link: ": ", is_sign: true, ..Reason::new(finding, remedy) }
         })
     }
 
@@ -205,6 +190,7 @@ impl<S: Real> OfX<S> {
         })
     }
 
+    /// In the continuum the bound on H_BVP holds where K ≥ 0.
     fn bound_warning(&self, solution: &Solution<S>) -> Option<Reason> {
         let k = solution.norm().to_f64();
         (k >= 0.0 && !self.bound.is_kept()).then(|| {
@@ -249,17 +235,15 @@ fn unproved_warning(windows: Option<usize>) -> Option<Reason> {
     Some(Reason::new(finding, "write the formula without the kink or pole at that place, or compare with a fixed grid"))
 }
 
-/// The warning that fewer digits are certain than were asked for, from the last correction of an iteration.
+/// The warning that fewer digits are certain than were asked for: those that the last correction left unchanged.
 fn rounding_warning<S: Real>(last_correction: f64, digits: u32) -> Option<Reason> {
-    let reached = short_of_digits::<S>(last_correction, digits)?;
-    let finding =
-        format!("the iteration ends at the rounding of the arithmetic: about {reached} of {digits} digits are certain");
-    Some(Reason::new(finding, "the physical limit, or more digits, have more"))
-}
-
-/// The number of digits that the last correction left unchanged, if they are fewer than were asked for.
-fn short_of_digits<S: Real>(last_correction: f64, digits: u32) -> Option<u32> {
     let reached = -last_correction.log10();
     let wanted = if S::IS_EXTENDED { f64::from(digits) } else { -SMALL_CORRECTION.log10() };
-    (last_correction > 0.0 && reached < wanted).then_some(reached.max(0.0) as u32)
+    (last_correction > 0.0 && reached < wanted).then(|| {
+        let finding = format!(
+            "the iteration ends at the rounding of the arithmetic: about {} of {digits} digits are certain",
+            reached.max(0.0) as u32
+        );
+        Reason::new(finding, "the physical limit, or more digits, have more")
+    })
 }

@@ -5,9 +5,9 @@ use std::io::Write;
 use serde_json::{Value, json};
 
 use super::json;
-use super::tables::{decimal, write_rows};
+use super::study_table::StudyTable;
 use crate::number::Real;
-use crate::study::convergence::{Convergence, ConvergencePoint, Errors, Quantity, Slope};
+use crate::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope};
 
 /// Writes `convergence.csv`, one row per grid; cells of a grid without a solution are empty. Every coordinate has two
 /// columns, and every charge has one.
@@ -16,25 +16,23 @@ use crate::study::convergence::{Convergence, ConvergencePoint, Errors, Quantity,
 /// If `out` cannot be written.
 pub fn write_convergence<S>(out: impl Write, convergence: &Convergence<S>) -> csv::Result<()> {
     let Convergence { points, coordinates, charges, .. } = convergence;
-    let text = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<String>>();
-    let mut header = text(&["sbp", "form", "n_gamma", "delta_gamma"]);
-    header.extend(Quantity::all(coordinates.len()).into_iter().map(|quantity| quantity.name(coordinates)));
-    header.extend(charges.iter().map(|name| format!("delta_q_{name}_last")));
-    header.extend(text(&["delta_k_max", "iterations", "seconds", "status"]));
-    let row = |point: &ConvergencePoint| {
-        let measured: Vec<String> = match &point.errors {
-            Some(Errors { at_end, l2, charges_last, delta_k_max }) => {
-                let all = at_end.iter().chain(l2).chain(charges_last).chain([delta_k_max]);
-                all.map(|&value| decimal(value)).collect()
-            }
-            None => vec![String::new(); 2 * coordinates.len() + charges.len() + 1],
-        };
-        let grid =
-            [point.sbp.into(), point.form.as_str().to_owned(), point.n_gamma.to_string(), decimal(point.delta_gamma)];
-        let solve = [point.iterations.to_string(), decimal(point.seconds), point.status.to_string()];
-        grid.into_iter().chain(measured).chain(solve).collect()
-    };
-    write_rows(out, header, points.iter().map(row))
+    let quantities = Quantity::all(coordinates.len());
+    StudyTable::<ConvergencePoint>::new()
+        .with("sbp", |point| point.sbp.into())
+        .with("form", |point| point.form.as_str().to_owned())
+        .with("n_gamma", |point| point.n_gamma.to_string())
+        .with_number("delta_gamma", |point| Some(point.delta_gamma))
+        .with_each(quantities.iter().map(|of| of.name(coordinates)), |point, k| {
+            Some(quantities[k].of(point.errors.as_ref()?))
+        })
+        .with_each(charges.iter().map(|name| format!("delta_q_{name}_last")), |point, k| {
+            Some(point.errors.as_ref()?.charges_last[k])
+        })
+        .with_number("delta_k_max", |point| Some(point.errors.as_ref()?.delta_k_max))
+        .with("iterations", |point| point.iterations.to_string())
+        .with_number("seconds", |point| Some(point.seconds))
+        .with("status", |point| point.status.to_string())
+        .write(out, points)
 }
 
 /// Writes `slopes.csv`, one row for each operator, form and quantity.
@@ -42,25 +40,18 @@ pub fn write_convergence<S>(out: impl Write, convergence: &Convergence<S>) -> cs
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_slopes(out: impl Write, slopes: &[Slope]) -> csv::Result<()> {
-    let header =
-        ["sbp", "form", "quantity", "slope", "standard_error", "slope_vs_inverse_n", "n_min", "n_max", "points"];
-    let row = |slope: &Slope| {
-        let fit = slope.fit.as_ref();
-        let optional = |value: Option<f64>| value.map(decimal).unwrap_or_default();
-        let bound = |value: Option<usize>| value.map(|n| n.to_string()).unwrap_or_default();
-        vec![
-            slope.sbp.into(),
-            slope.form.as_str().to_owned(),
-            slope.name.clone(),
-            optional(fit.map(|fit| fit.slope)),
-            optional(fit.and_then(|fit| fit.standard_error)),
-            optional(fit.map(|fit| fit.slope_vs_inverse_n)),
-            bound(slope.n_range.map(|range| range.0)),
-            bound(slope.n_range.map(|range| range.1)),
-            slope.points.to_string(),
-        ]
-    };
-    write_rows(out, header.map(str::to_owned).to_vec(), slopes.iter().map(row))
+    let bound = |n: Option<usize>| n.map(|n| n.to_string()).unwrap_or_default();
+    StudyTable::<Slope>::new()
+        .with("sbp", |slope| slope.sbp.into())
+        .with("form", |slope| slope.form.as_str().to_owned())
+        .with("quantity", |slope| slope.name.clone())
+        .with_number("slope", |slope| Some(slope.fit.as_ref()?.slope))
+        .with_number("standard_error", |slope| slope.fit.as_ref()?.standard_error)
+        .with_number("slope_vs_inverse_n", |slope| Some(slope.fit.as_ref()?.slope_vs_inverse_n))
+        .with("n_min", |slope| bound(slope.n_range.map(|range| range.0)))
+        .with("n_max", |slope| bound(slope.n_range.map(|range| range.1)))
+        .with("points", |slope| slope.points.to_string())
+        .write(out, slopes)
 }
 
 /// The reference that the errors are measured against: a key for the end and one for the size of every coordinate.

@@ -64,16 +64,25 @@ impl Drop for MadeFolders {
     }
 }
 
-/// The error that files of a user have the names of result files.
+/// The error that something of a user's, or of another command, is in the way; and what to do about it.
 #[derive(Debug, thiserror::Error)]
-#[error(
-    "{} holds files of these names already, and nothing says that this program wrote them: {}",
-    folder.display(),
-    names.join(", ")
-)]
-pub struct NotOurs {
-    folder: PathBuf,
-    names: Vec<String>,
+#[error("{message}")]
+pub struct Refused {
+    message: String,
+    /// What to do about it.
+    pub help: &'static str,
+    /// True if the command is at fault, and not a file or another process.
+    pub is_usage: bool,
+}
+
+impl Refused {
+    pub(super) fn usage(message: String, help: &'static str) -> Self {
+        Self { message, help, is_usage: true }
+    }
+
+    pub(super) fn file(message: String, help: &'static str) -> Self {
+        Self { message, help, is_usage: false }
+    }
 }
 
 impl Target {
@@ -95,13 +104,18 @@ impl Target {
             }
             let listed = before.as_ref().is_some_and(|before| before.files.iter().any(|listed| listed == name));
             if !(self.force || listed) && path.symlink_metadata().is_ok() {
-                foreign.push(name.to_owned());
+                foreign.push(name);
             }
         }
-        match foreign.is_empty() {
-            true => Ok(before),
-            false => Err(NotOurs { folder: self.folder.clone(), names: foreign }.into()),
+        if foreign.is_empty() {
+            return Ok(before);
         }
+        let (folder, names) = (self.folder.display(), foreign.join(", "));
+        let message = format!(
+            "{folder} holds files of these names already, and nothing says that this program wrote them: {names}"
+        );
+        let help = "move them away, choose another folder with --out, or replace them with --force";
+        Err(Refused::file(message, help).into())
     }
 
     /// Removes a file of the previous set. With `through_links`, the target of a symbolic link is removed and not the
@@ -167,21 +181,9 @@ impl OutputSet {
     ///
     /// # Panics
     /// If `name` was not opened.
-    pub fn writer(&self, name: &str) -> impl Write + '_ {
+    pub fn writer(&self, name: &str) -> &File {
         let (_, file) = self.pending.iter().find(|(n, _)| *n == name).expect("the file was opened");
         file.as_file()
-    }
-
-    /// An opened file by itself.
-    ///
-    /// # Errors
-    /// If the system has no more handles.
-    ///
-    /// # Panics
-    /// If `name` was not opened.
-    pub fn file(&self, name: &str) -> io::Result<File> {
-        let (_, file) = self.pending.iter().find(|(n, _)| *n == name).expect("the file was opened");
-        file.as_file().try_clone()
     }
 
     /// Writes the whole content of an opened file.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use serde_json::{Number, Value};
+use serde_json::{Map, Number, Value, json};
 
 use crate::number::Real;
 
@@ -19,12 +19,17 @@ pub(super) fn number<S: Real>(value: S, digits: u32) -> Value {
     }
 }
 
-/// The object without these members where they are null or empty.
-pub(super) fn without(mut object: Value, keys: &[&str]) -> Value {
-    let members = object.as_object_mut().expect("it is an object");
+/// The object without the members that are null or empty.
+pub(super) fn present(mut object: Value) -> Value {
     let is_empty = |value: &Value| value.is_null() || value.as_object().is_some_and(|members| members.is_empty());
-    members.retain(|key, value| !(keys.contains(&&**key) && is_empty(value)));
+    object.as_object_mut().expect("it is an object").retain(|_, value| !is_empty(value));
     object
+}
+
+/// One object with the members of all of these, in their order. What is null has none.
+pub(super) fn merged(objects: impl IntoIterator<Item = Value>) -> Value {
+    let members = |object| if let Value::Object(members) = object { members } else { Map::new() };
+    Value::Object(objects.into_iter().flat_map(members).collect())
 }
 
 /// Indented JSON with a final newline.
@@ -36,17 +41,9 @@ pub(super) fn json(summary: &impl Serialize) -> String {
 
 /// The summary of a study: what all have in common, and what it found.
 pub(super) fn study_json(is_interrupted: bool, title: Option<&str>, found: Value) -> String {
-    #[derive(Serialize)]
-    struct Study<'a> {
-        status: &'static str,
-        version: &'static str,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        title: Option<&'a str>,
-        #[serde(flatten)]
-        found: Value,
-    }
     let status = if is_interrupted { "interrupted" } else { "complete" };
-    json(&Study { status, version: env!("CARGO_PKG_VERSION"), title, found })
+    let head = json!({"status": status, "version": env!("CARGO_PKG_VERSION")});
+    json(&merged([head, present(json!({"title": title})), found]))
 }
 
 /// One indented JSON object, with a final newline, from several JSON texts and their names.

@@ -3,14 +3,14 @@
 //! ```
 //! use geodesic_ivp::case::builtin;
 //! use geodesic_ivp::Case;
-//! use geodesic_ivp::output::Summary;
+//! use geodesic_ivp::output::run_summary;
 //! use geodesic_ivp::study::run::{Run, Wanted, run};
 //!
 //! let case = Case::parse("free", builtin::text("free").expect("it is built in"), &[])?;
 //! let setup = case.setup();
 //! let (found, seconds) = run(&case, &setup, Wanted::default());
 //! let found: Run = found.expect("it has a solution");
-//! let summary = Summary::new(&case, &found, &found.judged(&setup, false, false), seconds).to_json();
+//! let summary = run_summary(&case, &found, &found.judged(&setup, false, false), [seconds, 0.0]);
 //! assert!(summary.contains("\"status\": \"converged\""));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -24,17 +24,18 @@ mod manifest;
 pub mod pictures;
 pub mod runs;
 mod stability;
+mod study_table;
 mod summary;
 pub mod tables;
 mod work_precision;
 
-pub use chart::{Chart, Ink, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
+pub use chart::{Chart, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
 pub use convergence::{convergence_summary, write_convergence, write_slopes};
-pub use files::{CASE, NotOurs, OutputSet, SUMMARY, Target};
+pub use files::{CASE, OutputSet, Refused, SUMMARY, Target};
 pub use json::json_object;
 pub use manifest::{Origin, origin_of};
-pub use stability::{Border, Onset, borders, onsets, stability_summary, write_stability};
-pub use summary::{Coordinates, Seconds, Summary};
+pub use stability::{stability_summary, write_stability};
+pub use summary::{failure_summary, run_summary};
 pub use tables::{
     StreamedTable, write_branches, write_events, write_residuals, write_samples, write_sensitivity, write_trajectory,
 };

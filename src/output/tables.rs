@@ -1,7 +1,6 @@
 //! The CSV tables of `run`, column by column, for any number of coordinates. Numbers are the shortest decimals that
 //! read back to the same `f64`; extended numbers have as many significant digits as the case asks for.
 
-use std::borrow::Cow;
 use std::fs::File;
 use std::io::{Seek, Write};
 
@@ -16,38 +15,14 @@ use crate::trajectory::{Crossing, Sample};
 /// The tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
 
-/// Writes the table of a study: its header, and rows of cells.
-pub(super) fn write_rows(
-    out: impl Write,
-    header: Vec<String>,
-    rows: impl Iterator<Item = Vec<String>>,
-) -> csv::Result<()> {
-    let mut writer = Writer::from_writer(out);
-    std::iter::once(header).chain(rows).try_for_each(|row| writer.write_record(row))?;
-    Ok(writer.flush()?)
-}
-
-/// A cell with a number: the shortest decimal that reads back as it.
-pub(super) fn decimal(value: f64) -> String {
-    zmij::Buffer::new().format(value).to_owned()
-}
-
-/// The columns of a table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Contents {
-    /// Those of `trajectory.csv`.
-    Trajectory,
-    /// Those of `residuals.csv`.
-    Residuals,
-    /// Those of both.
-    Both,
-}
-
 /// A column: its name, and its values node by node.
-struct Column<'c, S> {
-    name: String,
-    values: Box<dyn Iterator<Item = S> + 'c>,
-}
+type Column<'c, S> = (String, Box<dyn Iterator<Item = S> + 'c>);
+
+/// The columns of a table of a run, after γ.
+type Columns<S> = for<'c> fn(&'c WorldLine<S>, &'c Diagnostics<S>) -> Vec<Column<'c, S>>;
+
+/// A piece of a run, and what was measured on it.
+pub(super) type Part<'p, S> = (&'p WorldLine<S>, &'p Diagnostics<S>);
 
 /// Writes `trajectory.csv` of a run in pieces, where two rows have the same gamma if an event has acted between them:
 /// gamma, the coordinates, their derivatives. With several windows, this table and those below have also the column
@@ -56,8 +31,8 @@ struct Column<'c, S> {
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_trajectory<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
-    write_parts(parts, Contents::Trajectory, every, &mut out)
+pub fn write_trajectory<S: Real>(out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
+    write_parts(out, parts, every, trajectory)
 }
 
 /// Writes `residuals.csv`: gamma; for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A` for
@@ -66,41 +41,21 @@ pub fn write_trajectory<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], eve
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_residuals<S: Real>(mut out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
-    write_parts(parts, Contents::Residuals, every, &mut out)
+pub fn write_residuals<S: Real>(out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
+    write_parts(out, parts, every, residuals)
 }
 
-/// A piece of a run, and what was measured on it.
-type Part<'p, S> = (&'p WorldLine<S>, &'p Diagnostics<S>);
-
-/// The table of a run, piece by piece.
 fn write_parts<S: Real>(
+    mut out: impl Write,
     parts: &[Part<'_, S>],
-    contents: Contents,
     every: usize,
-    out: &mut dyn Write,
+    columns: Columns<S>,
 ) -> csv::Result<()> {
     let has_windows = parts.last().is_some_and(|(run, _)| run.window_count > 1);
     for (index, (run, measured)) in parts.iter().enumerate() {
-        write(run, measured, contents, Rows { has_header: index == 0, has_windows, every }, out)?;
+        write_table(&mut out, run, Rows { has_header: index == 0, has_windows, every }, columns(run, measured))?;
     }
     Ok(())
-}
-
-/// The table of a run, whatever the number of its coordinates.
-fn write<S: Real>(
-    run: &WorldLine<S>,
-    measured: &Diagnostics<S>,
-    contents: Contents,
-    rows: Rows,
-    out: &mut dyn Write,
-) -> csv::Result<()> {
-    let tangent = (contents != Contents::Residuals).then(|| measured.tangent(run));
-    let mut columns = tangent.as_deref().map_or_else(Vec::new, |tangent| trajectory(run, tangent));
-    if contents != Contents::Trajectory {
-        columns.extend(residuals(run, measured));
-    }
-    write_table(out, run, rows, columns)
 }
 
 /// Writes `branches.csv`: gamma, every coordinate with _1, every coordinate with _2. A run that is not doubled has no
@@ -109,12 +64,12 @@ fn write<S: Real>(
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_branches<S: Real>(mut out: impl Write, run: &WorldLine<S>, every: usize) -> csv::Result<()> {
-    let names = run.geometry().names();
-    let forward = |(a, name): (usize, &String)| Column { name: format!("{name}_1"), values: Box::new(run.q(a)) };
+    let names = || run.geometry().names().iter().enumerate();
+    let forward = names().map(|(a, name)| -> Column<'_, S> { (format!("{name}_1"), Box::new(run.q(a))) });
     let backward =
-        |(a, name): (usize, &String)| Some(Column { name: format!("{name}_2"), values: Box::new(run.backward(a)?) });
-    let columns = names.iter().enumerate().map(forward).chain(names.iter().enumerate().filter_map(backward));
-    write_table(&mut out, run, Rows::all(run, every), columns.collect())
+        names().filter_map(|(a, name)| Some::<Column<'_, S>>((format!("{name}_2"), Box::new(run.backward(a)?))));
+    let rows = Rows { has_header: true, has_windows: run.windows.len() > 1, every };
+    write_table(&mut out, run, rows, forward.chain(backward).collect())
 }
 
 /// The numbers of a sample: γ, the coordinates and their derivatives.
@@ -192,34 +147,36 @@ pub(crate) fn state_header(names: &[String]) -> Vec<String> {
     std::iter::once("gamma".to_owned()).chain(names.iter().cloned()).chain(velocities).collect()
 }
 
-fn trajectory<'c, S: Real>(run: &'c WorldLine<S>, tangent: &'c [Cow<'_, [S]>]) -> Vec<Column<'c, S>> {
+fn trajectory<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
     let names = run.geometry().names();
-    let positions = names.iter().enumerate().map(|(a, name)| Column { name: name.clone(), values: Box::new(run.q(a)) });
-    let velocities = names.iter().zip(tangent).map(|(name, row)| column(format!("{name}_dot"), row));
-    positions.chain(velocities).collect()
-}
-
-fn column<'c, S: Real>(name: String, row: &'c [S]) -> Column<'c, S> {
-    Column { name, values: Box::new(row.iter().copied()) }
+    let mut columns: Vec<Column<'_, S>> = Vec::with_capacity(2 * names.len());
+    columns.extend(names.iter().enumerate().map(|(a, name)| -> Column<'_, S> { (name.clone(), Box::new(run.q(a))) }));
+    let velocities = names.iter().zip(measured.tangent(run));
+    columns.extend(velocities.map(|(name, row)| -> Column<'_, S> {
+        (format!("{name}_dot"), Box::new((0..row.len()).map(move |node| row[node])))
+    }));
+    columns
 }
 
 fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
     let coordinates = run.geometry().names();
-    let mut columns = Vec::new();
+    let mut rows: Vec<(String, &[S])> = Vec::new();
     for charge in &measured.charges {
         let name = &coordinates[charge.terms[0].0];
-        columns.push(column(format!("delta_q_{name}"), &charge.delta));
-        columns.push(column(format!("delta_q_{name}_corrected"), &charge.corrected));
+        rows.push((format!("delta_q_{name}"), &charge.delta));
+        rows.push((format!("delta_q_{name}_corrected"), &charge.corrected));
     }
-    let rows = coordinates.iter().zip(&measured.delta_g);
-    columns.extend(rows.map(|(name, row)| column(format!("delta_g_{name}"), row)));
-    columns.push(match &measured.delta_energy {
-        Some(energy) => column("delta_energy".to_owned(), energy),
-        None => column("delta_k".to_owned(), &measured.norm.delta),
+    rows.extend(coordinates.iter().zip(&measured.delta_g).map(|(name, row)| (format!("delta_g_{name}"), &**row)));
+    rows.push(match &measured.energy {
+        Some(energy) => ("delta_energy".to_owned(), &*energy.delta),
+        None => ("delta_k".to_owned(), &*measured.norm.delta),
     });
-    let invariants = measured.invariants.iter();
-    columns.extend(invariants.map(|each| column(format!("delta_{}", each.name), &each.delta)));
-    columns
+    rows.extend(measured.invariants.iter().map(|(name, each)| (format!("delta_{name}"), &*each.delta)));
+    rows.into_iter().map(|(name, row)| -> Column<'_, S> { (name, Box::new(row.iter().copied())) }).collect()
+}
+
+fn everything<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
+    trajectory(run, measured).into_iter().chain(residuals(run, measured)).collect()
 }
 
 /// Which rows of a run are written, and how.
@@ -232,12 +189,6 @@ struct Rows {
     every: usize,
 }
 
-impl Rows {
-    fn all<S: Real>(run: &WorldLine<S>, every: usize) -> Self {
-        Self { has_header: true, has_windows: run.windows.len() > 1, every }
-    }
-}
-
 /// Writes a header and a row for each node that is wanted: γ, the columns and, with several windows, the number of the
 /// window from 1.
 fn write_table<S: Real>(
@@ -246,8 +197,7 @@ fn write_table<S: Real>(
     rows: Rows,
     columns: Vec<Column<'_, S>>,
 ) -> csv::Result<()> {
-    let (names, mut columns): (Vec<_>, Vec<_>) =
-        columns.into_iter().map(|Column { name, values }| (name, values)).unzip();
+    let (names, mut columns): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
     let Rows { has_header, has_windows, every } = rows;
     let mut table = Table::new(out, run.digits);
     if has_header {
@@ -309,7 +259,7 @@ impl StreamedTable {
             None if part.windows.len() > 1 => true,
             None if has_header => {
                 for (room, has_windows) in self.first.iter_mut().zip([false, true]) {
-                    write(part, measured, Contents::Both, rows(has_windows), room)?;
+                    write_table(room, part, rows(has_windows), everything(part, measured))?;
                 }
                 return Ok(());
             }
@@ -319,7 +269,7 @@ impl StreamedTable {
                 true
             }
         };
-        write(part, measured, Contents::Both, rows(has_windows), &mut self.file)
+        write_table(&mut self.file, part, rows(has_windows), everything(part, measured))
     }
 
     /// The file with the whole table, at its beginning.

@@ -6,43 +6,33 @@ use csv::{Reader, StringRecord};
 use serde_json::json;
 
 use super::json::study_json;
-use super::tables::{decimal, write_rows};
+use super::study_table::StudyTable;
 use crate::study::work_precision::{
     Arena, DriftPoint, Family, Leader, Ratio, Row, RowErrors, RowStatus, WorkPrecision, front,
 };
 
-/// Columns before and behind those of the errors, of which every coordinate has one.
-const BEFORE: [&str; 2] = ["method", "setting"];
-const BEHIND: [&str; 7] =
-    ["delta_k_max", "seconds_min", "seconds_median", "evaluations", "points", "status", "gamma_f"];
-
-fn header(coordinates: &[String], behind: &[&str]) -> Vec<String> {
-    let text = |name: &&str| (*name).to_owned();
-    let errors = coordinates.iter().map(|name| format!("error_{name}"));
-    BEFORE.iter().map(text).chain(errors).chain(behind.iter().map(text)).collect()
-}
+/// The numbers of columns before and behind those of the errors, of which every coordinate has one.
+const BEFORE: usize = 2;
+const BEHIND: usize = 7;
 
 /// Writes `work_precision.csv`, one row for each method and setting. The errors are empty if there is no result.
 ///
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_work_precision(out: impl Write, coordinates: &[String], rows: &[Row]) -> csv::Result<()> {
-    let row = |row: &Row| {
-        let errors: Vec<String> = match &row.errors {
-            Some(RowErrors { q, delta_k }) => q.iter().chain([delta_k]).map(|&value| decimal(value)).collect(),
-            None => vec![String::new(); coordinates.len() + 1],
-        };
-        let times = [
-            decimal(row.seconds_min),
-            decimal(row.seconds_median),
-            row.evaluations.to_string(),
-            row.points.to_string(),
-            row.status.as_str().to_owned(),
-            decimal(row.gamma_f),
-        ];
-        [row.family.name(), row.setting.clone()].into_iter().chain(errors).chain(times).collect()
-    };
-    write_rows(out, header(coordinates, &BEHIND), rows.iter().map(row))
+    let errors = coordinates.iter().map(|name| format!("error_{name}"));
+    StudyTable::<Row>::new()
+        .with("method", |row| row.family.name())
+        .with("setting", |row| row.setting.clone())
+        .with_each(errors, |row, a| Some(row.errors.as_ref()?.q[a]))
+        .with_number("delta_k_max", |row| Some(row.errors.as_ref()?.delta_k))
+        .with_number("seconds_min", |row| Some(row.seconds_min))
+        .with_number("seconds_median", |row| Some(row.seconds_median))
+        .with("evaluations", |row| row.evaluations.to_string())
+        .with("points", |row| row.points.to_string())
+        .with("status", |row| row.status.as_str().to_owned())
+        .with_number("gamma_f", |row| Some(row.gamma_f))
+        .write(out, rows)
 }
 
 /// Reads rows that another program measured, from a table with the columns of `work_precision.csv`.
@@ -50,7 +40,7 @@ pub fn write_work_precision(out: impl Write, coordinates: &[String], rows: &[Row
 /// # Errors
 /// If the table cannot be read, or does not have these columns.
 pub fn read_rows(table: impl Read, coordinates: &[String]) -> csv::Result<Vec<Row>> {
-    let columns = BEFORE.len() + coordinates.len() + BEHIND.len();
+    let columns = BEFORE + coordinates.len() + BEHIND;
     let row = |record: csv::Result<StringRecord>| {
         let record = record?;
         if record.len() != columns {
@@ -60,8 +50,8 @@ pub fn read_rows(table: impl Read, coordinates: &[String]) -> csv::Result<Vec<Ro
         // The cells of a method without a result are empty.
         let value = |cell: &str| cell.parse::<f64>().unwrap_or(f64::NAN);
         let count = |cell: &str| cell.parse().unwrap_or(0);
-        let behind = |place: usize| &record[BEFORE.len() + coordinates.len() + place];
-        let q = (0..coordinates.len()).map(|a| value(&record[BEFORE.len() + a])).collect();
+        let behind = |place: usize| &record[BEFORE + coordinates.len() + place];
+        let q = (0..coordinates.len()).map(|a| value(&record[BEFORE + a])).collect();
         let errors = RowErrors { q, delta_k: value(behind(0)) };
         let status = match behind(5) {
             "converged" if errors.q.iter().all(|error| error.is_finite()) => RowStatus::Converged,
@@ -90,13 +80,13 @@ pub fn read_rows(table: impl Read, coordinates: &[String]) -> csv::Result<Vec<Ro
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_drift(out: impl Write, coordinates: &[String], points: &[DriftPoint]) -> csv::Result<()> {
-    let mut columns = header(coordinates, &["delta_k"]);
-    columns.insert(BEFORE.len(), "gamma".to_owned());
-    let row = |DriftPoint { family, setting, gamma, errors }: &DriftPoint| {
-        let numbers = [gamma].into_iter().chain(&errors.q).chain([&errors.delta_k]).map(|&value| decimal(value));
-        [family.name(), setting.clone()].into_iter().chain(numbers).collect()
-    };
-    write_rows(out, columns, points.iter().map(row))
+    StudyTable::<DriftPoint>::new()
+        .with("method", |point| point.family.name())
+        .with("setting", |point| point.setting.clone())
+        .with_number("gamma", |point| Some(point.gamma))
+        .with_each(coordinates.iter().map(|name| format!("error_{name}")), |point, a| Some(point.errors.q[a]))
+        .with_number("delta_k", |point| Some(point.errors.delta_k))
+        .write(out, points)
 }
 
 /// `summary.json` of `work-precision` for the case with this title: of the arenas of all lengths, the rows measured on

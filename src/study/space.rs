@@ -94,10 +94,10 @@ pub(super) fn length_of<S: Real>(setup: &Setup<S>) -> Result<S, ReferenceEnds> {
 /// Measures a run. `is_lifted` says whether it is one of Newton's law, which has an energy.
 pub(super) fn deviations<S: Real>(line: &WorldLine<S>, is_lifted: bool) -> Deviations {
     let found = Diagnostics::of(line, &[], &mut [], is_lifted);
-    let Diagnostics { charges, norm, delta_energy, energy, .. } = found;
-    let energy_max = delta_energy.map(|delta| {
-        let inside = line.grids().map(|grid| max_abs(&delta[grid.exact()]).to_f64()).fold(0.0, larger);
-        energy.map_or(inside, |energy| larger(inside, energy.max_ends.to_f64()))
+    let Diagnostics { charges, norm, energy, .. } = found;
+    let energy_max = energy.map(|energy| {
+        let inside = line.grids().map(|grid| max_abs(&energy.delta[grid.exact()]).to_f64()).fold(0.0, larger);
+        larger(inside, energy.max_ends.to_f64())
     });
     // In one coordinate it is that of the run's last node, as the paper has it.
     let is_of_x = line.geometry().c_squared().is_some();

@@ -170,16 +170,9 @@ impl Map {
             draw_cells(page, kind, &cells.collect::<Vec<_>>());
         }
         let mut lines = format!("M{} {}h{}v{}H{0}z", px(left), px(top), px(width), px(height));
-        let mut free = f64::NEG_INFINITY;
-        for (place, label) in &panel.ticks {
-            let at = column(*place);
-            lines += &format!("M{} {}v3", px(at), px(bottom));
-            let half = extent(label, TINY) / 2.0;
-            if at - half > free {
-                free = at + half + 4.0;
-                page.write(label, (at, bottom + 14.0), TINY, "middle", TEXT);
-            }
-        }
+        lines.extend(panel.ticks.iter().map(|(place, _)| format!("M{} {}v3", px(column(*place)), px(bottom))));
+        let labels = panel.ticks.iter().map(|(place, label)| (column(*place), label.clone()));
+        page.write_along(labels, bottom + 14.0, TINY, 4.0);
         page.stroke(lines, TEXT, 0.8);
         if let Some(place) = panel.line.filter(|place| (0.0..=panel.columns as f64).contains(place)) {
             draw_limit(page, column(place), top, bottom);

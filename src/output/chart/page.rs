@@ -93,6 +93,19 @@ impl Page {
         self.add(line);
     }
 
+    /// Writes labels below places along an abscissa, in order, but for those that would be nearer to the one before than
+    /// `space`.
+    pub(super) fn write_along(&mut self, labels: impl Iterator<Item = (f64, String)>, y: f64, size: f64, space: f64) {
+        let mut free = f64::NEG_INFINITY;
+        for (x, label) in labels {
+            let half = extent(&label, size) / 2.0;
+            if x - half > free {
+                free = x + half + space;
+                self.write(&label, (x, y), size, "middle", TEXT);
+            }
+        }
+    }
+
     /// Draws symbols at these places.
     pub(super) fn symbols(&mut self, look: Look, radius: f64, is_open: bool, places: &[At]) {
         if places.is_empty() {

@@ -3,10 +3,7 @@
 /// The colours of Okabe and Ito, for series that are not methods; without yellow, which is too faint on white.
 const PALETTE: [[u8; 3]; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233], [0, 0, 0]];
-const NEUTRAL: Look = Look { colour: [128, 128, 128], shape: Shape::Circle };
-const BAND: Look = Look { colour: [222, 222, 222], shape: Shape::Circle };
-
-/// The look of a series.
+/// How the points of a series are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
     /// A solid line.
@@ -27,20 +24,6 @@ pub enum Mark {
     Band,
 }
 
-/// The colour of a series, and the shape of its symbols.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Ink {
-    /// The next one of the palette.
-    #[default]
-    Next,
-    /// The one of the previous series, as for a fit that follows its data.
-    Previous,
-    /// Grey, as for a reference. It does not advance the palette.
-    Neutral,
-    /// A given one. It does not advance the palette.
-    Fixed(Look),
-}
-
 /// The colour and the shape that something has in every picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Look {
@@ -51,6 +34,11 @@ pub struct Look {
 }
 
 impl Look {
+    /// Grey, as for a reference.
+    pub const NEUTRAL: Self = Self { colour: [128, 128, 128], shape: Shape::Circle };
+    /// Pale grey, as for a band behind others.
+    pub const PALE: Self = Self { colour: [222, 222, 222], shape: Shape::Circle };
+
     /// The colour as an attribute.
     pub(super) fn hex(self) -> String {
         hex(self.colour)
@@ -97,45 +85,32 @@ impl Shape {
 pub struct Series {
     /// Entry in the legend, if not empty.
     pub label: String,
-    /// Its look.
+    /// How its points are drawn.
     pub mark: Mark,
-    /// Its colour.
-    pub ink: Ink,
+    /// Its colour and the shape of its symbols; those of a series without are the next ones of a palette.
+    pub look: Option<Look>,
     /// Abscissae and ordinates, in the order in which a line joins them.
     pub points: Vec<(f64, f64)>,
 }
 
 impl Series {
-    /// A series in the next colour.
+    /// A series in the next colour of the palette.
     pub fn new(label: impl Into<String>, mark: Mark, points: Vec<(f64, f64)>) -> Self {
-        Self { label: label.into(), mark, ink: Ink::Next, points }
+        Self { label: label.into(), mark, look: None, points }
     }
 
-    /// The same series in another colour.
+    /// The same series with a look of its own.
     #[must_use]
-    pub fn with_ink(self, ink: Ink) -> Self {
-        Self { ink, ..self }
+    pub fn with_look(self, look: Look) -> Self {
+        Self { look: Some(look), ..self }
     }
 }
 
 /// The looks of the series of a chart.
 pub(super) fn looks(series: &[Series]) -> Vec<Look> {
-    let mut used = 0;
-    let mut last = None;
-    let look = |series: &Series| {
-        let look = match (series.ink, last) {
-            _ if series.mark == Mark::Band => BAND,
-            (Ink::Neutral, _) => NEUTRAL,
-            (Ink::Fixed(look), _) | (Ink::Previous, Some(look)) => look,
-            _ => {
-                used += 1;
-                Look { colour: PALETTE[(used - 1) % PALETTE.len()], shape: Shape::ALL[(used - 1) % 4] }
-            }
-        };
-        last = Some(look);
-        look
-    };
-    series.iter().map(look).collect()
+    let mut palette = PALETTE.into_iter().cycle().zip(Shape::ALL.into_iter().take(4).cycle());
+    let mut next = || palette.next().map_or(Look::NEUTRAL, |(colour, shape)| Look { colour, shape });
+    series.iter().map(|series| series.look.unwrap_or_else(&mut next)).collect()
 }
 
 impl Mark {
@@ -166,10 +141,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fit_shares_the_colour_of_its_data() {
-        let inks = [Ink::Previous, Ink::Next, Ink::Previous, Ink::Neutral, Ink::Next];
-        let series = inks.map(|ink| Series::new("", Mark::Line, Vec::new()).with_ink(ink));
-        let colours: Vec<[u8; 3]> = looks(&series).iter().map(|look| look.colour).collect();
-        assert_eq!(colours, [PALETTE[0], PALETTE[1], PALETTE[1], NEUTRAL.colour, PALETTE[2]]);
+    fn a_series_with_a_look_takes_no_colour_of_the_palette() {
+        let series = || Series::new("", Mark::Line, Vec::new());
+        let looks = looks(&[series(), series().with_look(Look::NEUTRAL), series()]);
+        let colours: Vec<[u8; 3]> = looks.iter().map(|look| look.colour).collect();
+        assert_eq!(colours, [PALETTE[0], Look::NEUTRAL.colour, PALETTE[1]]);
     }
 }

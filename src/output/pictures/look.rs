@@ -7,7 +7,7 @@
 
 use crate::case::{Form, SbpName};
 use crate::methods::{PEERS, Peer};
-use crate::output::chart::{Ink, Look, Mark, Shape};
+use crate::output::chart::{Look, Mark, Shape};
 use crate::study::stability::Method;
 use crate::study::work_precision::{Family, Group};
 
@@ -141,9 +141,9 @@ pub(super) fn of_method(method: &Method) -> Look {
     }
 }
 
-/// The look of a curve of a method.
-pub(super) fn pen(look: Look, is_own: bool) -> (Mark, Ink) {
-    (if is_own { Mark::LineAndPoints } else { Mark::DashedAndOpenPoints }, Ink::Fixed(look))
+/// How the curve of a method is drawn.
+pub(super) fn mark(is_own: bool) -> Mark {
+    if is_own { Mark::LineAndPoints } else { Mark::DashedAndOpenPoints }
 }
 
 #[cfg(test)]
@@ -172,31 +172,30 @@ pub(super) mod tests {
         ["SciPy DOP853", "SciPy LSODA", "heyoka"].map(|name| Family::Other(name.to_owned()))
     }
 
+    /// All methods of both studies, with their looks, and whether they are of this program.
+    fn all() -> Vec<(String, Look, bool)> {
+        let families = Family::all().into_iter().chain(strangers());
+        let families = families.map(|family| (family.name(), of_family(&family), family.is_own()));
+        let methods = Method::all().into_iter().map(|method| (method.label(), of_method(&method), method.is_own()));
+        families.chain(methods).collect()
+    }
+
     #[test]
     fn every_method_is_seen_on_white_and_own_methods_are_coloured() {
-        for family in Family::all().into_iter().chain(strangers()) {
-            let look = of_family(&family);
-            assert!(contrast(look.colour) >= 3.0, "{}: {}", family.name(), contrast(look.colour));
-            let (least, most) = if family.is_own() { (70, 255) } else { (0, 20) };
-            assert!((least..=most).contains(&saturation(look.colour)), "{}: {:?}", family.name(), look.colour);
-        }
-        for method in Method::all() {
-            let look = of_method(&method);
-            assert!(contrast(look.colour) >= 3.0, "{}", method.label());
-            assert_eq!(saturation(look.colour) >= 70, method.is_own(), "{}", method.label());
+        for (name, look, is_own) in all() {
+            assert!(contrast(look.colour) >= 3.0, "{name}: {}", contrast(look.colour));
+            let (least, most) = if is_own { (70, 255) } else { (0, 20) };
+            assert!((least..=most).contains(&saturation(look.colour)), "{name}: {:?}", look.colour);
         }
     }
 
     #[test]
     fn no_two_methods_look_alike() {
-        let methods: Vec<(String, Look)> = (Family::all().iter().chain(&strangers()).map(|f| (f.name(), of_family(f))))
-            .chain(Method::all().iter().map(|method| (method.label(), of_method(method))))
-            .collect();
-        for (k, (name, look)) in methods.iter().enumerate() {
-            for (other, its) in &methods[..k] {
+        let methods = all();
+        for (k, (name, look, _)) in methods.iter().enumerate() {
+            for (other, its, _) in &methods[..k] {
                 // A method has the same look in all studies, and no two methods share a look.
-                let is_same = name == other;
-                assert_eq!(look == its, is_same, "{name} and {other}: {look:?}");
+                assert_eq!(look == its, name == other, "{name} and {other}: {look:?}");
             }
         }
     }

@@ -13,4 +13,4 @@ pub use run::{
 };
 pub use scan::{Varied, scan};
 pub use stability::{last_node, sawtooth_onset, stability_map};
-pub use work_precision::{WorkAxis, drift, work_precision};
+pub use work_precision::{Work, drift, work_precision};

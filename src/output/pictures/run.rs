@@ -2,10 +2,11 @@
 //! paper.
 
 use crate::case::Form;
-use crate::diagnostics::Diagnostics;
+use crate::diagnostics::{Diagnostics, Reach};
 use crate::geometry::{ConservedSum, Observable};
 use crate::number::Real;
-use crate::output::chart::{Chart, Ink, Look, Mark, Scale, Series, Shape};
+use crate::output::chart::{Chart, Look, Mark, Scale, Series, Shape};
+use crate::output::tables::Part;
 use crate::reference::{ReferenceTrajectory, TimeState};
 use crate::solve::WorldLine;
 use crate::trajectory::{Crossing, Sample, Sampler};
@@ -26,9 +27,6 @@ const MANY_STEPS: f64 = 30.0;
 const ENDS: Look = Look { colour: [0, 0, 0], shape: Shape::Circle };
 /// Steps that differ by less are equal.
 const EVEN: f64 = 1.0 + 1e-6;
-
-/// A piece of a run, and what was measured on it.
-type Part<'p, S> = (&'p WorldLine<S>, &'p Diagnostics<S>);
 
 /// A picture of deviations along the world-line, on a logarithmic scale.
 fn deviations(title: &str, of: &str, y_label: &str, series: Vec<Series>) -> Chart {
@@ -65,7 +63,7 @@ pub fn time_mesh<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &Diagn
         Form::Weak => "(D̄t)(γ)",
     };
     let points = at_nodes(solution, tangent[0].iter().copied());
-    let (least, most) = ends(points.iter().map(|point| point.1));
+    let Reach { least, most } = Reach::of(points.iter().map(|point| point.1));
     let title = if least > 0.0 && most > 1.005 * least {
         format!("The time mesh: steps in t differ by a factor of {:.2}", most / least)
     } else {
@@ -88,7 +86,7 @@ pub fn trajectory<S: Real>(
         series.push(Series::new("geodesic (reference)", Mark::Line, points));
     }
     let points = time_parametrised.iter().map(|state| (t_i + state.elapsed, state.x)).collect();
-    series.push(Series::new("x(t) with time as parameter", Mark::Dashed, points).with_ink(Ink::Neutral));
+    series.push(Series::new("x(t) with time as parameter", Mark::Dashed, points).with_look(Look::NEUTRAL));
     let points = solution.t().zip(solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
     series.push(Series::new("nodes", Mark::Points, points));
     Chart::new("Where the nodes lie on the trajectory x(t)", of, ["t", "x"], series)
@@ -138,7 +136,7 @@ impl<S: Real> PlotAxes<S> {
 
     fn chart(&self, title: &str, of: &str, series: Vec<Series>) -> Chart {
         let points = || series.iter().flat_map(|series| &series.points);
-        let ratio = extent(points().map(|p| p.0)) / extent(points().map(|p| p.1));
+        let ratio = Reach::of(points().map(|p| p.0)).range() / Reach::of(points().map(|p| p.1)).range();
         let [x_label, y_label] = self.labels.each_ref().map(|label| written(label, self.parameter));
         let is_isometric = self.are_places() && (1.0 / ALIKE..=ALIKE).contains(&ratio);
         Chart { is_isometric, ..Chart::new(title, of, [&x_label, &y_label], series) }
@@ -204,9 +202,9 @@ pub fn orbit<S: Real>(of: &str, parts: &[Part<'_, S>], orbits: &[(String, PlotAx
         ends.extend(points.last().copied());
         series.push(Series::new(name.clone(), Mark::Line, points));
     }
-    let mark = |shape: Shape| Ink::Fixed(Look { shape, ..ENDS });
-    series.push(Series::new("start", Mark::OpenPoints, starts).with_ink(mark(Shape::Circle)));
-    series.push(Series::new("end", Mark::Points, ends).with_ink(mark(Shape::Cross)));
+    let mark = |shape: Shape| Look { shape, ..ENDS };
+    series.push(Series::new("start", Mark::OpenPoints, starts).with_look(mark(Shape::Circle)));
+    series.push(Series::new("end", Mark::Points, ends).with_look(mark(Shape::Cross)));
     let axes = &orbits[0].1;
     let title = match orbits {
         [_] if axes.labels[0] == "t" => format!("{} over time, from its start to its end", axes.labels[1]),
@@ -226,7 +224,7 @@ pub fn section<S: Real>(
 ) -> Chart {
     let (mut axes, norm) = (axes.clone(), parts.first().map_or(S::ZERO, |(line, _)| norm(line)));
     let (x, y): (Vec<f64>, Vec<f64>) = points(parts, &mut axes, LEAST_POINTS).into_iter().unzip();
-    let grains = [x, y].map(|values| ROUNDING * extent(values.into_iter()));
+    let grains = [x, y].map(|values| ROUNDING * Reach::of(values.into_iter()).range());
     let events: Vec<(f64, f64)> = crossings.iter().map(|crossing| axes.point(&crossing.sample, norm)).collect();
     let (mut x, mut y): (Vec<f64>, Vec<f64>) = events.into_iter().unzip();
     level(&mut x, grains[0]);
@@ -240,21 +238,10 @@ pub fn section<S: Real>(
     axes.chart("Where the events are on the orbit", of, series)
 }
 
-/// The least and the greatest of these.
-fn ends(values: impl Iterator<Item = f64>) -> (f64, f64) {
-    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| (least.min(v), most.max(v)))
-}
-
-/// The distance between the least and the greatest.
-fn extent(values: impl Iterator<Item = f64>) -> f64 {
-    let (least, most) = ends(values);
-    most - least
-}
-
 /// Makes values equal whose differences are below `grain`, and zero if they are below it themselves: the events of an
 /// axis along which they all lie differ by rounding, which is not to be seen.
 fn level(values: &mut [f64], grain: f64) {
-    if extent(values.iter().copied()) > grain {
+    if Reach::of(values.iter().copied()).range() > grain {
         return;
     }
     let first = values.first().copied().filter(|first| first.abs() > grain).unwrap_or(0.0);
@@ -290,9 +277,9 @@ fn rows_of_charges<'d, S: Real>(
     let names = line.geometry().names();
     // What only measures is drawn first: the charges are below it, and are to be seen.
     let mut rows: Vec<(String, &'d [S])> =
-        diagnostics.invariants.iter().map(|invariant| (invariant.name.clone(), &*invariant.delta)).collect();
-    rows.push(match &diagnostics.delta_energy {
-        Some(energy) => ("energy".to_owned(), energy),
+        diagnostics.invariants.iter().map(|(name, invariant)| (name.clone(), &*invariant.delta)).collect();
+    rows.push(match &diagnostics.energy {
+        Some(energy) => ("energy".to_owned(), &energy.delta),
         None => ("K".to_owned(), &diagnostics.norm.delta),
     });
     let charges = diagnostics.charges.iter().map(|charge| (format!("p_{}", names[charge.terms[0].0]), charge));
@@ -326,7 +313,7 @@ pub fn mesh<S: Real>(of: &str, parts: &[Part<'_, S>]) -> Chart {
         pairs.iter().map(step).collect()
     };
     let spread = |steps: &[(f64, f64)]| {
-        let (least, most) = ends(steps.iter().map(|step| step.1.abs()));
+        let Reach { least, most } = Reach::of(steps.iter().map(|step| step.1.abs()));
         most / least
     };
     let in_gamma = steps(&gamma);

@@ -1,5 +1,6 @@
 //! The map of many runs over two keys that vary: a column of their table by colour.
 
+use crate::diagnostics::Reach;
 use crate::output::chart::{Kind, Map, Panel, Sign};
 
 /// From the least to the largest value, light to dark: the perceptually uniform map viridis, backwards.
@@ -68,8 +69,7 @@ fn words(values: &[String]) -> Kinds {
 }
 
 fn shades(numbers: &[Option<f64>]) -> Kinds {
-    let known = || numbers.iter().flatten().copied();
-    let (least, most) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let Reach { least, most } = Reach::of(numbers.iter().flatten().copied());
     let is_logarithmic = least > 0.0 && most > MANY_DECADES * least;
     let scale = |value: f64| if is_logarithmic { value.ln() } else { value };
     let [from, to] = [least, most].map(scale);
@@ -86,7 +86,7 @@ fn shades(numbers: &[Option<f64>]) -> Kinds {
     };
     let kind = |k: usize| Kind {
         label: format!("{} … {}", text(edge(k)), text(edge(k + 1))),
-        fill: SHADES[k * (SHADES.len() - 1) / count.max(2).saturating_sub(1).max(1)],
+        fill: SHADES[k * (SHADES.len() - 1) / (count.max(2) - 1)],
         sign: Sign::Empty,
     };
     ((0..count).map(kind).collect(), numbers.iter().map(kind_of).collect())

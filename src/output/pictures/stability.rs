@@ -4,7 +4,7 @@
 use super::look;
 use crate::case::Form;
 use crate::number::norm::larger;
-use crate::output::chart::{Chart, Ink, Kind, Map, Mark, Panel, Series, Sign};
+use crate::output::chart::{Chart, Kind, Map, Mark, Panel, Series, Sign};
 use crate::output::stability::onsets;
 use crate::study::stability::{Arena, Cell, CellStatus, Limit, Method, Pace};
 
@@ -125,27 +125,31 @@ fn short(length: f64) -> String {
     format!("{}", (length * unit).round() / unit)
 }
 
-/// Where on the world-line the sawtooth begins, against Δγω.
-pub fn sawtooth_onset(of: &str, cells: &[Cell]) -> Chart {
-    let mut series: Vec<Series> = Vec::new();
-    // Beyond half the limit of SBP21 the sawtooth begins at once. Methods other than these have no such mode.
-    let has_mode = |cell: &&Cell| matches!(cell.method, Method::Block(..) | Method::Windows(..));
-    let resolved = |cell: &&Cell| cell.delta_gamma_omega.is_some_and(|at| at <= 0.5);
-    let shown: Vec<Cell> = cells.iter().filter(has_mode).filter(resolved).cloned().collect();
-    for onset in onsets(&shown) {
-        let point = (onset.delta_gamma_omega, onset.gamma);
-        match series.iter_mut().find(|series| series.label == onset.method) {
+/// A curve for each label, with the look of its method.
+fn curves<'m>(points: impl Iterator<Item = (String, &'m Method, (f64, f64))>) -> Vec<Series> {
+    let mut curves: Vec<Series> = Vec::new();
+    for (label, method, point) in points {
+        match curves.iter_mut().find(|known| known.label == label) {
             Some(known) => known.points.push(point),
             None => {
-                let method = shown.iter().map(|cell| &cell.method).find(|method| method.label() == onset.method);
-                let ink = method.map_or(Ink::Next, |method| Ink::Fixed(look::of_method(method)));
-                series.push(Series::new(onset.method, Mark::LineAndPoints, vec![point]).with_ink(ink));
+                let curve = Series::new(label, Mark::LineAndPoints, vec![point]);
+                curves.push(curve.with_look(look::of_method(method)));
             }
         }
     }
-    for series in &mut series {
-        series.points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    }
+    curves
+}
+
+/// Where on the world-line the sawtooth begins, against Δγω.
+pub fn sawtooth_onset(of: &str, cells: &[Cell]) -> Chart {
+    // Beyond half the limit of SBP21 the sawtooth begins at once. Methods other than these have no such mode.
+    let has_mode = |cell: &&Cell| matches!(cell.method, Method::Block(..) | Method::Windows(..));
+    let resolved = |cell: &&Cell| cell.delta_gamma_omega.is_some_and(|at| at <= 0.5);
+    let onsets = onsets(cells.iter().filter(has_mode).filter(resolved)).into_iter();
+    let points =
+        onsets.filter_map(|(cell, gamma)| Some((cell.method.label(), &cell.method, (cell.delta_gamma_omega?, gamma))));
+    let mut series = curves(points);
+    series.iter_mut().for_each(|series| series.points.sort_by(|a, b| a.0.total_cmp(&b.0)));
     let title = "How far SBP schemes run before their sawtooth begins";
     Chart::new(title, of, ["step: Δγ ω", "γ − γ_i where it is first seen"], series).log_log()
 }
@@ -156,34 +160,24 @@ const LAST_NODE_AT: f64 = 0.1;
 /// |ΔQ_t| at the last node against length, for blocks of the strong form with one spacing, also with the multiplier
 /// correction; of the charges of a scene the largest.
 pub fn last_node(of: &str, arena: &Arena, cells: &[Cell]) -> Chart {
-    let mut series: Vec<(Series, Vec<(f64, f64)>)> = Vec::new();
     let blocks = || cells.iter().filter(|cell| matches!(cell.method, Method::Block(_, Form::Strong)));
     let distance = |cell: &&Cell| cell.delta_gamma_omega.map_or(f64::INFINITY, |at| (at / LAST_NODE_AT).ln().abs());
     let nearest = blocks().min_by(|a, b| distance(a).total_cmp(&distance(b))).map(|cell| cell.setting);
-    for cell in blocks().filter(|cell| Some(cell.setting) == nearest) {
-        let Some(all) = cell.numbers.as_ref().and_then(|numbers| numbers.last_node.as_ref()) else { continue };
-        let [last, corrected] = [0, 1].map(|which| all.iter().map(|charge| charge[which].abs()).fold(0.0, larger));
-        let label = format!("{}, Δγ = {}", cell.method.name(), short(cell.setting));
-        let (point, beside) = ((cell.gamma_f, last), (cell.gamma_f, corrected));
-        match series.iter_mut().find(|(known, _)| known.label == label) {
-            Some((known, with)) => {
-                known.points.push(point);
-                with.push(beside);
-            }
-            None => {
-                let ink = Ink::Fixed(look::of_method(&cell.method));
-                series.push((Series::new(label, Mark::LineAndPoints, vec![point]).with_ink(ink), vec![beside]));
-            }
-        }
-    }
+    // The charge itself is the first of both, and the corrected one the second.
+    let curves_of = |which: usize| {
+        let shown = blocks().filter(|cell| Some(cell.setting) == nearest);
+        curves(shown.filter_map(|cell| {
+            let all = cell.numbers.as_ref()?.last_node.as_ref()?;
+            let label = format!("{}, Δγ = {}", cell.method.name(), short(cell.setting));
+            let largest = all.iter().map(|charge| charge[which].abs()).fold(0.0, larger);
+            Some((label, &cell.method, (cell.gamma_f, largest)))
+        }))
+    };
+    let open = |curve: Series| Series { label: String::new(), mark: Mark::OpenPoints, ..curve };
+    let pairs = curves_of(0).into_iter().zip(curves_of(1));
+    let mut all: Vec<Series> = pairs.flat_map(|(raw, corrected)| [raw, open(corrected)]).collect();
     // The multiplier of the last node, as the theory calls it.
     let share = if arena.is_scene() { "κ_a" } else { "λ_7" };
-    let corrected = |points| Series::new("", Mark::OpenPoints, points).with_ink(Ink::Previous);
-    let mut all: Vec<Series> = Vec::new();
-    for (raw, beside) in series {
-        all.push(raw);
-        all.push(corrected(beside));
-    }
     if let Some(first) = all.get_mut(1) {
         first.label = format!("open: with + {share}/H_N");
     }

@@ -4,39 +4,30 @@
 use std::collections::BTreeMap;
 
 use super::look;
-use crate::output::chart::{Chart, Ink, Mark, Series};
+use crate::output::chart::{Chart, Look, Mark, Series};
 use crate::study::work_precision::{DriftPoint, Family, Group, Row, front};
 
 /// The quantity on the ordinate, which measures the work.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum WorkAxis {
-    /// Least seconds of a run.
-    Seconds,
-    /// Evaluations of the potential.
-    Evaluations,
+#[derive(Debug, Clone, Copy)]
+pub struct Work {
+    headline: &'static str,
+    label: &'static str,
+    of: fn(&Row) -> f64,
 }
 
-impl WorkAxis {
-    fn of(self, row: &Row) -> f64 {
-        match self {
-            Self::Seconds => row.seconds_min,
-            Self::Evaluations => row.evaluations as f64,
-        }
-    }
-
-    fn headline(self) -> &'static str {
-        match self {
-            Self::Seconds => "What an accuracy costs in time: lower left is better",
-            Self::Evaluations => "What an accuracy costs in evaluations: lower left is better",
-        }
-    }
-
-    fn label(self) -> &'static str {
-        match self {
-            Self::Seconds => "seconds",
-            Self::Evaluations => "evaluations of the potential",
-        }
-    }
+impl Work {
+    /// Least seconds of a run.
+    pub const SECONDS: Self = Self {
+        headline: "What an accuracy costs in time: lower left is better",
+        label: "seconds",
+        of: |row| row.seconds_min,
+    };
+    /// Evaluations of the potential.
+    pub const EVALUATIONS: Self = Self {
+        headline: "What an accuracy costs in evaluations: lower left is better",
+        label: "evaluations of the potential",
+        of: |row| row.evaluations as f64,
+    };
 }
 
 /// The errors that are drawn.
@@ -63,24 +54,23 @@ pub fn work_precision<'a>(
     of: &str,
     coordinates: &[String],
     rows: impl IntoIterator<Item = &'a Row>,
-    axis: WorkAxis,
+    work: Work,
 ) -> Chart {
     let rows: Vec<&Row> = rows.into_iter().collect();
-    let cost = |row: &Row| axis.of(row);
-    let place = |row: &Row| (row.rank().unwrap_or(f64::NAN), axis.of(row));
-    let best = |rows: &[&'a Row]| front(rows.iter().copied(), cost).into_iter().map(place).collect::<Vec<_>>();
+    let place = |row: &Row| (row.rank().unwrap_or(f64::NAN), (work.of)(row));
+    let best = |rows: &[&'a Row]| front(rows.iter().copied(), work.of).into_iter().map(place).collect::<Vec<_>>();
     let mut curves: BTreeMap<(Group, String), Vec<&Row>> = BTreeMap::new();
     for row in &rows {
         curves.entry(curve(&row.family)).or_default().push(row);
     }
-    let mut series = vec![Series::new("front of all methods", Mark::Band, best(&rows)).with_ink(Ink::Neutral)];
+    let mut series = vec![Series::new("front of all methods", Mark::Band, best(&rows)).with_look(Look::PALE)];
     // A method without any result has no curve and no entry in the legend.
     curves.retain(|_, rows| rows.iter().any(|row| row.rank().is_some()));
     for ((group, label), rows) in &curves {
-        let (mark, ink) = look::pen(look::of_group(*group, label), group.is_own());
-        series.push(Series::new(label, mark, best(rows)).with_ink(ink));
+        let curve = Series::new(label, look::mark(group.is_own()), best(rows));
+        series.push(curve.with_look(look::of_group(*group, label)));
     }
-    Chart::new(axis.headline(), of, [&error_label(coordinates), axis.label()], series).log_log()
+    Chart::new(work.headline, of, [&error_label(coordinates), work.label], series).log_log()
 }
 
 /// Number of points of a curve along a run. Each is the largest value over an interval of log γ; otherwise oscillations
@@ -108,8 +98,8 @@ pub fn drift(of: &str, coordinates: &[String], points: &[DriftPoint], of_k: bool
                 *best = (point.gamma, value);
             }
         }
-        let (mark, ink) = look::pen(look::of_family(family), family.is_own());
-        series.push(Series::new(family.name(), mark, largest.into_values().collect()).with_ink(ink));
+        let curve = Series::new(family.name(), look::mark(family.is_own()), largest.into_values().collect());
+        series.push(curve.with_look(look::of_family(family)));
     }
     let (title, label) = match of_k {
         true => ("Does K drift? Level is bounded, slope ½ is rounding, slope 1 is drift", "|ΔK|".to_owned()),

@@ -16,8 +16,9 @@ use anyhow::Context;
 use csv::{ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
-use super::rows::{self, RowFile, Rows};
-use super::{Columns, JOURNAL, JOURNAL_EVENTS, RunRow, RunsSummary};
+use super::super::files::Refused;
+use super::rows::{self, RowFile};
+use super::{JOURNAL, JOURNAL_EVENTS, RunRow, RunsSummary};
 
 /// The longest time that a row may be on its way to the disk.
 const AT_RISK: Duration = Duration::from_secs(1);
@@ -72,60 +73,28 @@ impl Identity {
     }
 }
 
-/// The journal in a folder cannot be continued.
-#[derive(Debug, thiserror::Error)]
-pub enum NotResumable {
-    /// It is of another table.
-    #[error("{} has rows of another table: it was begun with {difference}", path.display())]
-    Other {
-        /// The journal.
-        path: PathBuf,
-        /// The difference.
-        difference: String,
-    },
-    /// It is no journal.
-    #[error("{} is there already, and nothing says that this program wrote it", path.display())]
-    NotOurs {
-        /// The file.
-        path: PathBuf,
-    },
-    /// Another process writes into it.
-    #[error("another program is computing the rows of {}", path.display())]
-    Busy {
-        /// The journal.
-        path: PathBuf,
-    },
-}
-
 /// An open journal. No other process can open it meanwhile.
 #[derive(Debug)]
 pub struct Journal {
-    rows: Rows,
+    /// The rows and, if the table has any, their events.
+    tables: Vec<RowFile>,
     synced: Instant,
 }
 
 impl Journal {
-    /// Opens the journal of a table with these columns in `folder`, which must be there, or begins it. With `force` a
-    /// file that is no journal is replaced.
+    /// Opens the journal of a table in `folder`, which must be there, or begins it. It has these headers of the rows
+    /// and, unless it is empty, of their events. With `force` a file that is no journal is replaced.
     ///
     /// # Errors
-    /// [`NotResumable`], or an error of a file.
-    pub fn open(folder: &Path, identity: &Identity, columns: &Columns, force: bool) -> anyhow::Result<Self> {
-        let events_header = if columns.has_events() { columns.events_header() } else { Vec::new() };
-        Self::with_headers(folder, identity, [&columns.header(), &events_header], force)
-    }
-
-    /// The same with these headers of the rows and, unless it is empty, of their events.
-    fn with_headers(
-        folder: &Path,
-        identity: &Identity,
-        [header, events_header]: [&[String]; 2],
-        force: bool,
-    ) -> anyhow::Result<Self> {
+    /// [`Refused`] if it is of another table, no journal, or in use; or an error of a file.
+    pub fn open(folder: &Path, identity: &Identity, headers: &[Vec<String>; 2], force: bool) -> anyhow::Result<Self> {
         let (path, mut file) = opened(folder, JOURNAL)?;
         match file.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(NotResumable::Busy { path }.into()),
+            Err(TryLockError::WouldBlock) => {
+                let message = format!("another program is computing the rows of {}", path.display());
+                return Err(Refused::file(message, "wait for it, or choose another folder with --out").into());
+            }
             // Some network file systems have no locks. There the user must not run two processes in one folder.
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(error)) => {
@@ -137,45 +106,55 @@ impl Journal {
         match &begun {
             Begun::By(before) => {
                 if let Some(difference) = identity.difference(before) {
-                    return Err(NotResumable::Other { path, difference }.into());
+                    let path = path.display();
+                    let message = format!("{path} has rows of another table: it was begun with {difference}");
+                    let help = "give the command that began that table to finish it, choose another folder with \
+                                --out, or remove the file";
+                    return Err(Refused::usage(message, help).into());
                 }
             }
-            Begun::Torn => {}
-            Begun::Foreign if force => {}
-            Begun::Foreign => return Err(NotResumable::NotOurs { path }.into()),
+            Begun::Foreign if !force => {
+                let path = path.display();
+                let message = format!("{path} is there already, and nothing says that this program wrote it");
+                let help = "move it away, choose another folder with --out, or replace it with --force";
+                return Err(Refused::file(message, help).into());
+            }
+            Begun::Torn | Begun::Foreign => {}
         }
-        let mut runs = RowFile::read(&path, file, own.len() as u64)?;
-        let mut events = None;
-        if !events_header.is_empty() {
+        let mut tables = vec![RowFile::read(&path, file, own.len() as u64)?];
+        if !headers[1].is_empty() {
             let (path, file) = opened(folder, JOURNAL_EVENTS)?;
-            events = Some(RowFile::read(&path, file, 0)?);
+            tables.push(RowFile::read(&path, file, 0)?);
         }
-        let has = |table: &RowFile, header: &[String]| table.header.iter().eq(header);
-        let is_begun = matches!(begun, Begun::By(_)) && has(&runs, header);
-        if is_begun && events.as_ref().is_none_or(|events| has(events, events_header)) {
-            runs.cut(|_| true)?;
-            // Events are written before their row, which the program may have been killed before.
-            events.as_mut().map_or(Ok(()), |events| events.cut(|row| runs.has(row)))?;
+        let mut all = tables.iter().zip(headers);
+        if matches!(begun, Begun::By(_)) && all.all(|(table, header)| table.header.iter().eq(header)) {
+            tables[0].cut(|_| true)?;
+            if let [runs, events] = &mut tables[..] {
+                // Events are written before their row, which the program may have been killed before.
+                events.cut(|row| runs.has(row))?;
+            }
         } else {
-            events.as_mut().map_or(Ok(()), |events| events.begin(&[], events_header))?;
-            runs.begin(&own, header)?;
+            let first: [&[u8]; 2] = [&own, &[]];
+            for ((table, header), first) in tables.iter_mut().zip(headers).zip(first).rev() {
+                table.begin(first, header)?;
+            }
         }
-        Ok(Self { rows: Rows { runs, events }, synced: Instant::now() })
+        Ok(Self { tables, synced: Instant::now() })
     }
 
     /// Where it is.
     pub fn path(&self) -> &Path {
-        self.rows.runs.path()
+        &self.tables[0].path
     }
 
     /// The number of rows that it has.
     pub fn count(&self) -> usize {
-        self.rows.runs.numbers().len()
+        self.tables[0].numbers().len()
     }
 
     /// Returns true if it has that row.
     pub fn has(&self, row: usize) -> bool {
-        self.rows.runs.has(row)
+        self.tables[0].has(row)
     }
 
     /// Keeps a row.
@@ -183,12 +162,11 @@ impl Journal {
     /// # Errors
     /// If it cannot be written.
     pub fn keep(&mut self, row: &RunRow) -> anyhow::Result<()> {
-        let Rows { runs, events } = &mut self.rows;
-        events.as_mut().map_or(Ok(()), |events| events.append(Some(row.row), &row.events))?;
-        runs.append(Some(row.row), &row.record)?;
+        for (table, records) in self.tables.iter_mut().zip([&row.record, &row.events]).rev() {
+            table.append(Some(row.row), records)?;
+        }
         if self.synced.elapsed() >= AT_RISK {
-            events.as_ref().map_or(Ok(()), RowFile::sync)?;
-            runs.sync()?;
+            self.tables.iter().rev().try_for_each(RowFile::sync)?;
             self.synced = Instant::now();
         }
         Ok(())
@@ -201,13 +179,13 @@ impl Journal {
     /// If a row cannot be read, or a table cannot be written.
     pub fn write<W: Write>(
         &mut self,
-        tables: (W, Option<W>),
+        tables: Vec<W>,
         summary: &mut RunsSummary,
         column: Option<&str>,
     ) -> anyhow::Result<Vec<String>> {
         let mut wanted = Vec::new();
-        let order: Vec<(usize, usize)> = self.rows.runs.numbers().map(|row| (row, 0)).collect();
-        let header = &self.rows.runs.header;
+        let order: Vec<(usize, usize)> = self.tables[0].numbers().map(|row| (row, 0)).collect();
+        let header = &self.tables[0].header;
         let place = |name: &str| header.iter().position(|cell| cell == name);
         let ([status, verdict], column) = (["status", "verdict"].map(place), column.and_then(place));
         let see = |record: &[u8]| {
@@ -220,7 +198,7 @@ impl Journal {
                 wanted.push(cell(column).unwrap_or_default().to_owned());
             }
         };
-        rows::write(&mut [&mut self.rows], order.into_iter(), tables, see)?;
+        rows::write(&mut [&mut self.tables], order.into_iter(), tables, see)?;
         Ok(wanted)
     }
 
@@ -229,11 +207,8 @@ impl Journal {
     /// # Errors
     /// If it cannot be removed.
     pub fn remove(self) -> anyhow::Result<()> {
-        let Rows { runs, events } = self.rows;
-        let paths: Vec<PathBuf> =
-            [Some(&runs), events.as_ref()].into_iter().flatten().map(|t| t.path().into()).collect();
-        // Not every system removes a file that is open.
-        drop((runs, events));
+        // Not every system removes a file that is open, so each is closed before.
+        let paths: Vec<PathBuf> = self.tables.into_iter().map(|table| table.path).collect();
         let remove =
             |path: &PathBuf| fs::remove_file(path).with_context(|| format!("cannot remove {}", path.display()));
         paths.iter().try_for_each(remove)
@@ -283,8 +258,8 @@ mod tests {
     }
 
     fn open(folder: &Path, identity: &Identity, force: bool) -> anyhow::Result<Journal> {
-        let header = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
-        Journal::with_headers(folder, identity, [&header(&["row", "x", "status"]), &header(&["row", "event"])], force)
+        let headers = ["row,x,status", "row,event"].map(|names| names.split(',').map(str::to_owned).collect());
+        Journal::open(folder, identity, &headers, force)
     }
 
     #[test]
@@ -317,8 +292,8 @@ mod tests {
                 let mut journal = open(folder.path(), &identity(), false).unwrap();
                 assert_eq!(journal.count(), expected + 1);
                 for number in [3, 1, 2][..expected].iter().chain(&[7]) {
-                    assert_eq!(journal.rows.runs.row(*number).unwrap(), row(*number).record);
-                    assert_eq!(journal.rows.events.as_mut().unwrap().row(*number).unwrap(), row(*number).events);
+                    let kept = [0, 1].map(|table| journal.tables[table].row(*number).unwrap());
+                    assert_eq!(kept, [row(*number).record, row(*number).events]);
                 }
             }
         }

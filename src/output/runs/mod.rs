@@ -6,9 +6,9 @@ mod row;
 mod rows;
 mod summary;
 
-pub use journal::{Identity, Journal, NotResumable};
-pub use merge::{Joined, MergeError, Part, join};
-pub use row::{Columns, Ended, RunRow};
+pub use journal::{Identity, Journal};
+pub use merge::{Part, join, joined};
+pub use row::{Columns, RunRow};
 pub use summary::RunsSummary;
 
 /// The table, a row for each run.

@@ -4,6 +4,7 @@ use super::rows::line_of;
 use crate::diagnostics::verdict::{Grade, Reason};
 use crate::number::Real;
 use crate::output::tables::state_header;
+use crate::solve::Status;
 use crate::study::many::{End, Ending, ManyRuns};
 
 /// A run as a row of `runs.csv` and rows of `runs-events.csv`.
@@ -15,19 +16,6 @@ pub struct RunRow {
     pub record: Vec<u8>,
     /// The lines of `runs-events.csv`.
     pub events: Vec<u8>,
-}
-
-/// The outcome of a run.
-#[derive(Debug, Clone, Copy)]
-pub struct Ended<'e> {
-    /// The status in a word.
-    pub status: &'e str,
-    /// The exit code that a single run would have.
-    pub exit_code: u8,
-    /// The end, if it was solved.
-    pub end: Option<&'e End>,
-    /// Why it was not.
-    pub message: &'e str,
 }
 
 /// The columns of the table: those that the first valid run has.
@@ -66,14 +54,17 @@ impl Columns {
         keys.chain(result).chain(estimate).chain(["verdict", "message"].map(str::to_owned)).collect()
     }
 
-    /// The header of `runs-events.csv`.
-    pub fn events_header(&self) -> Vec<String> {
-        ["row", "event"].map(str::to_owned).into_iter().chain(state_header(&self.coordinates)).collect()
+    /// The headers of `runs.csv` and of `runs-events.csv`; the second is empty if there are no events.
+    pub fn headers(&self) -> [Vec<String>; 2] {
+        let events = ["row", "event"].map(str::to_owned).into_iter().chain(state_header(&self.coordinates));
+        [self.header(), events.filter(|_| self.has_events).collect()]
     }
 
-    /// The row of a run, which counts from 0. Cells of what it does not have are empty.
-    pub fn row(&self, runs: &ManyRuns, run: usize, ended: Ended<'_>) -> RunRow {
-        let Ended { status, exit_code, end, message } = ended;
+    /// The row of a run, which counts from 0, from its end or else the status in a word, the exit code that a single run
+    /// would have, and why it has none. Cells of what it does not have are empty.
+    pub fn row(&self, runs: &ManyRuns, run: usize, outcome: Result<&End, (&str, u8, &str)>) -> RunRow {
+        let (status, exit_code, message) = outcome.err().unwrap_or((Status::Converged.as_str(), 0, ""));
+        let end = outcome.ok();
         let number = (run + 1).to_string();
         let mut cells = vec![number.clone()];
         cells.extend(runs.values(run).into_iter().map(str::to_owned));

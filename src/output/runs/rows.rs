@@ -17,7 +17,7 @@ const BUFFER: usize = 1 << 18;
 /// A CSV file whose records begin with the number of a row; several records of a row follow each other.
 #[derive(Debug)]
 pub(super) struct RowFile {
-    path: PathBuf,
+    pub(super) path: PathBuf,
     file: File,
     pub(super) header: StringRecord,
     places: BTreeMap<usize, Range<u64>>,
@@ -70,10 +70,6 @@ impl RowFile {
         }
         let file = File::open(&path).with_context(|| format!("cannot read {}", path.display()))?;
         Self::read(&path, file, 0).map(Some)
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 
     /// The numbers of its rows, in ascending order.
@@ -154,40 +150,31 @@ pub(super) fn line_of<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<u8> {
     writer.into_inner().expect("a record is written to memory")
 }
 
-/// The rows of a table and their events.
-#[derive(Debug)]
-pub(super) struct Rows {
-    pub(super) runs: RowFile,
-    pub(super) events: Option<RowFile>,
-}
-
-/// Writes rows to `runs`, and their events to `events` if there are any: those of `order`, each with the place of its
-/// source. `see` is shown every row.
+/// Writes the rows of `order`, each with the place of its source, to tables: the first has the rows, and the second, if
+/// there is one, their events. A source has a file for each. `see` is shown every row.
 ///
 /// # Errors
 /// If a row cannot be read, or a table cannot be written.
 pub(super) fn write<W: Write>(
-    sources: &mut [&mut Rows],
+    sources: &mut [&mut Vec<RowFile>],
     order: impl Iterator<Item = (usize, usize)>,
-    (runs, events): (W, Option<W>),
+    tables: Vec<W>,
     mut see: impl FnMut(&[u8]),
 ) -> anyhow::Result<()> {
-    let [cannot, cannot_events] = [RUNS, RUNS_EVENTS].map(|name| move || format!("cannot write {name}"));
-    let mut runs = BufWriter::with_capacity(BUFFER, runs);
-    let mut events = events.map(|events| BufWriter::with_capacity(BUFFER, events));
-    runs.write_all(&line_of(&sources[0].runs.header)).with_context(cannot)?;
-    if let (Some(events), Some(table)) = (&mut events, &sources[0].events) {
-        events.write_all(&line_of(&table.header)).with_context(cannot_events)?;
+    let cannot = |name: &str| format!("cannot write {name}");
+    let tables = tables.into_iter().map(|table| BufWriter::with_capacity(BUFFER, table));
+    let mut tables: Vec<_> = tables.zip([RUNS, RUNS_EVENTS]).collect();
+    for ((out, name), table) in tables.iter_mut().zip(&*sources[0]) {
+        out.write_all(&line_of(&table.header)).with_context(|| cannot(name))?;
     }
     for (row, place) in order {
-        let source = &mut sources[place];
-        let record = source.runs.row(row)?;
-        see(&record);
-        runs.write_all(&record).with_context(cannot)?;
-        if let (Some(events), Some(table)) = (&mut events, &mut source.events) {
-            events.write_all(&table.row(row)?).with_context(cannot_events)?;
+        for ((out, name), table) in tables.iter_mut().zip(sources[place].iter_mut()) {
+            let records = table.row(row)?;
+            if *name == RUNS {
+                see(&records);
+            }
+            out.write_all(&records).with_context(|| cannot(name))?;
         }
     }
-    runs.flush().with_context(cannot)?;
-    events.as_mut().map_or(Ok(()), Write::flush).with_context(cannot_events)
+    tables.iter_mut().try_for_each(|(out, name)| out.flush().with_context(|| cannot(name)))
 }

@@ -127,12 +127,13 @@ fn maxima<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Vec<(St
     let mut values: Vec<S> =
         charges.iter().flat_map(|charge| [charge.max_interior, charge.max_last, charge.max_corrected]).collect();
     values.push(*max_delta_g);
-    values.extend(energy.map_or([norm.max_interior, norm.max_ends], |energy| [energy.max, energy.max_ends]));
-    values.extend(invariants.iter().map(|invariant| invariant.max));
+    let motion = energy.as_ref().unwrap_or(norm);
+    values.extend([motion.max_interior, motion.max_ends]);
+    values.extend(invariants.iter().map(|(_, invariant)| invariant.max_interior));
     values.push(line.gradient_norm);
     values.extend(line.sensitivity.iter().flat_map(|it| [it.lyapunov(), it.megno()]).map(S::from));
     let charges: Vec<&str> = charges.iter().map(|charge| names[charge.terms[0].0].as_str()).collect();
-    let further: Vec<&str> = invariants.iter().map(|invariant| invariant.name.as_str()).collect();
+    let further: Vec<&str> = invariants.iter().map(|(name, _)| name.as_str()).collect();
     let names = names_of_maxima(&charges, energy.is_some(), &further, line.sensitivity.is_some()).into_iter();
     names.zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
 }

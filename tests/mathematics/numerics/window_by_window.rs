@@ -21,10 +21,10 @@ const RUNS: [&str; 7] = [
 fn extremes(found: &Diagnostics) -> String {
     let charges = found.charges.iter().chain(&found.sums);
     let charges: Vec<_> = charges.map(|c| [c.max_interior, c.max_last, c.last, c.max_corrected, c.max_ends]).collect();
-    let invariants: Vec<_> = found.invariants.iter().map(|i| [i.max, i.max_ends]).collect();
+    let invariants: Vec<_> = found.invariants.iter().map(|(_, i)| [i.max_interior, i.max_ends]).collect();
     let (norm, of_x) = (&found.norm, found.of_x.map(|of_x| (of_x.scales, of_x.newtonian, of_x.free_particle)));
-    let others =
-        (norm.max_interior, norm.max_ends, found.max_delta_g, found.motion, found.energy, found.branch_distance);
+    let energy = found.energy.as_ref().map(|energy| [energy.value, energy.max_interior, energy.max_ends]);
+    let others = (norm.max_interior, norm.max_ends, found.max_delta_g, found.motion, energy, found.branch_distance);
     format!("{charges:?} {invariants:?} {others:?} {:?} {:?} {of_x:?}", found.sawtooth, found.reaches)
 }
 

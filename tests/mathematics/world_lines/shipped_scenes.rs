@@ -168,7 +168,7 @@ fn invariants_that_are_no_charges_are_kept_as_well_as_the_scene_is_resolved() {
         ("kerr-photon", 1e-8),
     ] {
         let case = scene(name, &[]);
-        let [invariant] = &diagnostics(&case, &solved(name, &case)).invariants[..] else { panic!("{name}") };
+        let [(_, invariant)] = &diagnostics(&case, &solved(name, &case)).invariants[..] else { panic!("{name}") };
         let most = invariant.delta.iter().fold(0.0_f64, |most, delta| most.max(delta.abs()));
         assert!(most < at_most, "{name}: {most:e}");
     }

@@ -1,0 +1,296 @@
+//! The look between the nodes of a run on a given grid.
+//!
+//! A *gap* is a pair of neighbouring nodes. The formulas are enclosed on the way from one node to the other. Where a
+//! function or a quotient changes by more on it than nodes can follow, what hides there is bounded: a change of the
+//! force for as long as the gap is, at most. Gaps are *explained*, from the least bound on, as long as all of them
+//! together move no coordinate by more than a tenth of the error of the run.
+//!
+//! ```
+//! use geodesic_ivp::diagnostics::gaps::Gaps;
+//! use geodesic_ivp::{Case, Solution, solve};
+//!
+//! let text = r#"
+//!     potential.formula.expression = "5*exp(-((x - 2)/0.01)^2)"
+//!     particle.c = 3.0
+//!     initial = { t = 0.0, x = -0.6, t_dot = 1.0, x_dot = 0.6 }
+//!     grid = { gamma_f = 64.0, n_gamma = 65 }
+//!     scheme.sbp = "SBP42"
+//! "#;
+//! let case = Case::parse("barrier", text, &[])?;
+//! let solution: Solution = solve(&case)?;
+//! assert!(solution.end_state().x > 30.0, "it steps over the barrier, which reflects");
+//! let gaps = Gaps::new(&solution, &case.geometry(), None);
+//! assert_eq!((gaps.count, gaps.unproved), (64, 1));
+//! let (name, [from, to]) = &gaps.first.unwrap().coordinates[1];
+//! assert!(name == "x" && *from < 2.0 && *to > 2.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use std::collections::BTreeMap;
+
+use serde::{Serialize, Serializer};
+
+use super::verdict::Reason;
+use crate::engine::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
+use crate::geometry::Geometry;
+use crate::number::Real;
+use crate::solve::{WindowNodes, WorldLine};
+
+/// What hides is compared with the error of a run, but with no error outside of these: less than the first is near
+/// rounding, and a run with an error above the second is not one that explains anything.
+const ERRORS: [f64; 2] = [1e-12, 1e-3];
+
+/// What hides in gaps that do less than this share together is not looked at more closely.
+const SMALL: f64 = 0.01;
+
+/// The error that is assumed for a run where it is not known.
+const UNKNOWN: f64 = 1e-6;
+
+/// The gaps of a run. Its keys in `summary.json` are `gaps`, `gaps_unproved`, `gaps_accuracy`, `gap_unproved`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gaps {
+    /// The number of gaps.
+    #[serde(rename = "gaps")]
+    pub count: usize,
+    /// The number of those that are not explained.
+    #[serde(rename = "gaps_unproved")]
+    pub unproved: usize,
+    /// All the others together move no coordinate by more than a tenth of this, relative to its size.
+    #[serde(rename = "gaps_accuracy")]
+    pub accuracy: f64,
+    /// The first that is not explained.
+    #[serde(rename = "gap_unproved", skip_serializing_if = "Option::is_none")]
+    pub first: Option<Gap>,
+}
+
+/// A pair of neighbouring nodes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gap {
+    /// γ at both.
+    pub gamma: [f64; 2],
+    /// Every coordinate at both.
+    #[serde(flatten, serialize_with = "by_name")]
+    pub coordinates: Vec<(String, [f64; 2])>,
+}
+
+/// Writes coordinates in the order of their names, as all objects of a summary are.
+fn by_name<S: Serializer>(coordinates: &[(String, [f64; 2])], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_map(coordinates.iter().map(|(name, ends)| (name, ends)).collect::<BTreeMap<_, _>>())
+}
+
+impl Gap {
+    fn new<S: Real>(line: &WorldLine<S>, hidden: &Hidden) -> Self {
+        let (view, nodes) = (line.view(hidden.window), [hidden.node, hidden.node + 1]);
+        let names = line.geometry().names().iter().cloned().enumerate();
+        let ends = |a: usize| {
+            let mut values = line.absolute_in(view, a, &line.q[a]).skip(hidden.node).map(S::to_f64);
+            nodes.map(|_| values.next().expect("a gap has a node at both ends"))
+        };
+        Self {
+            gamma: nodes.map(|k| line.gamma_at(view.grid.gamma_at(k)).to_f64()),
+            coordinates: names.map(|(a, name)| (name, ends(a))).collect(),
+        }
+    }
+}
+
+/// Number of pairs of neighbouring nodes.
+fn count<S: Real>(line: &WorldLine<S>) -> usize {
+    line.nodes() - line.windows.len()
+}
+
+/// A gap in which something may hide: the window and its first node there, and by how much it moves the end, as a share
+/// of what all gaps may do together.
+struct Hidden {
+    window: usize,
+    node: usize,
+    share: f64,
+}
+
+/// The accuracy with which gaps of a run are explained, from its error relative to the sizes of its coordinates.
+fn accuracy(error: Option<f64>) -> f64 {
+    let [least, most] = ERRORS;
+    // NaN is no error that is known.
+    error.filter(|error| !error.is_nan()).unwrap_or(UNKNOWN).clamp(least, most)
+}
+
+impl Gaps {
+    /// Looks at the gaps of `line`, whose space-time is `rough` in `f64`. `error` is its estimated error relative to
+    /// the sizes of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
+    pub fn new<S: Real>(line: &WorldLine<S>, rough: &Geometry, error: Option<f64>) -> Self {
+        let (accuracy, length) = (accuracy(error), line.length.to_f64());
+        let mut hidden = Vec::new();
+        let Some(mut enclosure) = Enclosure::of_geometry(rough) else { return Self::of(line, accuracy, hidden) };
+        enclosure.fix_momenta(&line.place.start.p.iter().map(|p| p.to_f64()).collect::<Vec<_>>());
+        let weights = weights(line, rough);
+        // A push at the start moves the end by twice what the same force does that grows with the way.
+        let share = |change: f64, distance: f64| 2.0 * change * distance / length;
+        for (window, view) in line.views().enumerate() {
+            let (nodes, distances) = (Nodes::new(line, &view), view.grid.distances());
+            nodes.describe(rough, &distances, &mut enclosure.path);
+            let tolerances = || {
+                let weights = Weights { q: &weights, p: &nodes.couplings(rough, &weights) };
+                negligible_rates(rough, &weights, length, UNSEEN * accuracy)
+            };
+            let longest = distances.iter().copied().fold(0.0, f64::max);
+            let found = enclosure.hidden(tolerances, SMALL / (share(1.0, longest) * count(line) as f64)).into_iter();
+            hidden.extend(found.map(|(node, change)| Hidden { window, node, share: share(change, distances[node]) }));
+        }
+        Self::of(line, accuracy, hidden)
+    }
+
+    /// Finds the gaps of `line` that may hide something.
+    fn of<S: Real>(line: &WorldLine<S>, accuracy: f64, mut hidden: Vec<Hidden>) -> Self {
+        hidden.sort_by(|one, other| one.share.total_cmp(&other.share));
+        let mut sum = 0.0;
+        let explained = hidden.iter().take_while(|hidden| {
+            sum += hidden.share;
+            sum <= 1.0
+        });
+        let unexplained = &hidden[explained.count()..];
+        let first =
+            unexplained.iter().min_by_key(|hidden| (hidden.window, hidden.node)).map(|first| Gap::new(line, first));
+        Self { count: count(line), unproved: unexplained.len(), accuracy, first }
+    }
+
+    /// The reason to doubt a run with gaps that are not explained.
+    pub fn reason(&self) -> Option<Reason> {
+        let Gap { gamma: [from, to], coordinates } = self.first.as_ref()?;
+        let places = coordinates.iter().map(|(name, [from, to])| format!("{name} from {from:.6} to {to:.6}"));
+        let finding = format!(
+            "in {} of {} gaps between nodes the formulas may do what the nodes do not see, first from gamma = \
+             {from:.6} to {to:.6}, with {}",
+            self.unproved,
+            self.count,
+            places.collect::<Vec<_>>().join(", ")
+        );
+        Some(Reason::new(finding, "take more nodes (grid.n_gamma) or solver.accuracy"))
+    }
+}
+
+/// One over the size of every coordinate, or over that of its kind where it rests: by how much an error of it counts.
+fn weights<S: Real>(line: &WorldLine<S>, rough: &Geometry) -> Vec<f64> {
+    let start = &line.place.start.q;
+    let sizes: Vec<f64> = (0..rough.dimension()).map(|a| size(rough, a, start[a], line.q(a))).collect();
+    let shared = line.geometry().shared(start, &sizes);
+    sizes.iter().zip(&shared).map(|(&size, &shared)| weight(if size > 0.0 { size } else { shared })).collect()
+}
+
+/// The size of a coordinate with the values `q` at the nodes: the largest |q^a| or, if it is ignorable, |q^a − q_i^a|.
+fn size<S: Real>(geometry: &Geometry, a: usize, start: S, q: impl Iterator<Item = S>) -> f64 {
+    let origin = if geometry.active().contains(&a) { S::ZERO } else { start };
+    q.fold(0.0, |most: f64, q| most.max((q - origin).to_f64().abs()))
+}
+
+/// One over the size; 0 where nothing moves, so that nothing is passed.
+fn weight(size: f64) -> f64 {
+    if size > 0.0 { 1.0 / size } else { 0.0 }
+}
+
+/// The nodes of a window in `f64`.
+#[derive(Debug)]
+struct Nodes {
+    /// q^a and then p_a of all coordinates, node by node.
+    states: Vec<Vec<f64>>,
+}
+
+impl Nodes {
+    fn new<S: Real>(line: &WorldLine<S>, view: &WindowNodes<'_, S>) -> Self {
+        let (geometry, grid, n) = (line.geometry(), view.grid, line.geometry().dimension());
+        let increments = line.increments(view);
+        let state = |k: usize| {
+            let mut state: Vec<S> = view.start.q.iter().chain(view.start.p).copied().collect();
+            let places = (0..n).chain(geometry.active().iter().map(|a| n + a));
+            places.zip(&increments).for_each(|(place, row)| state[place] += row[k]);
+            state.into_iter().map(S::to_f64).collect()
+        };
+        Self { states: (0..grid.points()).map(state).collect() }
+    }
+
+    /// Describes the positions and momenta of active coordinates as a path. They bend as their rates at the nodes say.
+    fn describe(&self, geometry: &Geometry, distances: &[f64], path: &mut Path) {
+        let (n, mut point) = (geometry.dimension(), geometry.point());
+        // Nothing is known of a path that leaves the domain.
+        let mut rates = |state: &Vec<f64>| {
+            let mut rates = vec![0.0; 2 * n];
+            let inside = point.slopes(state, &mut rates);
+            inside.map_or_else(|_| vec![f64::NAN; 2 * n], |()| rates)
+        };
+        let rates: Vec<Vec<f64>> = self.states.iter().map(&mut rates).collect();
+        path.begin(self.states.len());
+        for place in geometry.active().iter().flat_map(|&a| [a, n + a]) {
+            let values: Vec<f64> = self.states.iter().map(|state| state[place]).collect();
+            let variable = if place < n { place } else { place + n };
+            path.push(variable, &values, |k| {
+                let bend = distances[k] * (rates[k + 1][place] - rates[k][place]);
+                if bend.is_nan() { f64::INFINITY } else { bend }
+            });
+        }
+    }
+
+    /// By how much the momentum of each active coordinate changes velocities, times the `weights` of these: the most on
+    /// the nodes.
+    fn couplings(&self, geometry: &Geometry, weights: &[f64]) -> Vec<f64> {
+        let (n, active) = (geometry.dimension(), geometry.active());
+        let m = active.len();
+        let (mut point, mut couplings) = (geometry.point(), vec![0.0; m]);
+        for state in &self.states {
+            point.jacobian(&state[..n], &state[n..], |row, column, value| {
+                if row < m && column >= m {
+                    let coupling: &mut f64 = &mut couplings[column - m];
+                    *coupling = coupling.max(value.abs() * weights[active[row]]);
+                }
+            });
+        }
+        couplings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Nodes, Path, size, weight};
+    use crate::geometry::{Geometry, GeometryText, MetricText};
+
+    /// A metric of the coordinates `names` with these components.
+    fn geometry(names: &[&str], components: &[([usize; 2], &str)]) -> Geometry {
+        let text = MetricText {
+            coordinates: names.iter().map(|&name| name.to_owned()).collect(),
+            components: components.iter().map(|&(pair, text)| (pair, text.to_owned())).collect(),
+            ..MetricText::default()
+        };
+        let inside = vec![0.5; names.len()];
+        Geometry::new(&GeometryText::Metric(text)).unwrap().around(&inside).unwrap()
+    }
+
+    /// Two oscillators that are coupled.
+    fn oscillators() -> Geometry {
+        let g00 = "9 + x^2 + 2*y^2 + x*y";
+        geometry(&["t", "x", "y"], &[([0, 0], g00), ([1, 1], "-1"), ([2, 2], "-2")])
+    }
+
+    #[test]
+    fn weights_are_of_sizes_from_the_start_where_a_coordinate_is_ignorable() {
+        let rows = [[1000.0, 1004.0, 1003.0], [4.0, -5.0, 3.0], [0.25, 0.125, -0.5], [0.0; 3]];
+        let of = |a: usize| size(&oscillators(), a.min(2), rows[a][0], rows[a].into_iter());
+        assert_eq!([0, 1, 2, 3].map(|a| weight(of(a))), [1.0 / 4.0, 1.0 / 5.0, 2.0, 0.0]);
+    }
+
+    /// Positions are the variables 0 … n − 1 of the programs of rates, and momenta 2n … 3n − 1.
+    #[test]
+    fn a_path_has_the_positions_and_momenta_of_active_coordinates() {
+        let first = geometry(&["x", "t"], &[([0, 0], "-1"), ([1, 1], "9 + x^2")]);
+        for (geometry, variables, places) in
+            [(oscillators(), vec![1, 7, 2, 8], vec![1, 4, 2, 5]), (first, vec![0, 4], vec![0, 2])]
+        {
+            let m = 2 * geometry.dimension();
+            let states: Vec<Vec<f64>> = (0..3).map(|k| (0..m).map(|i| 0.1 * (m * k + i) as f64).collect()).collect();
+            let nodes = Nodes { states };
+            let mut path = Path::default();
+            nodes.describe(&geometry, &[0.5; 2], &mut path);
+            assert_eq!(path.variables, variables);
+            for (row, place) in places.into_iter().enumerate() {
+                let values = &path.values[row * nodes.states.len()..][..nodes.states.len()];
+                assert!(values.iter().zip(&nodes.states).all(|(value, state)| *value == state[place]));
+            }
+        }
+    }
+}
