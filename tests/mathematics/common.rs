@@ -1,16 +1,13 @@
 //! Cases, scenes and starts that several of these tests use.
 
-use std::sync::Arc;
-
-use geodesic_ivp::action::Form;
+use geodesic_ivp::case::builtin;
 use geodesic_ivp::geometry::{
     FormulaError, Geometry, GeometryError, GeometryText, Law, MetricText, PotentialText, Preset, Source, Start,
 };
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::{Arithmetic, Limit, Place, Settings, Setup, System, WorldLine};
+use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::errors::{RunError, reference_error};
-use geodesic_ivp::{Case, Solution, solve};
+use geodesic_ivp::{Case, NoSolution, Solution, solve};
 
 /// The base case of the paper, quartic potential; everything else is an override of it.
 pub(crate) const QUARTIC: &str = r#"
@@ -44,6 +41,54 @@ pub(crate) fn solved(overrides: &str) -> Solution {
 /// The solution of `QUARTIC` with overrides in another arithmetic.
 pub(crate) fn solved_in<S: Arithmetic>(overrides: &str) -> Solution<S> {
     solve(&case(overrides)).unwrap_or_else(|error| panic!("{overrides}: {error}"))
+}
+
+/// The case of a text with settings.
+#[track_caller]
+pub(crate) fn parsed(text: &str, set: &[&str]) -> Case {
+    let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
+    Case::parse("test", text, &set).unwrap_or_else(|error| panic!("{error}\n{set:?} in\n{text}"))
+}
+
+/// A case that is built in, with settings.
+#[track_caller]
+pub(crate) fn shipped(name: &str, set: &[&str]) -> Case {
+    parsed(builtin::text(name).expect("it is built in"), set)
+}
+
+/// The solution of a case.
+#[track_caller]
+pub(crate) fn line_of<S: Arithmetic>(case: &Case) -> WorldLine<S> {
+    solve(case).unwrap_or_else(|failure| panic!("{:?}: {failure}", case.title()))
+}
+
+/// The solution of a text.
+#[track_caller]
+pub(crate) fn text_solved(text: &str) -> WorldLine {
+    line_of(&parsed(text, &[]))
+}
+
+/// Why a text has no solution.
+#[track_caller]
+pub(crate) fn failure(text: &str) -> NoSolution {
+    solve::<f64>(&parsed(text, &[])).expect_err("there is no solution")
+}
+
+/// V(x) with a text that follows it, as a case of one coordinate and as a scene of n = 1.
+pub(crate) fn one_and_scene(formula: &str, rest: &str) -> [Case; 2] {
+    ["potential.formula.expression", "potential.coordinates = ['x']\npotential.formula"]
+        .map(|potential| parsed(&format!("{potential} = \"{formula}\"\n{rest}"), &[]))
+}
+
+/// The coordinate of that name at the end of a run.
+pub(crate) fn end(line: &WorldLine, name: &str) -> f64 {
+    line.end().q[line.geometry().names().iter().position(|other| other == name).unwrap()]
+}
+
+/// The Taylor trajectory of a run, in its own digits.
+pub(crate) fn reference_of<S: Arithmetic>(line: &WorldLine<S>) -> ReferenceTrajectory<S> {
+    let (start, length) = (&line.place.start, line.length);
+    ReferenceTrajectory::new(line.geometry(), start, length, line.digits).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The space-time of t and x in the potential of a formula, for a particle of this mass.
@@ -201,22 +246,6 @@ pub(crate) fn assert_near(got: f64, want: f64, tolerance: f64, what: &str) {
     assert!(error <= tolerance * want.abs().max(1.0), "{what}: {got} against {want}, error {error:e}");
 }
 
-/// Random numbers by xorshift.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn between(&mut self, least: f64, most: f64) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        least + (most - least) * ((self.0 >> 11) as f64 / (1_u64 << 53) as f64)
-    }
-
-    pub(crate) fn scale(&mut self, least: f64, most: f64) -> f64 {
-        self.between(least.ln(), most.ln()).exp()
-    }
-}
-
 /// A metric from `"a b" = formula` pairs.
 pub(crate) fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> MetricText {
     let index = |name: &str| coordinates.iter().position(|other| *other == name).unwrap();
@@ -231,83 +260,63 @@ pub(crate) fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> Metri
     }
 }
 
-/// Decimals in any precision.
-pub(crate) fn numbers<S: Arithmetic>(texts: &[&str]) -> Vec<S> {
-    texts.iter().map(|text| S::from_decimal(text).unwrap()).collect()
-}
-
-fn place<S: Arithmetic>(text: &GeometryText, q: &[&str], q_dot: &[&str]) -> Place<S> {
-    let (q, q_dot) = (numbers::<S>(q), numbers(q_dot));
-    let geometry = Geometry::new(text).unwrap().around(&q).unwrap();
-    let p = geometry.momenta(&q, &q_dot);
-    Place { geometry: Arc::new(geometry), start: Arc::new(Start { q, q_dot, p }) }
-}
-
-/// The physical limit on one window.
-fn settings((sbp, form, n_gamma): (SbpName, Form, usize), digits: u32) -> Settings {
-    let system = System::PhysicalLimit;
-    let (windows, max_iterations, accuracy, sensitivity) = (1, 50, None, false);
-    Settings { sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy, sensitivity }
-}
-
-/// A scene that starts at `q` with `q_dot`, on one window of `n_gamma` nodes.
-pub(crate) fn setup<S: Arithmetic>(
-    text: &GeometryText,
-    (q, q_dot): (&[&str], &[&str]),
-    length: f64,
-    (sbp, form, n_gamma): (SbpName, Form, usize),
-    system: System,
-) -> Setup<S> {
-    Setup {
-        place: place(text, q, q_dot),
-        rough: place(text, q, q_dot),
-        origin: None,
-        gamma_i: S::ZERO,
-        is_backward: false,
-        carried: None,
-        limit: Limit::Length(S::from(length)),
-        until: Vec::new(),
-        sides: Vec::new(),
-        set: Vec::new(),
-        regularised: true,
-        floors: Vec::new(),
-        settings: Settings { system, ..settings((sbp, form, n_gamma), if S::IS_EXTENDED { 40 } else { 16 }) },
-    }
-}
-
-/// The same in so many windows.
-pub(crate) fn in_windows<S: Arithmetic>(mut setup: Setup<S>, windows: usize) -> Setup<S> {
-    setup.settings.windows = windows;
-    setup
-}
-
 /// The setup of a run, from its end; what solved it does not matter.
 pub(crate) fn setup_of(line: &WorldLine) -> Setup {
     let limit = match line.ended_at {
         Some((coordinate, value)) => Limit::Value { coordinate, value },
         None => Limit::Length(line.length),
     };
-    let settings = settings((line.sbp_name, line.form, line.nodes()), line.digits);
-    let place = || line.place.clone();
-    let (gamma_i, is_backward, until) = (line.gamma_i, line.is_backward, Vec::new());
     Setup {
-        place: place(),
-        rough: place(),
+        place: line.place.clone(),
+        rough: line.place.clone(),
         origin: None,
-        gamma_i,
-        is_backward,
+        gamma_i: line.gamma_i,
+        is_backward: line.is_backward,
         carried: None,
         limit,
-        until,
+        until: Vec::new(),
         sides: Vec::new(),
         set: Vec::new(),
         regularised: true,
         floors: Vec::new(),
-        settings,
+        settings: Settings {
+            sbp: line.sbp_name,
+            form: line.form,
+            n_gamma: line.nodes(),
+            windows: 1,
+            system: System::PhysicalLimit,
+            digits: line.digits,
+            max_iterations: 50,
+            accuracy: None,
+            sensitivity: false,
+        },
     }
 }
 
 /// The error of a run against a Taylor reference.
 pub(crate) fn against_reference(line: &WorldLine) -> RunError {
     reference_error(&setup_of(line), line, &[]).expect("the reference gets there")
+}
+
+/// Rounding leaves so much in the gradient of the action of windows of n nodes, by their ends with q^a and q̇^a, and by
+/// their lengths: two derivatives on n nodes, each of norm 2n², and a quadrature weight of 1/n², of the terms g_ab q̇^b
+/// that make the momenta. They may be far larger than those. In q̇^b counts what is rounded before it is
+/// differentiated: q^b itself, which in a short window changes by little of its size. Ignorable coordinates are counted
+/// from the start of the window.
+pub(crate) fn rounding_of_gradients<'q>(
+    geometry: &Geometry,
+    ends: impl IntoIterator<Item = (&'q [f64], Vec<f64>, f64)>,
+    n: usize,
+) -> f64 {
+    let terms = ends.into_iter().flat_map(|(q, q_dot, length)| {
+        let mut sums = vec![0.0; q.len()];
+        for (b, (&position, q_dot)) in q.iter().zip(q_dot).enumerate() {
+            let of_size = if geometry.active().contains(&b) { position / length } else { 0.0 };
+            let mut velocity = vec![0.0; q.len()];
+            velocity[b] = q_dot.abs().max(of_size.abs());
+            sums.iter_mut().zip(geometry.momenta(q, &velocity)).for_each(|(sum, p)| *sum += p.abs());
+        }
+        sums
+    });
+    16.0 * f64::EPSILON * (n * n) as f64 * terms.fold(1.0, f64::max)
 }

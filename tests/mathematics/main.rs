@@ -4,5 +4,5 @@ mod cases;
 mod common;
 mod numerics;
 mod random_scenes;
-mod scenes;
+mod studies;
 mod world_lines;

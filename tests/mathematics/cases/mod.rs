@@ -10,6 +10,8 @@ mod written;
 
 use geodesic_ivp::case::Case;
 
+use crate::common::parsed;
+
 /// A fall in the plane around a mass, with every table that a metric needs.
 pub(crate) const SCHWARZSCHILD: &str = r#"
 [metric]
@@ -84,7 +86,7 @@ carter = "p_theta^2 + cos(theta)^2*(a^2*(norm - p_t^2) + (p_phi/sin(theta))^2)"
 
 /// The scene of a text that is valid.
 pub(crate) fn scene(text: &str) -> Case {
-    let case = Case::parse("case", text, &[]).unwrap_or_else(|error| panic!("{error}\n{:?}\n{text}", error.help));
+    let case = parsed(text, &[]);
     assert!(!case.is_of_x(), "{text}");
     case
 }

@@ -1,9 +1,11 @@
 //! The effective case, which reads back as the same scene.
 
-use geodesic_ivp::case::Case;
+use geodesic_ivp::case::builtin::NAMES;
 use geodesic_ivp::geometry::Start;
 
 use super::{KEPLER, KERR, SCHWARZSCHILD, scene};
+use crate::common::{parsed, shipped};
+use crate::world_lines::bodies::BODIES;
 
 const EVERYTHING: &str = r#"
 title = "Everything \"that\" a metric has"
@@ -77,6 +79,11 @@ fn what_is_written_reads_back_as_the_same_scene() {
         assert_eq!(written, second.to_toml());
         assert_eq!(first.start::<f64>(), second.start::<f64>());
     }
+    for case in NAMES.iter().map(|name| shipped(name, &[])).chain([parsed(BODIES, &[])]) {
+        let written = case.to_toml();
+        assert_eq!(case, parsed(&written, &[]), "{written}");
+        assert!(!written.contains("[[body]]") || !written.contains("masses"), "{written}");
+    }
 }
 
 #[test]
@@ -109,5 +116,5 @@ fn numbers_keep_their_digits() {
     let (events, axes) = (scene.events(), scene.axes().unwrap());
     assert!(events[0].direction.as_str() == "down" && events[1].until && axes.x == "x");
     let start: Start = scene.start();
-    assert_eq!(Case::parse("case", &scene.to_toml(), &[]).unwrap().start::<f64>(), start);
+    assert_eq!(parsed(&scene.to_toml(), &[]).start::<f64>(), start);
 }

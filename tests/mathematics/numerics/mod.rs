@@ -1,32 +1,21 @@
-//! One coordinate: identities of operators, published digits, symmetries, orders, long runs.
+//! What solves are made of: operators, formulas, metrics and their actions, reference trajectories, the engine, and the
+//! methods to compare with.
 
-mod action_derivatives;
-mod atlas;
-mod convergence;
-mod diagnostics;
+mod action;
+mod curvature;
 mod elementary_functions;
-mod extended;
-mod failures;
+mod engine;
+mod engine_accuracy;
+mod engine_ends;
+mod engine_windows;
+mod field;
 mod formula;
-mod invariances;
-mod long_runs;
-mod memory;
+mod formulas;
 mod methods;
-mod overflow;
-mod promises;
-mod published_numbers;
-mod random_verdicts;
+mod orbits;
+mod presets;
+mod published;
 mod reference;
-mod rest;
-mod sampling;
+mod rounding;
 mod sbp_identities;
-mod shipped_cases;
-mod solves;
-mod spectral_elements;
-mod stability;
-mod study_orders;
-mod verdicts;
-mod weak;
-mod window_by_window;
-mod windows;
-mod work_precision;
+mod texts;

@@ -1,7 +1,9 @@
 //! The SBP coefficients satisfy their defining identities exactly, and are exact on polynomials up to their order and
-//! no further.
+//! no further. Gauss–Lobatto–Legendre operators have the same identities in extended precision.
 
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::sbp::coefficients::{Rational, SBP21, SBP42, SBP63, SBP84};
+use geodesic_ivp::sbp::gll::{LobattoRule, MOST_NODES};
 use geodesic_ivp::sbp::{Coefficients, RegularisedOperator, SbpName, SbpOperator};
 use nalgebra::{ComplexField, DMatrix, DVector};
 use num_rational::Ratio;
@@ -10,6 +12,14 @@ use proptest::prelude::*;
 type Exact = Ratio<i128>;
 
 const OPERATORS: [&Coefficients; 4] = [&SBP21, &SBP42, &SBP63, &SBP84];
+
+/// An operator of every name on a few nodes of the spacing, with its name.
+fn operators(spacing: f64) -> impl Iterator<Item = (SbpName, SbpOperator)> {
+    SbpName::STENCILS.into_iter().chain([2, 4, 5, 9, 24].map(SbpName::Gll)).map(move |name| {
+        let n = name.fixed_points().unwrap_or(name.minimum_points() + 3);
+        (name, name.operator(n, spacing).unwrap())
+    })
+}
 
 fn exact(r: &Rational) -> Exact {
     Exact::new(i128::from(r.numerator), i128::from(r.denominator))
@@ -115,10 +125,6 @@ fn the_norm_integrates_up_to_its_order_and_no_further() {
     }
 }
 
-fn operator(c: &Coefficients, n: usize, spacing: f64) -> SbpOperator {
-    SbpOperator::new(c, n, spacing).unwrap()
-}
-
 /// The n × n matrix with these rows.
 fn matrix<I: Iterator<Item = (usize, f64)>>(n: usize, row: impl Fn(usize) -> I) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(n, n);
@@ -126,21 +132,50 @@ fn matrix<I: Iterator<Item = (usize, f64)>>(n: usize, row: impl Fn(usize) -> I) 
     matrix
 }
 
+/// Entry (i, j) of D.
+fn entry<S: Real>(sbp: &SbpOperator<S>, i: usize, j: usize) -> S {
+    sbp.row(i).filter(|e| e.0 == j).map(|e| e.1).fold(S::ZERO, |sum, d| sum + d)
+}
+
+fn operator(c: &Coefficients, n: usize, spacing: f64) -> SbpOperator {
+    SbpOperator::new(c, n, spacing).unwrap()
+}
+
 #[test]
 fn the_operator_is_its_table() {
     for c in OPERATORS {
         for n in c.minimum_points..c.minimum_points + 4 {
-            let sbp = operator(c, n, 0.25);
-            for (k, table) in exact_d(c, n).iter().enumerate() {
-                let row: Vec<f64> = (0..n).map(|j| sbp.row(k).filter(|e| e.0 == j).map(|e| e.1).sum()).collect();
-                for j in 0..n {
-                    let value = *table[j].numer() as f64 / *table[j].denom() as f64 / 0.25;
-                    assert!((row[j] - value).abs() < 1e-14, "{} row {k} column {j}", c.name);
-                    let mut unit = vec![0.0; n];
-                    unit[j] = 1.0;
-                    assert_eq!(sbp.derivative(&unit)[k], row[j]);
-                }
+            let (sbp, table) = (operator(c, n, 0.25), exact_d(c, n));
+            for (k, j) in (0..n * n).map(|kj| (kj / n, kj % n)) {
+                let value = *table[k][j].numer() as f64 / *table[k][j].denom() as f64 / 0.25;
+                assert!((entry(&sbp, k, j) - value).abs() < 1e-14, "{} row {k} column {j}", c.name);
             }
+        }
+    }
+}
+
+/// As a matrix and as a function an operator is the same, and its penalty acts at the first node.
+#[test]
+fn an_operator_is_its_rows() {
+    for (name, sbp) in operators(0.3).filter(|(name, _)| *name != SbpName::Gll(24)) {
+        let n = sbp.points();
+        let d = matrix(n, |k| sbp.row(k));
+        for (k, j) in (0..n * n).map(|kj| (kj / n, kj % n)) {
+            let mut unit = vec![0.0; n];
+            unit[j] = 1.0;
+            let values = [d[(k, j)], sbp.derivative(&unit)[k]];
+            let is_fixed = name.fixed_points().is_some();
+            assert!(is_fixed || values[0] == values[1], "{name}, row {k}, column {j}: {values:?}");
+        }
+        let u: Vec<f64> = (0..n).map(|k| (1.3 * k as f64 + 0.2).sin()).collect();
+        let mut derivative = vec![0.0; n];
+        sbp.apply(&u, &mut derivative);
+        let by_matrix = d * DVector::from_column_slice(&u);
+        let regularised = RegularisedOperator::new(&sbp, 0.7).derivative(&u);
+        for k in 0..n {
+            assert!((derivative[k] - by_matrix[k]).abs() < 1e-12, "{name}, row {k}");
+            let penalty = if k == 0 { (u[0] - 0.7) / sbp.weights()[0] } else { 0.0 };
+            assert!((regularised[k] - derivative[k] - penalty).abs() < 1e-12, "{name}, row {k}");
         }
     }
 }
@@ -152,14 +187,14 @@ fn too_few_points_are_refused() {
         assert_eq!(error.minimum, c.minimum_points);
         assert!(error.to_string().contains(&format!("at least {} points", c.minimum_points)));
     }
+    assert!(SbpName::Gll(16).operator(15, 0.1_f64).is_err());
 }
 
 #[test]
 fn a_deviation_at_the_last_node_reaches_as_many_rows_as_the_closure_has() {
-    assert_eq!(operator(&SBP21, 20, 1.0).rows_reaching_last_node(), 2);
-    assert_eq!(operator(&SBP42, 20, 1.0).rows_reaching_last_node(), 4);
-    assert_eq!(operator(&SBP63, 20, 1.0).rows_reaching_last_node(), 6);
-    assert_eq!(operator(&SBP84, 20, 1.0).rows_reaching_last_node(), 8);
+    for (c, rows) in OPERATORS.into_iter().zip([2, 4, 6, 8]) {
+        assert_eq!(operator(c, 20, 1.0).rows_reaching_last_node(), rows, "{}", c.name);
+    }
     assert_eq!(SbpOperator::gauss_lobatto(9, 1.0).rows_reaching_last_node(), 9);
 }
 
@@ -173,6 +208,12 @@ fn the_null_space_of_d_is_the_constants_and_the_regularised_one_has_none() {
         let bar = RegularisedOperator::new(&sbp, 0.7);
         let linear = matrix(16, |k| bar.row(k));
         assert!(linear.complex_eigenvalues().iter().all(|e| e.re > 1e-8), "{}", c.name);
+    }
+    for nodes in [2, 3, 8, 16, 32] {
+        let n = usize::from(nodes);
+        let sbp: SbpOperator = SbpName::Gll(nodes).operator(n, 0.1).unwrap();
+        let bar = RegularisedOperator::new(&sbp, 0.3);
+        assert_eq!(matrix(n, |k| bar.row(k)).rank(1e-10), n);
     }
 }
 
@@ -198,33 +239,26 @@ proptest! {
     }
 }
 
-/// The largest modulus of an eigenvalue of hD.
-fn spectral_radius(c: &Coefficients, n: usize) -> f64 {
-    let sbp = operator(c, n, 1.0);
-    matrix(n, |k| sbp.row(k)).complex_eigenvalues().iter().map(|e| e.modulus()).fold(0.0, f64::max)
-}
-
+/// No eigenvalue of hD is above the largest symbol of the interior stencil, max_φ 2 Σ_m d_m sin mφ.
 #[test]
 fn closures_are_no_stiffer_than_the_interior() {
-    // Largest symbol of the interior stencil, max_φ 2 Σ_m d_m sin mφ.
-    for (c, largest) in [(&SBP21, 1.0), (&SBP42, 1.372), (&SBP63, 1.586), (&SBP84, 1.731)] {
-        let stencil: Vec<f64> = c.interior.iter().map(|d| d.to_real::<f64>()).collect();
-        let symbol = |phi: f64| 2.0 * stencil.iter().zip(1..).map(|(d, m)| d * (f64::from(m) * phi).sin()).sum::<f64>();
-        let symbol = (0..3142).map(|k| symbol(f64::from(k) * 1e-3)).fold(0.0, f64::max);
-        assert!((symbol - largest).abs() < 1e-3, "{}: {symbol}", c.name);
-        assert!(spectral_radius(c, 48) <= largest, "{}: {}", c.name, spectral_radius(c, 48));
+    for (c, largest) in OPERATORS.into_iter().zip([1.0, 1.372, 1.586, 1.731]) {
+        let sbp = operator(c, 48, 1.0);
+        let d = matrix(48, |k| sbp.row(k));
+        let radius = d.complex_eigenvalues().iter().map(|e| e.modulus()).fold(0.0, f64::max);
+        assert!(radius <= largest, "{}: {radius}", c.name);
     }
 }
 
 #[test]
 fn names_know_how_exact_the_ends_are() {
-    for name in SbpName::STENCILS.into_iter().chain([SbpName::Gll(2), SbpName::Gll(5), SbpName::Gll(9)]) {
-        let n = name.fixed_points().unwrap_or(name.minimum_points() + 3);
-        let operator: SbpOperator = name.operator(n, 2.0 / (n - 1) as f64).unwrap();
+    for (name, operator) in operators(0.25).filter(|(name, _)| *name != SbpName::Gll(24)) {
+        let n = operator.points();
+        let scale = 2.0 / operator.node(n - 1);
         let off = |degree: i32| {
-            let u: Vec<f64> = (0..n).map(|k| operator.node(k).powi(degree)).collect();
-            let exact = if degree == 0 { 0.0 } else { f64::from(degree) * operator.node(n - 1).powi(degree - 1) };
-            (operator.derivative_at(&u, n - 1) - exact).abs()
+            let u: Vec<f64> = (0..n).map(|k| (scale * operator.node(k)).powi(degree)).collect();
+            let exact = if degree == 0 { 0.0 } else { f64::from(degree) * 2.0_f64.powi(degree - 1) };
+            (operator.derivative_at(&u, n - 1) / scale - exact).abs()
         };
         let order = name.boundary_order() as i32;
         assert!((0..=order).all(|degree| off(degree) < 1e-9), "{name}");
@@ -233,28 +267,9 @@ fn names_know_how_exact_the_ends_are() {
 }
 
 #[test]
-fn as_a_matrix_an_operator_is_the_same_and_its_penalty_acts_at_the_first_node() {
-    for name in SbpName::STENCILS.into_iter().chain([SbpName::Gll(4), SbpName::Gll(9)]) {
-        let n = name.fixed_points().unwrap_or(name.minimum_points() + 3);
-        let operator: SbpOperator = name.operator(n, 0.3).unwrap();
-        let u: Vec<f64> = (0..n).map(|k| (1.3 * k as f64 + 0.2).sin()).collect();
-        let mut derivative = vec![0.0; n];
-        operator.apply(&u, &mut derivative);
-        let by_matrix = matrix(n, |k| operator.row(k)) * DVector::from_column_slice(&u);
-        let regularised = RegularisedOperator::new(&operator, 0.7).derivative(&u);
-        for k in 0..n {
-            assert!((derivative[k] - by_matrix[k]).abs() < 1e-12, "{name}, row {k}");
-            let penalty = if k == 0 { (u[0] - 0.7) / operator.weights()[0] } else { 0.0 };
-            assert!((regularised[k] - derivative[k] - penalty).abs() < 1e-12, "{name}, row {k}");
-        }
-    }
-}
-
-#[test]
 fn the_row_sum_is_by_how_much_rounding_is_amplified() {
-    for name in SbpName::STENCILS.into_iter().chain([SbpName::Gll(4), SbpName::Gll(9), SbpName::Gll(24)]) {
-        let n = name.fixed_points().unwrap_or(name.minimum_points() + 3);
-        let operator: SbpOperator = name.operator(n, 0.3).unwrap();
+    for (name, operator) in operators(0.3) {
+        let n = operator.points();
         assert!((operator.spacing() * (n - 1) as f64 - operator.node(n - 1)).abs() < 1e-13, "{name}");
         let of_row = |k: usize| operator.row(k).map(|(_, d)| (0.3 * d).abs()).sum::<f64>();
         let most = (0..n).map(of_row).fold(4.0, f64::max);
@@ -262,4 +277,78 @@ fn the_row_sum_is_by_how_much_rounding_is_amplified() {
         assert!((operator.stiffness() / (most / 4.0) - 1.0).abs() < 1e-13, "{name}");
     }
     assert!([SbpName::Sbp21, SbpName::Sbp42].iter().all(|name| name.operator(20, 1.0).unwrap().stiffness() == 1.0));
+}
+
+/// Numbers of nodes of elements.
+const SIZES: [usize; 9] = [2, 3, 4, 5, 8, 16, 21, 32, MOST_NODES];
+
+fn whole(k: usize) -> Extended {
+    Extended::from(k as f64)
+}
+
+fn power(x: Extended, exponent: usize) -> Extended {
+    (0..exponent).fold(Extended::ONE, |product, _| product * x)
+}
+
+#[test]
+fn summation_by_parts_holds_to_the_last_digits() {
+    for n in SIZES {
+        let sbp = SbpOperator::gauss_lobatto(n, Extended::ONE);
+        let h = sbp.weights();
+        for i in 0..n {
+            for j in 0..n {
+                let boundary = f64::from(i == n - 1 && j == n - 1) - f64::from(i == 0 && j == 0);
+                let q = h[i] * entry(&sbp, i, j) + h[j] * entry(&sbp, j, i);
+                let off = (q - Extended::from(boundary)).abs().to_f64();
+                assert!(off < 1e-67 * n as f64, "n = {n}, ({i}, {j}): {off:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn derivative_and_quadrature_are_exact_to_their_degree_and_no_further() {
+    for n in SIZES {
+        let sbp = SbpOperator::gauss_lobatto(n, Extended::ONE + Extended::ONE);
+        let nodes: Vec<Extended> = (0..n).map(|k| sbp.node(k) - Extended::ONE).collect();
+        let values = |degree: usize| nodes.iter().map(|&x| power(x, degree)).collect::<Vec<_>>();
+        let error = |degree: usize| {
+            let derivative = sbp.derivative(&values(degree));
+            let exact = |x: Extended| if degree == 0 { Extended::ZERO } else { whole(degree) * power(x, degree - 1) };
+            derivative.iter().zip(&nodes).map(|(&d, &x)| (d - exact(x)).abs().to_f64()).fold(0.0, f64::max)
+        };
+        for degree in [0, 1, n / 2, n - 1] {
+            assert!(error(degree) < 1e-65 * (n * n) as f64, "n = {n}, degree {degree}: {:e}", error(degree));
+        }
+        assert!(error(n) > 1e-20, "n = {n} fails at degree {n}");
+        let defect = |degree: usize| {
+            let exact = if degree.is_multiple_of(2) { whole(2) / whole(degree + 1) } else { Extended::ZERO };
+            (sbp.integrate(&values(degree)) - exact).abs().to_f64()
+        };
+        for degree in [0, 1, n - 1, 2 * n - 3] {
+            assert!(defect(degree) < 1e-68, "n = {n}, degree {degree}: {:e}", defect(degree));
+        }
+        assert!(defect(2 * n - 2) > 1e-40, "n = {n} fails at degree {}", 2 * n - 2);
+    }
+}
+
+#[test]
+fn nodes_weights_and_derivative_are_symmetric_and_rounded_once() {
+    for n in SIZES {
+        let (double, extended) = (LobattoRule::<f64>::new(n), LobattoRule::<Extended>::new(n));
+        for k in 0..n {
+            assert_eq!(double.nodes[k], extended.nodes[k].to_f64());
+            assert_eq!(double.weights[k], extended.weights[k].to_f64());
+            assert_eq!(double.nodes[k], -double.nodes[n - 1 - k]);
+            assert!((extended.weights[k] - extended.weights[n - 1 - k]).abs().to_f64() < 1e-70);
+        }
+        assert!(extended.nodes.windows(2).all(|pair| pair[0] < pair[1]));
+    }
+    // Five nodes are ±1, ±√(3/7), 0 with the weights 1/10, 49/90, 32/45.
+    let rule = LobattoRule::<Extended>::new(5);
+    let close = |a: Extended, b: Extended| (a - b).abs().to_f64() < 1e-70;
+    assert!(close(rule.nodes[3], (whole(3) / whole(7)).sqrt()) && rule.nodes[2] == Extended::ZERO);
+    for (weight, (top, bottom)) in rule.weights.iter().zip([(1, 10), (49, 90), (32, 45)]) {
+        assert!(close(*weight, whole(top) / whole(bottom)));
+    }
 }

@@ -1,9 +1,11 @@
 //! Runs with events that act, against closed forms.
 
+use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::verdict::Grade;
 use geodesic_ivp::solve::{NoSolution, Status};
 use geodesic_ivp::study::run::{NoRun, Run, Wanted, run};
-use geodesic_ivp::{Case, CaseError};
+
+use crate::common::parsed;
 
 /// A ball that falls from 1 with g = 9.81 to the floor.
 const BALL: &str = r#"
@@ -28,12 +30,8 @@ events.top = { when = "y - 1", direction = "up", set = { y_dot = "-y_dot" } }
 events.bottom = { when = "y + 1", direction = "down", set = { y_dot = "-y_dot" } }
 "#;
 
-fn parsed(text: &str, settings: &[&str]) -> Result<Case, CaseError> {
-    Case::parse("test", text, &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>())
-}
-
 fn solved(text: &str, settings: &[&str]) -> Result<Run, NoSolution> {
-    let case = parsed(text, settings).unwrap_or_else(|error| panic!("{settings:?}: {error}"));
+    let case = parsed(text, settings);
     let setup = case.setup();
     match run(&case, &setup, Wanted::default()).0 {
         Ok(run) => {
@@ -282,7 +280,10 @@ fn an_event_can_move_its_own_formula() {
 
 #[test]
 fn mistakes_of_events_that_act_are_said() {
-    let said = |settings: &[&str]| parsed(BALL, settings).unwrap_err().to_string();
+    let said = |set: &[&str]| {
+        let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
+        Case::parse("test", BALL, &set).unwrap_err().to_string()
+    };
     for (setting, words) in [
         ("events.floor.set={ w_dot = \"1\" }", "unknown coordinate 'w' in 'events.floor.set.w_dot'"),
         ("events.floor.set={ g = \"1/w\" }", "unknown name 'w'"),

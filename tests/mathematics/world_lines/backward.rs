@@ -1,8 +1,10 @@
 //! Runs back in time.
 
 use geodesic_ivp::Case;
-use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::trajectory::{Sampler, crossings};
+
+use crate::common::{line_of, parsed};
 
 const SCHEMES: [&str; 4] = [
     "solver.accuracy = 1e-12",
@@ -12,8 +14,7 @@ const SCHEMES: [&str; 4] = [
 ];
 
 fn case(physics: &str, start: &str, end: &str, scheme: &str) -> Case {
-    let text = format!("{physics}\ninitial = {{ {start} }}\n{end}\n{scheme}\n");
-    Case::parse("backward", &text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
+    parsed(&format!("{physics}\ninitial = {{ {start} }}\n{end}\n{scheme}\n"), &[])
 }
 
 /// Physics with a start, and where the run there ends.
@@ -47,7 +48,7 @@ fn there_and_back_is_where_it_began() {
     for (physics, start, there, back) in MOTIONS {
         for scheme in &SCHEMES[..3] {
             let case_there = case(physics, start, there, scheme);
-            let line: WorldLine = solve(&case_there).unwrap();
+            let line: WorldLine = line_of(&case_there);
             assert!(!line.is_backward);
             let (begin, end) = (case_there.start::<f64>(), line.end());
             let names = case_there.coordinates();
@@ -58,7 +59,7 @@ fn there_and_back_is_where_it_began() {
                 .map(|(a, name)| format!("{name} = {:?}, {name}_dot = {:?}", end.q[a], end.q_dot[a]));
             let state: Vec<String> = state.collect();
             let case_back = case(physics, &state.join(", "), back, scheme);
-            let line: WorldLine = solve(&case_back).unwrap();
+            let line: WorldLine = line_of(&case_back);
             assert!(line.is_backward && line.gamma_f() < line.gamma_i);
             let back = line.end();
             for a in (0..names.len()).filter(|&a| names[a] != "s") {
@@ -76,7 +77,7 @@ fn numbers_are_those_of_the_motion() {
     let physics = "potential.formula = \"x^2/2\"\nparticle.law = \"newtonian\"\nevents.top.when = \"x_dot\"";
     for scheme in SCHEMES {
         let case = case(physics, "x = 1.0, x_dot = 0.0", "grid.t_f = -5.0", scheme);
-        let line: WorldLine = solve(&case).unwrap();
+        let line: WorldLine = line_of(&case);
         let end = line.end();
         let off = |found: f64, expected: f64| (found - expected).abs() < 1e-10;
         assert!(off(end.q[1], 5.0_f64.cos()) && off(end.q_dot[1], 5.0_f64.sin()) && off(end.q_dot[0], 1.0), "{end:?}");
@@ -95,7 +96,7 @@ fn a_run_backward_ends_where_a_formula_says() {
     let physics = "potential.formula = \"x^2/2\"\nparticle.law = \"newtonian\"";
     for scheme in &SCHEMES[..3] {
         let case = case(physics, "x = 1.0, x_dot = 0.0", "grid.t_f = -5.0\ngrid.until = \"x_dot - 0.5\"", scheme);
-        let line: WorldLine = solve(&case).unwrap();
+        let line: WorldLine = line_of(&case);
         assert!((line.gamma_f() + std::f64::consts::FRAC_PI_6).abs() < 1e-9, "{scheme}: {}", line.gamma_f());
     }
 }

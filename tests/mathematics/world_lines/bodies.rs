@@ -1,9 +1,10 @@
 //! `[[body]]`: bodies are the potential that one would write for them, and a body without mass moves no other.
 
 use geodesic_ivp::Case;
-use geodesic_ivp::solve::{WorldLine, solve};
 
-const BODIES: &str = r#"
+use crate::common::text_solved;
+
+pub(crate) const BODIES: &str = r#"
     pair = { formula = "-g*m_1*m_2/r", parameters = { g = 2.0, mu = 1e-3 } }
     grid.t_f = 10.0
     solver.accuracy = 1e-10
@@ -31,11 +32,6 @@ const WRITTEN: &str = r#"
     solver.accuracy = 1e-10
 "#;
 
-fn line(text: &str) -> WorldLine {
-    let case = Case::parse("bodies", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    solve(&case).unwrap_or_else(|failure| panic!("{failure}"))
-}
-
 fn mistake(text: &str) -> String {
     let error = Case::parse("bodies", text, &[]).unwrap_err();
     format!("{error} {}", error.help.as_deref().unwrap_or_default())
@@ -43,7 +39,7 @@ fn mistake(text: &str) -> String {
 
 #[test]
 fn bodies_are_a_potential_in_their_coordinates() {
-    let (bodies, written) = (line(BODIES), line(WRITTEN));
+    let (bodies, written) = (text_solved(BODIES), text_solved(WRITTEN));
     assert_eq!(bodies.geometry().names(), ["t", "x_sun", "y_sun", "x_planet", "y_planet", "s"]);
     for (a, q) in written.end().q.iter().enumerate() {
         assert!((bodies.end().q[a] - q).abs() < 1e-13, "{a}: {} {q}", bodies.end().q[a]);
@@ -53,7 +49,7 @@ fn bodies_are_a_potential_in_their_coordinates() {
 /// Half of g = 2 keeps it on a circle of radius 2 around the sun, but for the planet's mass.
 #[test]
 fn a_body_without_mass_moves_no_other() {
-    let (two, three) = (line(BODIES), line(&format!("{BODIES}{DUST}")));
+    let (two, three) = (text_solved(BODIES), text_solved(&format!("{BODIES}{DUST}")));
     for a in 1..5 {
         assert!((two.end().q[a] - three.end().q[a]).abs() < 1e-12, "{a}");
     }
@@ -80,13 +76,4 @@ fn mistakes_in_bodies_are_said() {
     ] {
         assert!(message.contains(part), "{part} is not in\n{message}");
     }
-}
-
-/// The case that `check` prints is the same.
-#[test]
-fn the_effective_case_has_the_same_bodies() {
-    let case = Case::parse("bodies", BODIES, &[]).unwrap();
-    let again =
-        Case::parse("again", &case.to_toml(), &[]).unwrap_or_else(|error| panic!("{error}\n{}", case.to_toml()));
-    assert!(case == again && !case.to_toml().contains("masses"));
 }

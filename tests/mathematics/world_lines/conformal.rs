@@ -1,11 +1,12 @@
 //! A conformal factor of a metric: the path, the charges and tau are those of the metric without it.
 
 use geodesic_ivp::case::Case;
-use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::solve::WorldLine;
+
+use crate::common::{line_of, parsed, shipped};
 
 const SCHWARZSCHILD: &str = "metric.preset = \"schwarzschild\"\n\
                              initial = { r = 10.0, phi = 0.0, t_dot = 1.2, r_dot = -0.05, phi_dot = 0.045 }\n";
@@ -20,11 +21,7 @@ const CHARGED: &str = "metric.preset = \"schwarzschild\"\nmetric.parameters.e = 
                        initial = { r = 10.0, phi = 0.0, t_dot = 1.2, r_dot = -0.05, phi_dot = 0.045 }\n";
 
 fn case(text: &str, more: &str) -> Case {
-    Case::parse("test", &format!("{text}{more}"), &[]).unwrap_or_else(|error| panic!("{error}\n{text}{more}"))
-}
-
-fn solved<S: Arithmetic>(case: &Case) -> WorldLine<S> {
-    solve(case.setup::<S>()).unwrap_or_else(|failure| panic!("{failure}"))
+    parsed(&format!("{text}{more}"), &[])
 }
 
 /// The largest difference of coordinates, relative to max(1, |q|).
@@ -51,7 +48,7 @@ fn agree(text: &str, factor: &str, length: f64) {
     let n = before.q.len();
     assert_eq!(scaled.coordinates()[n], "tau");
     assert_eq!(before.p, after.p[..n], "{factor}: momenta at the start");
-    let (one, other) = (solved::<f64>(&plain), solved::<f64>(&scaled));
+    let (one, other) = (line_of::<f64>(&plain), line_of::<f64>(&scaled));
     let off = distance(&one.end().q, &other.end().q[..n]);
     assert!(off < 1e-11, "{factor}: {off:e}");
     let off = distance(&one.end().p, &other.end().p[..n]);
@@ -85,7 +82,7 @@ fn the_charge_of_tau_and_all_others_are_exact_on_coarse_grids() {
             let scheme = format!("scheme = {{ sbp = \"{sbp}\", form = \"weak\" }}\n");
             let grid = format!("grid = {{ gamma_f = {length}, {grid} }}\nmetric.conformal = \"1/r^2\"\n");
             let case = case(text, &(scheme + &grid));
-            let line: WorldLine = solved(&case);
+            let line: WorldLine = line_of(&case);
             let diagnostics = Diagnostics::of(&line, &[], &mut [], false);
             let tau = line.geometry().dimension() - 1;
             assert!(diagnostics.charges.iter().any(|charge| charge.terms == [(tau, 1.0)]));
@@ -101,7 +98,7 @@ fn the_charge_of_tau_and_all_others_are_exact_on_coarse_grids() {
 #[test]
 fn the_strong_form_has_the_charges_up_to_its_last_node() {
     let grid = "scheme = { sbp = \"SBP42\", form = \"strong\" }\ngrid = { gamma_f = 0.6, n_gamma = 40 }\n";
-    let line: WorldLine = solved(&case(KERR, &format!("{grid}metric.conformal = \"1/sigma\"\n")));
+    let line: WorldLine = line_of(&case(KERR, &format!("{grid}metric.conformal = \"1/sigma\"\n")));
     for charge in Diagnostics::of(&line, &[], &mut [], false).charges {
         assert!(charge.max_corrected < 1e-12, "{:?} {:e}", charge.terms, charge.max_corrected);
     }
@@ -113,7 +110,7 @@ fn forty_digits() {
     let plain = case(SCHWARZSCHILD, &format!("{more}grid = {{ gamma_f = 4.0, windows = 2 }}\n"));
     let end = "grid = { gamma_f = 1.0, windows = 20, until = \"tau - 4*sqrt(0.946375)\" }\n";
     let scaled = case(SCHWARZSCHILD, &format!("{more}{end}metric.conformal = \"1/r^2\"\n"));
-    let (one, other) = (solved::<Extended>(&plain), solved::<Extended>(&scaled));
+    let (one, other) = (line_of::<Extended>(&plain), line_of::<Extended>(&scaled));
     let tau = Extended::from_decimal("0.946375").unwrap().sqrt();
     let start = scaled.start::<Extended>();
     assert!((start.p[3] + tau).abs().to_f64() < 1e-60 && plain.start::<Extended>().p == start.p[..3]);
@@ -127,10 +124,7 @@ fn forty_digits() {
 /// Light has no tau, and is where it was without the factor.
 #[test]
 fn light_that_starts_with_velocities_keeps_its_charges() {
-    let photon = |settings: &[&str]| {
-        let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-        Case::parse("kerr-photon", builtin::text("kerr-photon").unwrap(), &settings).unwrap()
-    };
+    let photon = |set: &[&str]| shipped("kerr-photon", set);
     let plain = photon(&["solver.accuracy=1e-12", "grid.until=phi + 3.5"]);
     for factor in ["1/r^2", "r"] {
         let conformal = format!("metric.conformal={factor}");
@@ -140,7 +134,7 @@ fn light_that_starts_with_velocities_keeps_its_charges() {
         assert_eq!(before.p, after.p);
         let omega = if factor == "r" { 50.0 } else { 1.0 / 2500.0 };
         assert!(distance(&before.q_dot, &after.q_dot.iter().map(|u| u * omega).collect::<Vec<_>>()) < 1e-15);
-        let off = distance(&solved::<f64>(&plain).end().q, &solved::<f64>(&scaled).end().q);
+        let off = distance(&line_of::<f64>(&plain).end().q, &line_of::<f64>(&scaled).end().q);
         assert!(off < 1e-11, "{factor}: {off:e}");
     }
 }

@@ -1,15 +1,12 @@
 //! Diagnostics of scenes in units other than 1 agree with their definitions.
 
-use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::geometry::{Geometry, GeometryText};
-use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::errors::{RunError, run_error};
 use geodesic_ivp::study::many::{ManyRuns, Outcome};
 use geodesic_ivp::study::verdict::facts_of_run;
 
-use crate::common::{against_reference, metric, setup_of};
+use crate::common::{against_reference, case, geometry, line_of, metric, parsed, reference_of, setup_of, text_solved};
 
 /// Newton's law for m = 2 in V = x² + 2y² + x²y/3.
 const MOTION: &str = r#"
@@ -21,9 +18,7 @@ const MOTION: &str = r#"
 "#;
 
 fn run(set: &[&str]) -> WorldLine {
-    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
-    let case = Case::parse("test", MOTION, &set).unwrap_or_else(|error| panic!("{error}"));
-    solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"))
+    line_of(&parsed(MOTION, set))
 }
 
 fn measured(line: &WorldLine) -> Diagnostics {
@@ -66,7 +61,7 @@ fn energy_is_that_of_positions_and_velocities() {
 #[test]
 fn what_motion_contributes_to_k_are_its_terms_but_the_largest() {
     let text = metric(&["t", "x", "y"], &[("t t", "1"), ("x x", "-4"), ("y y", "-x^2"), ("t y", "0.5")]);
-    let geometry = Geometry::<f64>::new(&GeometryText::Metric(text)).unwrap();
+    let geometry = geometry::<f64>(&text);
     // K = 9 − 4·0.25 − 4·0.01 + 2·½·3·0.1, and a pair of coordinates counts once.
     let (q, q_dot) = ([0.0, 2.0, 0.0], [3.0, 0.5, 0.1]);
     assert!((geometry.norm(&q, &q_dot) - 8.26).abs() < 1e-14);
@@ -127,8 +122,8 @@ fn sums_of_momenta_and_constants_are_kept_whatever_their_factors() {
         invariants = { momentum = "p_x + p_y", five = "5" }
     "#;
     for scheme in ["scheme={sbp='SBP42',form='weak'}", "scheme={sbp='SBP42',form='strong'}"] {
-        let case = Case::parse("test", text, &[scheme.to_owned()]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let case = parsed(text, &[scheme]);
+        let line: WorldLine = line_of(&case);
         let sums = [vec![(1, 3.0), (2, 3.0)]];
         let found = Diagnostics::of(&line, &sums, &mut case.observables(), case.is_lifted());
         let sum = &found.sums[0];
@@ -154,6 +149,11 @@ fn sums_of_momenta_and_constants_are_kept_whatever_their_factors() {
 
 #[test]
 fn a_verdict_counts_errors_against_the_motion_from_its_start() {
+    // x = 3 + 0.25 sin 6γ, and t = 7 + 3γ in the limit of large c.
+    let one = case(
+        "potential={formula={expression=\"2*(x-3)^2\"}} particle.c=1e4 scheme.sbp=SBP42 \
+         initial={t=7.0,x=3.0,t_dot=3.0,x_dot=1.5} grid={gamma_f=3.0,n_gamma=601}",
+    );
     // x = 3 + 2/3 sin 9γ, and t = 5 + 3γ.
     let text = r#"
         potential = { coordinates = ["x"], formula = "9*(x-3)^2/2" }
@@ -162,31 +162,31 @@ fn a_verdict_counts_errors_against_the_motion_from_its_start() {
         grid = { gamma_f = 0.8, n_gamma = 401 }
         scheme.sbp = "SBP42"
     "#;
-    let case = Case::parse("test", text, &[]).unwrap();
-    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
-    let error = against_reference(&line);
-    assert!((0.0..1e-12).contains(&error.stepped_over), "{error:?}");
-    let facts = facts_of_run(&line, &measured(&line), Some(&error), None);
-    let errors = facts.errors.unwrap();
-    let of = |name: &str| errors.iter().find(|error| error.name == name).unwrap();
-    for (found, wanted) in
-        [(of("t").size, 2.4), (of("t").range, 2.4), (of("x").size, 11.0 / 3.0), (of("x").range, 4.0 / 3.0)]
+    for (case, sizes, [most, share]) in
+        [(one, [9.0, 9.0, 3.25, 0.5], [0.0, 1e-3]), (parsed(text, &[]), [2.4, 2.4, 11.0 / 3.0, 4.0 / 3.0], [1e-4, 0.0])]
     {
-        assert!((found - wanted).abs() < 1e-4, "{found} for {wanted}: {errors:?}");
+        let line: WorldLine = line_of(&case);
+        let error = run_error(&case.setup(), &line, &[]);
+        let measured = Diagnostics::of(&line, &[], &mut [], case.is_lifted());
+        let errors = facts_of_run(&line, &measured, error.as_ref(), None).errors.unwrap();
+        let [t, x] = ["t", "x"].map(|name| errors.iter().find(|error| error.name == name).unwrap());
+        for (found, wanted) in [t.size, t.range, x.size, x.range].into_iter().zip(sizes) {
+            assert!((found - wanted).abs() < most + share * wanted, "{found} for {wanted}: {errors:?}");
+        }
     }
     // An accuracy is one relative to max(1, size).
-    let case = Case::parse(
-        "test",
-        text,
-        &["solver.accuracy=1e-8".to_owned(), "grid={gamma_f=0.8}".to_owned(), "scheme={}".to_owned()],
-    );
-    let run: WorldLine = solve(case.unwrap().setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let set = ["solver.accuracy=1e-8", "grid={gamma_f=0.8}", "scheme={}"];
+    let run: WorldLine = line_of(&parsed(text, &set));
     let estimate = run.error_estimate.unwrap();
     let own = run_error(&setup_of(&run), &run, &[]);
     for error in facts_of_run(&run, &measured(&run), own.as_ref(), None).errors.unwrap() {
         let own = estimate * error.size;
         assert!((error.largest / own - 1.0).abs() < 1e-12 && error.end == error.largest, "{error:?}");
     }
+    let line = text_solved(text);
+    let error = against_reference(&line);
+    assert!((0.0..1e-12).contains(&error.stepped_over), "{error:?}");
+    let errors = facts_of_run(&line, &measured(&line), Some(&error), None).errors.unwrap();
     // The error of the reference is added, in units of the coordinate.
     let known = RunError { own: errors.iter().map(|error| 1e-3 * error.shared).collect(), ..error.clone() };
     let wider = facts_of_run(&line, &measured(&line), Some(&known), None).errors.unwrap();
@@ -207,8 +207,7 @@ fn what_a_reference_steps_over_is_the_delay_that_it_misses() {
         grid = { gamma_f = 2.0, n_gamma = 24 }
         scheme = { sbp = "GLL24", form = "weak" }
     "#;
-    let case = Case::parse("test", text, &[]).unwrap();
-    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line = text_solved(text);
     let late = 0.05e-3 * std::f64::consts::PI.sqrt() / 2.0;
     let found = against_reference(&line).stepped_over;
     assert!((1.0..2.0).contains(&(found / late)), "{found:e} for {late:e}");
@@ -265,8 +264,7 @@ fn coordinates_share_a_size_if_they_have_one_unit() {
              initial = {{ x = 0.1, y = 7.0, x_dot = 0.0, y_dot = 0.0 }}\n\
              grid = {{ gamma_f = 1.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\""
         );
-        let case = Case::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line = text_solved(&text);
         let errors = facts_of_run(&line, &measured(&line), Some(&against_reference(&line)), None).errors.unwrap();
         ["x", "y"].map(|name| errors.iter().find(|error| error.name == name).unwrap().shared)
     };
@@ -279,8 +277,7 @@ fn coordinates_share_a_size_if_they_have_one_unit() {
 #[test]
 fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain() {
     let line = run(&[]);
-    let (found, start) = (against_reference(&line), &line.place.start);
-    let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
+    let (found, reference) = (against_reference(&line), reference_of(&line));
     let q: Vec<Vec<f64>> = (0..4).map(|a| line.q(a).collect()).collect();
     for (a, row) in q.iter().enumerate() {
         let off = |(gamma, q): (f64, &f64)| (q - reference.at(gamma).q[a]).abs();
@@ -296,8 +293,7 @@ fn the_largest_errors_are_those_of_the_nodes_and_nothing_is_stepped_over_in_vain
              initial = {{ x = 0.3, t_dot = 1.0, x_dot = 0.7071067811865476 }}\n\
              grid = {{ gamma_f = 2.0, n_gamma = 41 }}\nscheme.sbp = \"SBP42\"\n{rest}"
         );
-        let case = Case::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line = text_solved(&text);
         against_reference(&line).stepped_over
     };
     assert_eq!(smooth(""), 0.0);
@@ -312,8 +308,7 @@ fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
              particle = {{ law = \"newtonian\", mass = 2.0 }}\ninitial = {{ x = 1.0, t_dot = 1.0, x_dot = 0.5 }}\n\
              grid = {{ gamma_f = 4.0, n_gamma = 81 }}\nscheme = {scheme}"
         );
-        let case = Case::parse("test", &text, &[]).unwrap_or_else(|error| panic!("{error}"));
-        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line = text_solved(&text);
         assert!((0.0..1e-11).contains(&line.gradient_norm), "{scheme}: {:e}", line.gradient_norm);
         let error = against_reference(&line);
         assert!(error.stepped_over == 0.0 && error.largest[1] > 1e-9 && error.largest[1] < 0.1, "{scheme}: {error:?}");
@@ -322,8 +317,7 @@ fn a_force_is_part_of_the_certificate_and_not_of_what_is_stepped_over() {
     let text = "metric.coordinates = ['t', 'x']\nmetric.components = { 't t' = '1', 'x x' = '-1' }\n\
                 metric.force = { x = 'x_dot' }\ninitial = { t_dot = 2.0, x = 0.0, x_dot = 0.5 }\n\
                 grid = { gamma_f = 1.0, n_gamma = 41 }\nscheme.sbp = 'SBP42'";
-    let case = Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line = text_solved(text);
     assert!(measured(&line).norm.max_ends > 0.1 && against_reference(&line).stepped_over == 0.0);
 }
 

@@ -1,30 +1,22 @@
 //! Runs that end at a time, where a formula changes its sign, or outside the domain.
 
 use geodesic_ivp::Status;
-use geodesic_ivp::action::Form;
-use geodesic_ivp::case::Case;
-use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place, Preset};
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::{Limit, Setup, System, Until, WorldLine, solve};
+use geodesic_ivp::solve::{Arithmetic, WorldLine};
 
-use crate::common;
+use crate::common::{failure, line_of, parsed, shipped, solved, solved_in, text_solved};
 
-fn plunge<S: Arithmetic>(length: f64, until: Option<&str>) -> Setup<S> {
-    let text = GeometryText::Metric(Preset::from_name("schwarzschild-ef").unwrap().text());
-    // At rest at r = 10: K = 0.8 v_dot² = 1.
-    let v_dot = "1.1180339887498948482045868343656381177203091798057628621354486227";
-    let operator = (SbpName::Gll(24), Form::Weak, 24);
-    let start: (&[&str], &[&str]) = (&["0", "10", "0"], &[v_dot, "0", "0"]);
-    let setup = common::setup(&text, start, length, operator, System::PhysicalLimit);
-    let until = until.map(|formula| Until {
-        formula: Observable::new(formula, &text, Place::Potential).unwrap(),
-        rough: Observable::new(formula, &text, Place::Potential).unwrap(),
-        direction: Direction::Both,
-        change: None,
-    });
-    Setup { until: until.into_iter().collect(), ..common::in_windows(setup, 40) }
+/// A fall from rest at r = 10, so that K = 0.8 v_dot² = 1.
+fn plunge<S: Arithmetic>(length: f64, until: &str) -> WorldLine<S> {
+    line_of(&parsed(
+        &format!(
+            "metric.preset = 'schwarzschild-ef'\ngrid = {{ gamma_f = {length:?}, windows = 40, until = '{until}' }}\n\
+             initial = {{ r = 10, v_dot = 'sqrt(5)/2', r_dot = 0, phi_dot = 0 }}\n\
+             scheme = {{ sbp = 'GLL24', form = 'weak' }}\nsolver.digits = {}\n",
+            if S::IS_EXTENDED { 40 } else { 16 }
+        ),
+        &[],
+    ))
 }
 
 /// Proper time from rest at R = 10 to r, by the cycloid.
@@ -35,63 +27,91 @@ fn proper_time(r: f64) -> f64 {
 
 #[test]
 fn a_fall_goes_through_the_horizon_and_ends_where_a_formula_changes_its_sign() {
-    let line = solve(plunge::<f64>(36.0, Some("r - 2"))).unwrap();
+    let line = plunge::<f64>(36.0, "r - 2");
     assert!((line.length - 33.700869851892335).abs() < 1e-11, "{}", line.length);
     assert!((line.end().q[1] - 2.0).abs() < 1e-13, "{}", line.end().q[1]);
-    let line = solve(plunge::<f64>(36.0, Some("1 - r"))).unwrap();
+    let line = plunge::<f64>(36.0, "1 - r");
     assert!((line.length - proper_time(1.0)).abs() < 1e-10, "{}", line.length);
     // Where the formula keeps its sign the run has its whole length.
-    let line = solve(plunge::<f64>(30.0, Some("r - 1"))).unwrap();
-    assert_eq!(line.length, 30.0);
+    assert_eq!(plunge::<f64>(30.0, "r - 1").length, 30.0);
+    let line = plunge::<Extended>(36.0, "r - 2");
+    assert!((line.end().q[1] - Extended::from(2.0)).abs().to_f64() < 1e-36, "to all digits");
 }
 
+/// The same with windows for an accuracy: r = 0.01 is just before the singularity.
 #[test]
-fn a_crossing_is_found_to_all_digits() {
-    let line = solve(plunge::<Extended>(36.0, Some("r - 2"))).unwrap();
-    assert!((line.end().q[1] - Extended::from(2.0)).abs().to_f64() < 1e-36);
-}
-
-#[test]
-fn a_run_ends_at_a_time_to_the_last_bit() {
-    let text = GeometryText::Metric(Preset::from_name("schwarzschild").unwrap().text());
-    let start: (&[&str], &[&str]) = (&["0", "10", "0"], &["1.2", "-0.05", "0.03"]);
-    let setup = common::setup::<f64>(&text, start, 0.0, (SbpName::Gll(20), Form::Weak, 20), System::PhysicalLimit);
-    for value in [5.0, 20.0, 53.98674477227013] {
-        let limit = Limit::Value { coordinate: 0, value };
-        let line: WorldLine = solve(&Setup { limit, ..common::in_windows(setup.clone(), 8) }).unwrap();
-        assert!((line.end().q[0] - value).abs() <= 2.0 * f64::EPSILON * value, "{} is not {value}", line.end().q[0]);
+fn a_formula_ends_the_fall_into_a_black_hole() {
+    for (radius, tau) in [("2", 33.700869851892335), ("0.01", 35.123602109185676)] {
+        let until = format!("grid.until=r - {radius}");
+        let settings = ["solver.accuracy=1e-11", "grid.gamma_f=35.2", &until];
+        let line: WorldLine = line_of(&shipped("schwarzschild-plunge", &settings));
+        assert!((line.gamma_f() - tau).abs() < 1e-10 * tau, "{radius}: {}", line.gamma_f());
+        assert!((line.end().q[1] - radius.parse::<f64>().unwrap()).abs() < 1e-8, "{radius}: {:?}", line.end().q);
     }
 }
 
+/// A run on a grid ends at a time to this error, in whatever form, system and precision, and wherever γ starts.
+#[test]
+fn a_run_can_end_at_a_physical_time() {
+    for scheme in [
+        "scheme.sbp=SBP21",
+        "scheme.sbp=SBP42",
+        "scheme.sbp=SBP21 solver.system=doubled",
+        "scheme.sbp=SBP42 solver.system=doubled",
+        "scheme.sbp=SBP21 scheme.form=weak",
+        "scheme.sbp=SBP42 scheme.form=weak",
+        "scheme.sbp=SBP21 scheme.form=weak solver.system=doubled",
+        "scheme.sbp=SBP42 scheme.form=weak solver.system=doubled",
+    ] {
+        let solution = solved(&format!("grid={{t_f=5.0,n_gamma=128}} initial.t=0.5 {scheme}"));
+        assert!((solution.end_state().t - 5.0).abs() < 1e-11, "{scheme}: {}", solution.end_state().t);
+        let by_gamma = format!("grid={{gamma_f={:?},n_gamma=128}} initial.t=0.5 {scheme}", solution.gamma_f());
+        assert!((solved(&by_gamma).end_state().x - solution.end_state().x).abs() < 1e-10, "{scheme}");
+    }
+    for (t_f, rest, error) in [
+        (5.0, "gamma_i=1e6,n_gamma=128} scheme.sbp=SBP21", 1e-12),
+        (5.0, "gamma_i=1e8,n_gamma=128} scheme.sbp=SBP21", 1e-12),
+        (1e-6, "n_gamma=401} scheme.sbp=SBP42", 1e-19),
+        (1.0, "n_gamma=401} scheme.sbp=SBP42", 1e-13),
+        (30.0, "n_gamma=401} scheme.sbp=SBP42", 3e-12),
+        (4.5, "n_gamma=40,windows=8} scheme.sbp=SBP42", 1e-12),
+        (4.5, "n_gamma=16,windows=8} scheme.sbp=GLL16", 1e-12),
+        (4.5, "n_gamma=16,windows=8} scheme.sbp=GLL16 scheme.form=weak", 1e-12),
+    ] {
+        let off = solved(&format!("grid={{t_f={t_f:?},{rest}")).end_state().t - t_f;
+        assert!(off.abs() < error, "{t_f} {rest}: {off:e}");
+    }
+    for (digits, system) in [20, 40, 60].iter().flat_map(|digits| ["physical-limit", "doubled"].map(|s| (digits, s))) {
+        let run = format!("grid={{t_f=5.0,n_gamma=64}} scheme.sbp=SBP42 solver.system={system} solver.digits={digits}");
+        let off = (solved_in::<Extended>(&run).end_state().t - Extended::from(5.0)).abs();
+        assert!(off <= Extended::from_decimal(&format!("1e-{}", digits - 1)).unwrap(), "{run}: {off:?}");
+    }
+    for t_f in [5.0, 20.0, 53.98674477227013] {
+        let line = text_solved(&format!(
+            "metric.preset = 'schwarzschild'\ngrid = {{ t_f = {t_f:?}, windows = 8 }}\n\
+             initial = {{ r = 10, t_dot = 1.2, r_dot = -0.05, phi_dot = 0.03 }}\n\
+             scheme = {{ sbp = 'GLL20', form = 'weak' }}\n"
+        ));
+        assert!((line.end().q[0] - t_f).abs() <= 2.0 * f64::EPSILON * t_f, "{} is not {t_f}", line.end().q[0]);
+    }
+    let early = text_solved(
+        "potential = { coordinates = ['x'], formula = 'x^2/2' }\nparticle.c = 2.0\nscheme.sbp = 'SBP42'\n\
+         initial = { t = -5.0, t_dot = 3.0, x = 1.0, x_dot = 0.4 }\ngrid = { t_f = -2.0, n_gamma = 201 }\n",
+    );
+    assert!((early.end().q[0] + 2.0).abs() < 1e-13 && early.length > 0.5, "{}", early.end().q[0]);
+}
+
+/// An explicit rule with a coarse step leaps over the horizon to r < 0, where the metric is regular again.
 #[test]
 fn a_run_that_leaves_the_domain_says_where() {
-    let text = GeometryText::Metric(Preset::from_name("schwarzschild").unwrap().text());
-    let start: (&[&str], &[&str]) = (&["0", "10", "0"], &["1.2", "-0.05", "0.0"]);
-    let setup =
-        |sbp, n_gamma| common::setup::<f64>(&text, start, 60.0, (sbp, Form::Strong, n_gamma), System::PhysicalLimit);
-    let failure = solve(setup(SbpName::Sbp42, 401)).map(|line| line.length).unwrap_err();
-    assert_eq!(failure.status, Status::OutsideDomain, "{failure}");
-    assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{failure}");
-    // An explicit rule with a coarse step leaps over the horizon to r < 0, where the metric is regular again.
-    for n_gamma in [101, 401, 1601] {
-        let failure = solve(setup(SbpName::Sbp21, n_gamma)).map(|line| line.length).unwrap_err();
-        assert_eq!(failure.status, Status::OutsideDomain, "{n_gamma}: {failure}");
-        assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{n_gamma}: {failure}");
+    for (sbp, n_gamma) in [("SBP42", 401), ("SBP21", 101), ("SBP21", 401), ("SBP21", 1601)] {
+        let failure = failure(&format!(
+            "metric.preset = 'schwarzschild'\ngrid = {{ gamma_f = 60.0, n_gamma = {n_gamma} }}\n\
+             initial = {{ r = 10, t_dot = 1.2, r_dot = -0.05, phi_dot = 0 }}\nscheme.sbp = '{sbp}'\n"
+        ));
+        assert_eq!(failure.status, Status::OutsideDomain, "{sbp} {n_gamma}: {failure}");
+        assert!(failure.gamma > 20.0 && failure.gamma < 60.0, "{sbp} {n_gamma}: {failure}");
     }
-}
-
-#[test]
-fn a_time_before_zero_is_reached() {
-    let text = r#"
-        potential = { coordinates = ["x"], formula = "x^2/2" }
-        particle.c = 2.0
-        initial = { t = -5.0, t_dot = 3.0, x = 1.0, x_dot = 0.4 }
-        grid = { t_f = -2.0, n_gamma = 201 }
-        scheme.sbp = "SBP42"
-    "#;
-    let case = Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
-    assert!((line.end().q[0] + 2.0).abs() < 1e-13 && line.length > 0.5, "{}", line.end().q[0]);
 }
 
 /// With g_tt = 1 + x² and x that flies away, t comes to an end before it is 1002: no γ is long enough.
@@ -103,8 +123,7 @@ fn a_time_that_is_never_reached_ends_a_run_far_out() {
         grid = { gamma_i = 7.0, t_f = 1002.0 }
         solver.accuracy = 1e-4
     "#;
-    let case = Case::parse("test", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let failure = solve::<f64>(case.setup()).unwrap_err();
+    let failure = failure(text);
     assert_eq!(failure.status, Status::EndTimeNotReached, "{failure}");
     assert!(failure.gamma > 7.0 + 100.0 && failure.point[0].1 > 1e4, "{failure}");
 }

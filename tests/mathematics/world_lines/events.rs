@@ -3,21 +3,17 @@
 use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
-use geodesic_ivp::case::{Case, builtin};
+use geodesic_ivp::case::Case;
 use geodesic_ivp::geometry::Start;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::trajectory::{Crossing, crossings};
 
-fn scene(name: &str, set: &[&str]) -> Case {
-    let set: Vec<String> = set.iter().map(|set| (*set).to_owned()).collect();
-    Case::parse(name, builtin::text(name).unwrap(), &set).unwrap()
-}
+use crate::common::{line_of, parsed, reference_of, shipped};
 
 fn run<S: Arithmetic>(case: &Case) -> (WorldLine<S>, Vec<Crossing<S>>) {
-    let line = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let line = line_of(case);
     let found = crossings(&line, &mut case.watches());
     (line, found)
 }
@@ -29,8 +25,7 @@ fn gammas<S: Arithmetic>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
 
 /// The changes of sign of every event in its direction, by the reference.
 fn expected(case: &Case, line: &WorldLine) -> Vec<Vec<f64>> {
-    let start = &line.place.start;
-    let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
+    let (start, reference) = (&line.place.start, reference_of(line));
     let norm = line.geometry().norm(&start.q, &start.q_dot);
     let of = |watch: geodesic_ivp::trajectory::Watch| {
         let formula = RefCell::new(watch.formula);
@@ -45,7 +40,7 @@ fn expected(case: &Case, line: &WorldLine) -> Vec<Vec<f64>> {
 fn a_planet_is_closest_at_multiples_of_its_period() {
     // Ten periods; the last closest approach is the end of the run, and the first is its start and none.
     for windows in ["200", "150"] {
-        let case = scene("kepler", &["grid.gamma_f='20*pi'", &format!("grid.windows={windows}")]);
+        let case = shipped("kepler", &["grid.gamma_f='20*pi'", &format!("grid.windows={windows}")]);
         let (_, found) = run::<f64>(&case);
         let (closest, farthest) = (gammas(&found, 0), gammas(&found, 1));
         assert_eq!((closest.len(), farthest.len()), (10, 10), "{closest:?} {farthest:?}");
@@ -60,7 +55,8 @@ fn a_planet_is_closest_at_multiples_of_its_period() {
 
 #[test]
 fn events_have_the_digits_of_the_run() {
-    let (_, found) = run::<Extended>(&scene("kepler", &["solver.digits=40", "grid.windows=30", "scheme.sbp='GLL32'"]));
+    let (_, found) =
+        run::<Extended>(&shipped("kepler", &["solver.digits=40", "grid.windows=30", "scheme.sbp='GLL32'"]));
     let apoapsis = found.iter().find(|crossing| crossing.watch == 1).unwrap();
     assert!((apoapsis.sample.gamma - Extended::PI).abs().to_f64() < 1e-36);
     assert!((apoapsis.sample.q[1] + Extended::from_decimal("1.6").unwrap()).abs().to_f64() < 1e-36);
@@ -74,7 +70,7 @@ fn every_crossing_of_a_section_is_found() {
         &["grid.windows=20", "scheme.sbp='GLL48'"],
         &["grid.windows=40", "scheme.form='strong'", "scheme.sbp='GLL40'"],
     ] {
-        let case = scene("henon-heiles", set);
+        let case = shipped("henon-heiles", set);
         let (line, found) = run(&case);
         let expected = expected(&case, &line);
         let (found, expected) = (gammas(&found, 0), &expected[0]);
@@ -88,7 +84,7 @@ fn every_crossing_of_a_section_is_found() {
 
 #[test]
 fn turning_points_around_a_black_hole_are_those_of_the_reference() {
-    let case = scene("kerr-inclined", &[]);
+    let case = shipped("kerr-inclined", &[]);
     let (line, found) = run(&case);
     for (watch, expected) in expected(&case, &line).iter().enumerate() {
         let found = gammas(&found, watch);
@@ -107,9 +103,8 @@ fn events_on_even_grids_have_the_accuracy_of_the_grid() {
     let set = ["scheme.sbp='SBP84'", "grid.n_gamma=400", "grid.windows=2"];
     for form in ["strong", "weak"] {
         let form = format!("scheme.form='{form}'");
-        let (line, found) = run::<f64>(&scene("kepler", &[set[0], set[1], set[2], &form]));
-        let start = &line.place.start;
-        let reference = ReferenceTrajectory::new(line.geometry(), start, line.length, 16).unwrap();
+        let (line, found) = run::<f64>(&shipped("kepler", &[set[0], set[1], set[2], &form]));
+        let reference = reference_of(&line);
         let off = line
             .gamma()
             .zip(line.q(1))
@@ -129,10 +124,8 @@ const LINE: &str = r#"
 "#;
 
 fn on_a_line(when: &str, direction: &str, windows: usize) -> Vec<f64> {
-    let set =
-        [format!("events={{found={{when={when:?}, direction={direction:?}}}}}"), format!("grid.windows={windows}")];
-    let case = Case::parse("line", LINE, &set).unwrap();
-    gammas(&run::<f64>(&case).1, 0)
+    let event = format!("events={{found={{when={when:?}, direction={direction:?}}}}}");
+    gammas(&run::<f64>(&parsed(LINE, &[&event, &format!("grid.windows={windows}")])).1, 0)
 }
 
 #[test]
@@ -178,12 +171,12 @@ fn the_error_of_the_first_node_is_no_event() {
             let (form, system) = (format!("scheme.form={form}"), format!("solver.system={system}"));
             let grid = ["scheme.sbp=SBP42", "grid.n_gamma=20", "grid.windows=1", "grid.gamma_f=2.0"];
             let set: Vec<&str> = grid.into_iter().chain([form.as_str(), system.as_str()]).collect();
-            let (line, found) = run::<f64>(&scene("kerr-inclined", &set));
+            let (line, found) = run::<f64>(&shipped("kerr-inclined", &set));
             assert!(found.is_empty(), "{form} {system}: {:?}", gammas(&found, 0));
             // The orbit starts at r = 4 and goes out. A radius just beyond the first node is met.
             let first = line.q(1).next().unwrap();
             assert!((first - 4.0).abs() < 1e-6 && (form.ends_with("strong") == (first == 4.0)), "{first}");
-            let beyond = scene("kerr-inclined", &[&set[..], &["events={beyond={when='r - 4.0000001'}}"]].concat());
+            let beyond = shipped("kerr-inclined", &[&set[..], &["events={beyond={when='r - 4.0000001'}}"]].concat());
             let met = gammas(&run::<f64>(&beyond).1, 0);
             assert!(met.len() == 1 && met[0] < 0.01, "{form} {system}: {met:?}");
         }
@@ -194,13 +187,14 @@ fn the_error_of_the_first_node_is_no_event() {
 fn an_event_may_end_the_run_and_is_its_last_row() {
     for (direction, place, gamma) in [("up", [0.4, 0.0], TAU), ("down", [-1.6, 0.0], PI), ("both", [-1.6, 0.0], PI)] {
         let event = format!("events.periapsis={{when='x*x_dot + y*y_dot', direction='{direction}', until=true}}");
-        for set in [&["grid.windows=40"] as &[&str], &["grid.windows=40", "scheme.form='strong'"]] {
-            let all: Vec<&str> = [event.as_str(), "grid.gamma_f=20.0"].into_iter().chain(set.iter().copied()).collect();
-            let (line, found) = run::<f64>(&scene("kepler", &all));
-            assert!((line.length - gamma).abs() < 1e-11, "{direction}: {}", line.length);
-            assert!((line.end().q[1] - place[0]).abs() < 1e-11 && (line.end().q[2] - place[1]).abs() < 1e-11);
+        let schemes = [(&["grid.windows=40"] as &[&str], 1e-11), (&["grid.windows=40", "scheme.form='strong'"], 1e-11)];
+        for (set, most) in schemes.into_iter().chain([(&["solver.accuracy=1e-11"] as &[&str], 1e-9)]) {
+            let case = shipped("kepler", &[&[event.as_str(), "grid.gamma_f=20.0"], set].concat());
+            let (line, found) = run::<f64>(&case);
+            assert!((line.length - gamma).abs() < most, "{direction}: {}", line.length);
+            assert!((line.end().q[1] - place[0]).abs() < most && (line.end().q[2] - place[1]).abs() < most);
             let found = gammas(&found, 0);
-            assert!(found.len() == 1 && (found[0] - gamma).abs() < 1e-11, "{direction}: {found:?}");
+            assert!(found.len() == 1 && (found[0] - gamma).abs() < most, "{direction}: {found:?}");
         }
     }
     // The first of several that end the run does.
@@ -210,7 +204,7 @@ fn an_event_may_end_the_run_and_is_its_last_row() {
         "grid.gamma_f=20.0",
         "grid.windows=40",
     ];
-    let (line, _) = run::<f64>(&scene("kepler", &both));
+    let (line, _) = run::<f64>(&shipped("kepler", &both));
     assert!((line.end().q[1] + 0.2).abs() < 1e-12, "{:?}", line.end().q);
 }
 
@@ -218,12 +212,8 @@ fn an_event_may_end_the_run_and_is_its_last_row() {
 fn of_two_events_in_one_step_the_first_ends_the_run() {
     for apart in [1e-2, 1e-4, 1e-8] {
         for [a, b] in [[1.0, 1.0 + apart], [1.0 + apart, 1.0]] {
-            let set = [
-                format!("events={{a={{when='x - {a:?}', until=true}}, b={{when='{b:?} - x', until=true}}}}"),
-                "grid.windows=3".to_owned(),
-            ];
-            let case = Case::parse("line", LINE, &set).unwrap();
-            let line = run::<f64>(&case).0;
+            let events = format!("events={{a={{when='x - {a:?}', until=true}}, b={{when='{b:?} - x', until=true}}}}");
+            let line: WorldLine = line_of(&parsed(LINE, &[&events, "grid.windows=3"]));
             assert!((line.length - 1.0).abs() < 1e-12, "{a} and {b}: {}", line.length);
         }
     }

@@ -1,7 +1,8 @@
 //! Potentials, forces and one-forms that depend on time.
 
-use geodesic_ivp::Case;
-use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::solve::WorldLine;
+
+use crate::common::{line_of, parsed};
 
 const SCHEMES: [&str; 3] =
     ["solver.accuracy = 1e-11", "scheme = { sbp = \"GLL16\", form = \"weak\" }", "scheme.sbp = \"GLL16\""];
@@ -9,9 +10,9 @@ const SCHEMES: [&str; 3] =
 fn solved(physics: &str, scheme: &str) -> WorldLine {
     let windows = if scheme.starts_with("solver") { "" } else { "grid.windows = 12\n" };
     let text = format!("{physics}\ngrid.t_f = 9.0\n{windows}{scheme}\n");
-    let case = Case::parse("time", &text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let case = parsed(&text, &[]);
     assert!(!case.is_of_x());
-    solve(&case).unwrap()
+    line_of(&case)
 }
 
 fn newtonian(table: &str, [t, x, x_dot]: [f64; 3]) -> String {
@@ -40,17 +41,6 @@ fn a_moving_well_is_one_at_rest_in_its_own_frame() {
         let moving = solved(&newtonian("formula = \"(x - t/2)^4/4\"", [0.0, 1.0, 0.8]), scheme).end();
         assert!((moving.q[1] - 4.5 - rest.q[1]).abs() < 1e-9, "{scheme}: {moving:?} {rest:?}");
     }
-}
-
-/// A shift of the time at the start with the force's own phase changes nothing.
-#[test]
-fn only_the_phase_of_a_drive_matters() {
-    let early = solved(&newtonian("formula = \"-x*sin(t)\"", [0.0, 0.0, 0.0]), SCHEMES[0]).end();
-    let shifted = newtonian("formula = \"-x*sin(t - w)\", parameters = { w = \"2*pi\" }", [0.0, 0.0, 0.0]);
-    let late = solved(&shifted, SCHEMES[0]).end();
-    assert!((early.q[1] - late.q[1]).abs() < 1e-10, "{early:?} {late:?}");
-    // x = t − sin(t) for the force sin(t) from rest.
-    assert!((early.q[1] - (9.0 - 9.0_f64.sin())).abs() < 1e-10, "{early:?}");
 }
 
 /// Tsiolkovsky's rocket: v = u ln(m0/m), with what the exhaust takes as a force. Sand that trickles out at rest takes

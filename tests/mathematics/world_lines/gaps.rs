@@ -7,7 +7,8 @@ use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Solution, solve};
 
-use crate::common::Random;
+use crate::common::{parsed, shipped};
+use crate::random_scenes::random::Random;
 
 /// Grids of about a hundred nodes: operator, form, nodes of a window, windows.
 const GRIDS: [(&str, &str, usize, usize); 7] = [
@@ -36,16 +37,11 @@ fn on_a_line(height: f64, width: f64, place: f64, [x, x_dot]: [f64; 2], grid: &s
         "potential.formula.expression = \"{height:?}*exp(-((x-({place:?}))/{width:?})^2)\"\n\
          initial = {{ t = 0.0, x = {x:?}, t_dot = 1.0, x_dot = {x_dot:?} }}\n{grid}"
     );
-    Case::parse("line", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"))
+    parsed(&text, &[])
 }
 
-fn of_case<S: Arithmetic>(case: &Case, error: Option<f64>) -> Option<Gaps> {
-    let solution: Solution<S> = solve(case).ok()?;
-    Some(Gaps::new(&solution, &case.geometry(), error))
-}
-
-fn of_scene<S: Arithmetic>(case: &Case, error: Option<f64>) -> Option<Gaps> {
-    let line: WorldLine<S> = solve(case.setup()).ok()?;
+fn gaps_of<S: Arithmetic>(case: &Case, error: Option<f64>) -> Option<Gaps> {
+    let line: WorldLine<S> = solve(case).ok()?;
     Some(Gaps::new(&line, &case.geometry(), error))
 }
 
@@ -97,9 +93,9 @@ fn ridges_and_bumps_of_scenes_are_found() {
              initial = {{ x = -0.6, y = {y:?}, t_dot = 1.0, x_dot = {vx:?}, y_dot = {vy:?} }}\n{}",
             grid(GRIDS[run % GRIDS.len()])
         );
-        let case = Case::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
+        let case = parsed(&text, &[]);
         for error in ERRORS {
-            let Some(gaps) = of_scene::<f64>(&case, error) else { break };
+            let Some(gaps) = gaps_of::<f64>(&case, error) else { break };
             assert!(gaps.unproved > 0, "{text}: {gaps:?}");
             found += 1;
         }
@@ -112,15 +108,14 @@ fn ridges_and_bumps_of_scenes_are_found() {
 fn nothing_hides_in_the_shipped_cases() {
     let mut looked_at = 0;
     for name in builtin::NAMES {
-        let case = Case::parse(name, builtin::text(name).unwrap(), &[]).unwrap();
+        let case = shipped(name, &[]);
         // Three million nodes.
         if case.settings().accuracy.is_some() || *name == "long-run" {
             continue;
         }
-        let found = match (case.is_of_x(), case.is_extended()) {
-            (true, true) => of_case::<Extended>(&case, Some(1e-12)),
-            (true, false) => of_case::<f64>(&case, Some(1e-12)),
-            (false, _) => of_scene::<f64>(&case, Some(1e-12)),
+        let found = match case.is_extended() {
+            true => gaps_of::<Extended>(&case, Some(1e-12)),
+            false => gaps_of::<f64>(&case, Some(1e-12)),
         };
         // Two of them have no solution.
         let Some(gaps) = found else { continue };
@@ -141,7 +136,7 @@ fn a_hill_that_the_nodes_follow_is_no_reason_to_doubt() {
         for (height, width) in [(0.02, 0.4), (-0.05, 0.5), (3.0, 0.7)] {
             let case = on_a_line(height, width, 5.0, [-0.6, 0.6], &self::grid(grid));
             for error in [None, Some(1e-10), Some(1e-3)] {
-                let gaps = of_case::<f64>(&case, error).unwrap();
+                let gaps = gaps_of::<f64>(&case, error).unwrap();
                 assert_eq!(gaps.unproved, 0, "{grid:?} {height} {width}: {gaps:?}");
             }
         }
@@ -155,10 +150,10 @@ fn a_barrier_is_found_in_any_precision_and_system() {
     for setting in ["solver.digits=30", "solver.system=\"doubled\""] {
         let place = 2.3;
         let text = on_a_line(5.0, 1e-3, place, [-0.6, 0.6], &grid).to_toml();
-        let case = Case::parse("line", &text, &[setting.to_owned()]).unwrap();
+        let case = parsed(&text, &[setting]);
         let gaps = match case.is_extended() {
-            true => of_case::<Extended>(&case, None),
-            false => of_case::<f64>(&case, None),
+            true => gaps_of::<Extended>(&case, None),
+            false => gaps_of::<f64>(&case, None),
         };
         assert_eq!(gaps.unwrap().unproved, 1, "{setting}");
     }
@@ -166,8 +161,8 @@ fn a_barrier_is_found_in_any_precision_and_system() {
         "potential = {{ coordinates = [\"x\", \"y\"], formula = \"exp(-((x-2.3)/1e-3)^2)\" }}\n\
          initial = {{ x = -0.6, y = 0.0, t_dot = 1.0, x_dot = 0.6, y_dot = 0.1 }}\nsolver.system = \"doubled\"\n{grid}"
     );
-    let case = Case::parse("plane", &text, &[]).unwrap();
-    assert_eq!(of_scene::<f64>(&case, None).unwrap().unproved, 1);
+    let case = parsed(&text, &[]);
+    assert_eq!(gaps_of::<f64>(&case, None).unwrap().unproved, 1);
 }
 
 /// The largest height at which a feature is explained, where every height above is too large.
@@ -192,7 +187,7 @@ fn what_may_hide_counts_with_the_length_of_its_gap_and_of_the_run() {
         let place = x_dot * length * 7.4 / (nodes - 1) as f64 - 0.6;
         critical(|height| {
             let case = on_a_line(height, 1e-5, place, [-0.6, x_dot], &grid);
-            of_case::<f64>(&case, Some(error)).map_or(1, |gaps| gaps.unproved)
+            gaps_of::<f64>(&case, Some(error)).map_or(1, |gaps| gaps.unproved)
         })
     };
     let first = explained(64.0, 65, 0.01, 1e-6);
@@ -224,8 +219,8 @@ fn what_may_hide_in_a_scene_counts_in_the_units_of_its_coordinates() {
                 unit * 0.01,
                 unit * 0.001
             );
-            let case = Case::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
-            of_scene::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
+            let case = parsed(&text, &[]);
+            gaps_of::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
         })
     };
     let first = explained(1.0, 0.0, 0.0, 1.0);
@@ -246,14 +241,15 @@ fn what_hides_beyond_the_nodes_where_a_path_turns_is_found() {
     let start = "t = 0.0, t_dot = 1.0, x = 0.955336489125606, x_dot = 0.29552020666134";
     let rest = "particle.c = 100.0\ngrid = { gamma_f = 4.0, n_gamma = 21 }\nscheme.sbp = \"SBP42\"";
     let formula = "x^2/2 + 0.01*exp(-((x-0.9985)/1e-4)^2)";
-    let text = format!("potential.formula.expression = \"{formula}\"\ninitial = {{ {start} }}\n{rest}");
-    let one = of_case::<f64>(&Case::parse("turn", &text, &[]).unwrap(), Some(1e-6));
-    let text = format!(
-        "potential = {{ coordinates = [\"x\", \"y\"], formula = \"{formula} + y^2/2\" }}\n\
-         initial = {{ {start}, y = 0.0, y_dot = 0.1 }}\n{rest}"
-    );
-    let scene = of_scene::<f64>(&Case::parse("turn", &text, &[]).unwrap(), Some(1e-6));
-    for gaps in [one.unwrap(), scene.unwrap()] {
+    for (potential, more) in [
+        (format!("potential.formula.expression = \"{formula}\""), ""),
+        (
+            format!("potential = {{ coordinates = ['x', 'y'], formula = '{formula} + y^2/2' }}"),
+            ", y = 0.0, y_dot = 0.1",
+        ),
+    ] {
+        let case = parsed(&format!("{potential}\ninitial = {{ {start}{more} }}\n{rest}"), &[]);
+        let gaps = gaps_of::<f64>(&case, Some(1e-6)).unwrap();
         let first = gaps.first.as_ref().unwrap_or_else(|| panic!("{gaps:?}"));
         assert!(gaps.unproved == 1 && (first.gamma[0] - 0.2).abs() < 1e-12, "{gaps:?}");
         assert!(first.coordinates[1].1.iter().all(|x| (0.99..0.9965).contains(x)), "{gaps:?}");
@@ -281,8 +277,8 @@ fn the_order_of_coordinates_and_origins_do_not_count() {
                  grid = {{ gamma_f = 64.0, n_gamma = 65 }}\nscheme.sbp = \"SBP42\"\n",
                 metric.join(", ")
             );
-            let case = Case::parse("plane", &text, &[]).unwrap_or_else(|error| panic!("{text}: {error}"));
-            of_scene::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
+            let case = parsed(&text, &[]);
+            gaps_of::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
         })
     };
     let first = explained(["t", "x", "y"], 0.0);

@@ -1,20 +1,15 @@
 //! Formulas with kinks and jumps: sign, step, min and max.
 
-use geodesic_ivp::Case;
-use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::solve::WorldLine;
 
-use crate::common::against_reference;
+use crate::common::{against_reference, distance, failure, line_of, shipped, text_solved};
 
-fn case(text: &str) -> Case {
-    Case::parse("kinks", text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"))
-}
-
-fn block(t_f: f64, accuracy: f64) -> Case {
-    case(&format!(
+fn block(t_f: f64, accuracy: f64) -> String {
+    format!(
         "potential = {{ formula = \"x^2/2\", force = {{ x = \"-mu*sign(x_dot)\" }}, parameters = {{ mu = 0.1 }} }}\n\
          particle.law = \"newtonian\"\ninitial = {{ x = 1.0, x_dot = 0.0 }}\ngrid.t_f = {t_f:?}\n\
          solver.accuracy = {accuracy:e}\n"
-    ))
+    )
 }
 
 /// Around the middle ±μ of each half turn the block swings as without friction.
@@ -27,7 +22,7 @@ fn dry_friction_takes_as_much_in_each_half_turn() {
     };
     for accuracy in [1e-6, 1e-9, 1e-12] {
         for t_f in [2.0, 5.0, std::f64::consts::TAU, 11.0] {
-            let line: WorldLine = solve(&block(t_f, accuracy)).unwrap();
+            let line = text_solved(&block(t_f, accuracy));
             let off = (line.end().q[1] - exact(t_f)).abs();
             assert!(off <= accuracy, "{accuracy:e} {t_f}: {off:e}");
             assert_eq!(line.windows_unproved, Some(0));
@@ -38,7 +33,7 @@ fn dry_friction_takes_as_much_in_each_half_turn() {
 /// After five half turns the spring is weaker than the friction.
 #[test]
 fn a_block_that_sticks_ends_the_run() {
-    let failure = solve::<f64>(&block(40.0, 1e-8)).unwrap_err();
+    let failure = failure(&block(40.0, 1e-8));
     assert!((failure.gamma - 5.0 * std::f64::consts::PI).abs() < 1e-6, "{failure}");
     assert!(failure.advice().contains("friction"), "{}", failure.advice());
 }
@@ -48,12 +43,11 @@ fn a_block_that_sticks_ends_the_run() {
 #[test]
 fn a_ball_bounces_on_a_floor() {
     for floor in ["max(0, -z)", "-min(z, 0)", "-z*step(-z)"] {
-        let case = case(&format!(
+        let line = text_solved(&format!(
             "potential = {{ coordinates = [\"z\"], formula = \"g*z + k/2*d^2\", definitions = {{ d = \"{floor}\" }},\n\
              parameters = {{ g = 10.0, k = \"g*1e5\" }} }}\nparticle.law = \"newtonian\"\n\
              initial = {{ z = 1.0, z_dot = 0.0 }}\ngrid.t_f = 10.0\nsolver.accuracy = 1e-9\n"
         ));
-        let line: WorldLine = solve(&case).unwrap();
         assert!((line.end().q[1] - 0.919_742_915_664_843_6).abs() < 1e-8, "{floor}: {:?}", line.end());
     }
 }
@@ -61,11 +55,9 @@ fn a_ball_bounces_on_a_floor() {
 /// Over five periods and more a bond passes sixty knots, at each of which windows end.
 #[test]
 fn windows_end_at_the_knots_of_a_table() {
-    let text = geodesic_ivp::case::builtin::text("molecule-table").unwrap();
     for (spline, most) in [("cubic", 160), ("quintic", 160)] {
-        let set = ["grid.t_f=20.0", "solver.accuracy=1e-12", &format!("tables.v.spline={spline}")].map(str::to_owned);
-        let case = Case::parse("molecule-table", text, &set).unwrap();
-        let line: WorldLine = solve(&case).unwrap_or_else(|failure| panic!("{spline}: {failure}"));
+        let set = ["grid.t_f=20.0", "solver.accuracy=1e-12", &format!("tables.v.spline={spline}")];
+        let line: WorldLine = line_of(&shipped("molecule-table", &set));
         let judged = against_reference(&line);
         assert!(judged.end.iter().all(|error| *error < 1e-12), "{spline}: {judged:?}");
         assert!(line.window_count < most, "{spline}: {}", line.window_count);
@@ -82,13 +74,10 @@ fn an_angle_has_no_kink_where_its_formula_has_one() {
              initial = {{ x = 1.0, y = 0.0, x_dot = 0.0, y_dot = 1.1 }}\ngrid.t_f = 12.0\nsolver.accuracy = 1e-10\n"
         )
     };
-    let angle = case(&text("-1/hypot(x, y) + 0.01*cos(2*atan2(y, x))"));
-    let plain = case(&text("-1/sqrt(x^2 + y^2) + 0.01*(x^2 - y^2)/(x^2 + y^2)"));
-    let [angle_end, plain_end] = [&angle, &plain].map(|case| solve::<f64>(case).unwrap());
-    for a in [1, 2] {
-        let off = (angle_end.end().q[a] - plain_end.end().q[a]).abs();
-        assert!(off < 1e-9, "{a}: {off:e}");
-    }
-    let judged = against_reference(&angle_end);
+    let angle = text_solved(&text("-1/hypot(x, y) + 0.01*cos(2*atan2(y, x))"));
+    let plain = text_solved(&text("-1/sqrt(x^2 + y^2) + 0.01*(x^2 - y^2)/(x^2 + y^2)"));
+    let off = distance(&angle.end().q[1..3], &plain.end().q[1..3]);
+    assert!(off < 1e-9, "{off:e}");
+    let judged = against_reference(&angle);
     assert!(judged.end.iter().all(|error| *error < 1e-8), "{judged:?}");
 }

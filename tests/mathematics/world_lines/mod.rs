@@ -1,31 +1,35 @@
-//! Critical points in scenes of n coordinates.
+//! Critical points, of one coordinate and of n: their digits, errors, charges, ends and events.
 
 mod accuracy;
 mod acting;
-mod atlas;
 mod backward;
-mod bodies;
+mod base_cases;
+pub(crate) mod bodies;
 mod conformal;
-mod convergence;
 mod diagnostics;
 mod ends;
-mod engine;
-mod engine_accuracy;
-mod engine_ends;
-mod engine_windows;
 mod events;
 mod explicit_time;
+mod failures;
 mod features;
 mod gaps;
+mod invariances;
 mod kinks;
+mod long_runs;
+mod memory;
+mod of_x;
 mod one_coordinate;
 mod overflow;
+mod promises;
 mod reasons;
+mod rest;
 mod samples;
-mod schwarzschild;
 mod sensitivity;
-mod shipped_scenes;
+mod shipped;
+mod solves;
 mod stops;
 mod tolerance;
 mod units;
-mod work_precision;
+mod verdicts;
+mod window_by_window;
+mod windows;

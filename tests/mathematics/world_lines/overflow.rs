@@ -1,39 +1,103 @@
-//! Scenes that go on where an exponential overflows on the way to finite forces.
+//! What overflows on the way to finite values is no end of the domain: 1/(1 + exp z) = (1 − tanh(z/2))/2, of which the
+//! right side does not overflow.
+
+use std::sync::atomic::AtomicBool;
 
 use geodesic_ivp::Status;
-use geodesic_ivp::case::Case;
+use geodesic_ivp::case::{Case, Form, SbpName};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::geometry::Geometry;
 use geodesic_ivp::methods::{Output, PEERS, Problem, Setting, Step};
 use geodesic_ivp::number::Extended;
-use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::solve::{Arithmetic, WorldLine};
+use geodesic_ivp::study::convergence::{Convergence, sweep};
 use geodesic_ivp::study::errors::reference_error;
 
-/// Three smooth discs on the unit circle.
-fn disks(height: &str, width: &str, start: [&str; 4], length: &str, rest: &str) -> Case {
+use crate::common::{failure, line_of, parsed};
+
+/// A hill that overflows beyond x = 14.6, as it is written first.
+const HILL: [&str; 4] = [
+    "0.3*(1 - tanh(25*(abs(x) - 0.4)))/2",
+    "0.3/(1 + exp(50*(abs(x) - 0.4)))",
+    "0.3*(1 - exp(50*(abs(x) - 0.4))/(1 + exp(50*(abs(x) - 0.4))))",
+    "0.15 - 0.15*sinh(25*(abs(x) - 0.4))/cosh(25*(abs(x) - 0.4))",
+];
+
+const ACCURACY: &str = "solver.accuracy = 1e-10\n";
+const STRONG: &str = "scheme.sbp = 'SBP42'\n";
+
+/// Elements in so many windows.
+fn elements(form: &str, windows: usize) -> String {
+    format!("scheme = {{ sbp = 'GLL16', form = '{form}' }}\ngrid = {{ n_gamma = 16, windows = {windows} }}\n")
+}
+
+fn hill(formula: &str, rest: &str) -> Case {
+    let start = "initial = { x = 0.3, t_dot = 1.0, x_dot = 0.4 }";
+    parsed(&format!("potential.formula = \"{formula}\"\n{start}\n{rest}"), &["grid.gamma_f=30.0"])
+}
+
+/// t and x at the end.
+fn end_of<S: Arithmetic>(formula: &str, rest: &str) -> [f64; 2] {
+    let line: WorldLine<S> = line_of(&hill(formula, rest));
+    let [t, x] = [line.t().last(), line.x().last().copied()].map(|last| last.unwrap().to_f64());
+    assert!(x > 20.0, "{x}");
+    [t, x]
+}
+
+fn agree(found: [f64; 2], expected: [f64; 2], what: &str) {
+    let is_close = |(found, expected): (&f64, &f64)| (found - expected).abs() < 1e-8 * expected.abs();
+    assert!(found.iter().zip(&expected).all(is_close), "{what}: {found:?}, {expected:?}");
+}
+
+#[test]
+fn runs_go_on_where_exponentials_overflow() {
+    let settings = [
+        ACCURACY.to_owned(),
+        format!("{STRONG}grid.n_gamma = 2001\n"),
+        elements("weak", 200),
+        elements("strong", 200),
+        format!("{STRONG}grid.n_gamma = 601\nsolver.system = 'doubled'\n"),
+    ];
+    for rest in &settings {
+        let expected = end_of::<f64>(HILL[0], rest);
+        HILL[1..]
+            .iter()
+            .for_each(|formula| agree(end_of::<f64>(formula, rest), expected, &format!("{formula} {rest}")));
+    }
+    let digits = elements("weak", 200) + "solver.digits = 40\n";
+    agree(end_of::<Extended>(HILL[1], &digits), end_of::<Extended>(HILL[0], &digits), &digits);
+    // The reference of a convergence study.
+    let [smooth, overflows] = [HILL[0], HILL[1]].map(|formula| {
+        let (case, schemes) =
+            (hill(formula, &format!("{STRONG}grid.n_gamma = 32\n")), [(SbpName::Sbp42, Form::Strong)]);
+        let swept: Result<Convergence, _> = sweep(&case, &schemes, &[400, 800], &AtomicBool::new(false), &|_| {});
+        let end = swept.unwrap_or_else(|none| panic!("{formula}: {none}")).reference.end;
+        [end[0], end[1]]
+    });
+    agree(overflows, smooth, "converge");
+}
+
+/// Three smooth discs on the unit circle, with their height and width, the start and the length of the run.
+fn disks([height, width]: [f64; 2], [x, y, x_dot, y_dot]: [f64; 4], length: f64, rest: &str) -> Case {
     let centres = [("- 0.995004", "- 0.099833"), ("+ 0.583960", "- 0.811782"), ("+ 0.411044", "+ 0.911616")];
     let discs = centres.map(|(a, b)| format!("h/(1 + exp((sqrt((x {a})^2 + (y {b})^2) - 0.4)/w))")).join(" + ");
-    let [x, y, x_dot, y_dot] = start;
     let text = format!(
-        "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"{discs}\"\n\
-         parameters = {{ h = {height}, w = {width} }}\n[particle]\nlaw = \"newtonian\"\n\
-         [initial]\nx = {x}\ny = {y}\nx_dot = {x_dot}\ny_dot = {y_dot}\n[grid]\ngamma_f = {length}\n{rest}"
+        "potential = {{ coordinates = ['x', 'y'], formula = '{discs}', parameters = {{ h = {height}, w = {width} }} }}\n\
+         initial = {{ x = {x}, y = {y}, x_dot = {x_dot}, y_dot = {y_dot} }}\nparticle.law = 'newtonian'\n{rest}"
     );
-    Case::parse("disks", &text, &[]).unwrap_or_else(|error| panic!("{error}"))
+    parsed(&text, &[&format!("grid.gamma_f={length:?}")])
 }
 
-fn first(rest: &str) -> Case {
-    let start = ["0.0691458", "0.0200234", "0.492534", "0.805463"];
-    disks("2.843", "0.0088026", start, "5.90825", rest)
+fn first(length: f64, rest: &str) -> Case {
+    disks([2.843, 0.0088026], [0.0691458, 0.0200234, 0.492534, 0.805463], length, rest)
 }
 
+const LENGTH: f64 = 5.90825;
 const END: [f64; 2] = [2.97915981, 4.77890017];
-const ACCURACY: &str = "[solver]\naccuracy = 1e-10\n";
 
 /// x and y are those `expected`, to their eight digits, and so are the measures of the run numbers.
 fn check<S: Arithmetic>(case: &Case, expected: [f64; 2]) {
-    let line: WorldLine<S> = solve(case.setup::<S>()).unwrap_or_else(|none| panic!("{none}"));
+    let line: WorldLine<S> = line_of(case);
     let q = line.end().q;
     for (found, expected) in q[1..3].iter().zip(expected) {
         assert!((found.to_f64() - expected).abs() < 1e-8, "{q:?}");
@@ -46,40 +110,27 @@ fn check<S: Arithmetic>(case: &Case, expected: [f64; 2]) {
 
 #[test]
 fn discs_end_where_they_should() {
-    check::<f64>(&first(ACCURACY), END);
-    let start = ["0.0330365", "0.0152144", "-0.472044", "0.775422"];
-    check::<f64>(&disks("4.94777", "0.0052314", start, "3.6856", ACCURACY), [-1.00445048, -0.63859572]);
-}
-
-#[test]
-fn discs_end_where_they_should_on_every_grid() {
-    let windows = "n_gamma = 16\nwindows = 40\n[scheme]\nsbp = \"GLL16\"\n";
-    let weak = "n_gamma = 16\nwindows = 40\n[scheme]\nsbp = \"GLL16\"\nform = \"weak\"\n";
-    let strong = "n_gamma = 401\n[scheme]\nsbp = \"SBP42\"\n";
-    for scheme in [windows, weak, strong] {
-        check::<f64>(&first(scheme), END);
+    let strong = format!("{STRONG}grid.n_gamma = 401\n");
+    for scheme in [ACCURACY, &elements("strong", 40), &elements("weak", 40), &strong] {
+        check::<f64>(&first(LENGTH, scheme), END);
     }
-    check::<f64>(&first(&format!("{strong}[solver]\nsystem = \"doubled\"\n")), END);
-    check::<Extended>(&first(&format!("{weak}[solver]\ndigits = 40\n")), END);
-}
-
-/// Far outside there is no force, whatever the exponent.
-#[test]
-fn a_particle_goes_on_for_ever() {
-    for (length, end) in [("60.0", [29.6205, 48.4309]), ("2000.0", [983.97, 1610.27])] {
-        let case = disks("2.843", "0.0088026", ["0.0691458", "0.0200234", "0.492534", "0.805463"], length, ACCURACY);
-        let line: WorldLine<f64> = solve(case.setup::<f64>()).unwrap_or_else(|none| panic!("{none}"));
-        let q = line.end().q;
+    check::<f64>(&first(LENGTH, &format!("{strong}solver.system = 'doubled'\n")), END);
+    check::<Extended>(&first(LENGTH, &(elements("weak", 40) + "solver.digits = 40\n")), END);
+    let other = disks([4.94777, 0.0052314], [0.0330365, 0.0152144, -0.472044, 0.775422], 3.6856, ACCURACY);
+    check::<f64>(&other, [-1.00445048, -0.63859572]);
+    // Far outside there is no force, whatever the exponent: a particle goes on for ever.
+    for (length, end) in [(60.0, [29.6205, 48.4309]), (2000.0, [983.97, 1610.27])] {
+        let q = line_of::<f64>(&first(length, ACCURACY)).end().q;
         assert!(q[1..3].iter().zip(end).all(|(q, end)| (q / end - 1.0).abs() < 2e-2), "{q:?}");
     }
 }
 
 #[test]
 fn other_methods_go_on() {
-    let case = first(ACCURACY);
+    let case = first(LENGTH, ACCURACY);
     let geometry: Geometry = case.geometry();
     let start = case.start_in(&geometry);
-    let problem = Problem { space: geometry.into(), start, length: 5.90825, g00: None };
+    let problem = Problem { space: geometry.into(), start, length: LENGTH, g00: None };
     for peer in PEERS {
         let setting = match peer.about().step {
             Step::Constant | Step::Iterated => Setting::steps(1200),
@@ -95,10 +146,10 @@ fn other_methods_go_on() {
 /// What is not finite with any exponent is outside the domain, and no panic.
 #[test]
 fn what_no_exponent_reaches_is_outside_the_domain() {
-    let text = "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"(1 + exp(exp(x)))/exp(exp(x)) + y^2/2\"\n\
-                [particle]\nlaw = \"newtonian\"\n[initial]\nx = 30.0\ny = 0.1\nx_dot = 1.0\ny_dot = 0.0\n\
-                [grid]\ngamma_f = 8.0\nn_gamma = 201\n[scheme]\nsbp = \"SBP42\"\n";
-    let case = Case::parse("far", text, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let none = solve(case.setup::<f64>()).expect_err("it leaves the domain");
+    let none = failure(
+        "potential = { coordinates = ['x', 'y'], formula = '(1 + exp(exp(x)))/exp(exp(x)) + y^2/2' }\n\
+         particle.law = 'newtonian'\ninitial = { x = 30.0, y = 0.1, x_dot = 1.0, y_dot = 0.0 }\n\
+         grid = { gamma_f = 8.0, n_gamma = 201 }\nscheme.sbp = 'SBP42'\n",
+    );
     assert_eq!(none.status, Status::OutsideDomain, "{none}");
 }

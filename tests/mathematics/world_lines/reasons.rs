@@ -1,7 +1,8 @@
 //! The printed reason is the reason, and what is advised helps.
 
-use geodesic_ivp::solve::{NoSolution, WorldLine};
-use geodesic_ivp::{Case, solve::solve};
+use geodesic_ivp::solve::{NoSolution, WorldLine, solve};
+
+use crate::common::parsed;
 
 /// A fall past a mass at a distance of 5e-5, over two turns.
 const PAST_A_MASS: &str = "potential = { coordinates = [\"x\", \"y\"], formula = \"-1/sqrt(x^2 + y^2)\" }\n\
@@ -10,8 +11,7 @@ const PAST_A_MASS: &str = "potential = { coordinates = [\"x\", \"y\"], formula =
                            grid.t_f = 20.0\nsolver.accuracy = 1e-9\n";
 
 fn run(text: &str, set: &[&str]) -> Result<WorldLine, NoSolution> {
-    let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
-    solve(Case::parse("reasons", text, &set).unwrap().setup())
+    solve(&parsed(text, set))
 }
 
 /// A refusal long after a close encounter names the encounter, and a conformal factor that grows there as the force

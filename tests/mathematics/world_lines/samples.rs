@@ -1,32 +1,32 @@
-//! Scenes between their nodes.
+//! World-lines between their nodes, of one coordinate and of several.
 
-use geodesic_ivp::action::Form;
-use geodesic_ivp::case::{Case, builtin};
-use geodesic_ivp::geometry::GeometryText;
+use geodesic_ivp::case::Case;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::solve::{Setup, System, WorldLine, solve};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::trajectory::{Coordinate, NoSamples, SampleStream, Sampler};
 
-use crate::common;
+use crate::common::{line_of, parsed, reference_of, shipped, solved};
 
 /// An expanding, rotating space with a charge: every coordinate is active, and components off the diagonal.
-fn setup<S: Arithmetic>(sbp: SbpName, form: Form, n_gamma: usize, windows: usize, system: System) -> Setup<S> {
-    let components = [("t t", "1 + x^2/4"), ("t x", "0.2*cos(t)"), ("x x", "-1 - x^2/10"), ("z z", "-2 - sin(x)")];
-    let text = GeometryText::Metric(common::metric(&["t", "x", "z"], &components));
-    let start: (&[&str], &[&str]) = (&["0.1", "0.5", "0.3"], &["1", "0.3", "0.2"]);
-    common::in_windows(common::setup(&text, start, 4.0, (sbp, form, n_gamma), system), windows)
-}
+const SPACE: &str = "initial = { t = 0.1, x = 0.5, z = 0.3, t_dot = 1, x_dot = 0.3, z_dot = 0.2 }\n\
+                     metric = { coordinates = ['t', 'x', 'z'], components = { 't t' = '1 + x^2/4', \
+                     't x' = '0.2*cos(t)', 'x x' = '-1 - x^2/10', 'z z' = '-2 - sin(x)' } }\n";
+const QUARTIC: &str = "initial = { t = 0.0, x = 1.0, t_dot = 1.0, x_dot = 0.1 }\npotential.quartic.kappa = 0.5\n";
 
-fn reference<S: Arithmetic>(line: &WorldLine<S>) -> ReferenceTrajectory<S> {
-    ReferenceTrajectory::new(line.geometry(), &line.place.start, line.length, line.digits).unwrap()
+/// A run over the length 4 from γ = −0.7.
+fn case(scene: &str, (sbp, form, system): (&str, &str, &str), n_gamma: usize, windows: usize) -> Case {
+    parsed(
+        &format!(
+            "{scene}grid = {{ gamma_i = -0.7, gamma_f = 3.3, n_gamma = {n_gamma}, windows = {windows} }}\n\
+             scheme = {{ sbp = '{sbp}', form = '{form}' }}\nsolver.system = '{system}'\n"
+        ),
+        &[],
+    )
 }
 
 /// The largest errors of positions and of velocities and momenta at so many values of γ.
 fn errors(line: &WorldLine, samples: u32) -> [f64; 2] {
-    let (reference, mut sampler) = (reference(line), Sampler::new(line));
+    let (reference, mut sampler) = (reference_of(line), Sampler::new(line));
     let mut most = [0.0_f64; 2];
     for k in 0..=samples {
         let gamma = line.length * f64::from(k) / f64::from(samples);
@@ -41,7 +41,7 @@ fn errors(line: &WorldLine, samples: u32) -> [f64; 2] {
 
 /// The largest error of a position at the nodes.
 fn error_at_nodes(line: &WorldLine) -> f64 {
-    let reference = reference(line);
+    let reference = reference_of(line);
     let exact: Vec<_> = line.gamma().map(|gamma| reference.at(gamma - line.gamma_i)).collect();
     let of = |a: usize| line.q(a).zip(&exact).fold(0.0, |most: f64, (q, exact)| most.max((q - exact.q[a]).abs()));
     (0..line.geometry().dimension()).map(of).fold(0.0, f64::max)
@@ -49,38 +49,38 @@ fn error_at_nodes(line: &WorldLine) -> f64 {
 
 #[test]
 fn samples_are_as_accurate_as_nodes() {
-    for (sbp, n, windows) in [
-        (SbpName::Sbp21, 201, 1),
-        (SbpName::Sbp42, 101, 2),
-        (SbpName::Sbp63, 101, 1),
-        (SbpName::Sbp84, 101, 2),
-        (SbpName::Gll(12), 12, 3),
-        (SbpName::Gll(24), 24, 1),
+    for (sbp, n, windows, is_weak_too) in [
+        ("SBP21", 201, 1, false),
+        ("SBP42", 101, 2, true),
+        ("SBP63", 101, 1, true),
+        ("SBP84", 101, 2, true),
+        ("GLL12", 12, 3, true),
+        ("GLL24", 24, 1, true),
     ] {
-        for (form, system) in [
-            (Form::Strong, System::PhysicalLimit),
-            (Form::Weak, System::PhysicalLimit),
-            (Form::Strong, System::Doubled),
-        ] {
-            if (sbp, system) == (SbpName::Sbp21, System::Doubled) || (sbp, form) == (SbpName::Sbp21, Form::Weak) {
-                continue;
-            }
-            let line = solve(setup::<f64>(sbp, form, n, windows, system)).unwrap();
+        let mut schemes = vec![(sbp, "strong", "physical-limit")];
+        if is_weak_too {
+            schemes.extend([(sbp, "weak", "physical-limit"), (sbp, "strong", "doubled")]);
+        }
+        for scheme in schemes {
+            let line = line_of(&case(SPACE, scheme, n, windows));
             let (at_nodes, [positions, rates]) = (error_at_nodes(&line), errors(&line, 1000));
-            let what =
-                format!("{sbp:?} {form:?} {system:?}: nodes {at_nodes:e}, between {positions:e}, rates {rates:e}");
+            let what = format!("{scheme:?}: nodes {at_nodes:e}, between {positions:e}, rates {rates:e}");
             assert!(positions <= 2.0 * at_nodes + 1e-13, "{what}");
             assert!(rates <= 60.0 * at_nodes + 1e-12, "{what}");
         }
+    }
+    for (sbp, n, form) in [("SBP42", 40, "strong"), ("GLL16", 16, "strong"), ("GLL16", 16, "weak")] {
+        let line = line_of(&case(QUARTIC, (sbp, form, "physical-limit"), n, 8));
+        let (at_nodes, [positions, _]) = (error_at_nodes(&line), errors(&line, 90));
+        assert!(positions < 2.0 * at_nodes + 1e-12, "{sbp} {form}: {positions:e} against {at_nodes:e}");
     }
 }
 
 #[test]
 fn samples_inside_weak_elements_are_as_accurate_as_their_ends() {
     for (n, windows) in [(6, 10), (10, 3), (16, 2)] {
-        let line = solve(setup::<f64>(SbpName::Gll(n), Form::Weak, n.into(), windows, System::PhysicalLimit));
-        let line = line.unwrap();
-        let reference = reference(&line);
+        let line: WorldLine = line_of(&case(SPACE, (&format!("GLL{n}"), "weak", "physical-limit"), n, windows));
+        let reference = reference_of(&line);
         let at_ends = line.views().fold(0.0, |most: f64, view| {
             let exact = reference.at(view.window.gamma[1]);
             let joint = view.end.q.iter().chain(view.end.p).zip(exact.q.iter().chain(&exact.p));
@@ -94,18 +94,19 @@ fn samples_inside_weak_elements_are_as_accurate_as_their_ends() {
 
 #[test]
 fn nodes_are_samples_of_themselves_and_the_ends_are_inside() {
-    for (sbp, form, n) in [(SbpName::Sbp42, Form::Strong, 20), (SbpName::Gll(20), Form::Strong, 20)] {
-        let mut setup = setup::<f64>(sbp, form, n, 3, System::PhysicalLimit);
-        setup.gamma_i = -0.7;
-        let line = solve(&setup).unwrap();
-        let mut sampler = Sampler::new(&line);
+    let are_samples = |line: &WorldLine, most: f64| {
+        let mut sampler = Sampler::new(line);
         for (k, gamma) in line.gamma().enumerate() {
-            let sample = sampler.at_gamma(gamma).unwrap();
-            for a in 0..3 {
+            for (a, found) in sampler.at_gamma(gamma).unwrap().q.iter().enumerate() {
                 let node = line.q(a).nth(k).unwrap();
-                assert!((sample.q[a] - node).abs() < 1e-13, "{sbp:?}, node {k}: {} {node}", sample.q[a]);
+                assert!((found - node).abs() < most, "{}, node {k}: {found} {node}", line.sbp_name);
             }
         }
+    };
+    for sbp in ["SBP42", "GLL20"] {
+        let line: WorldLine = line_of(&case(SPACE, (sbp, "strong", "physical-limit"), 20, 3));
+        are_samples(&line, 1e-13);
+        let mut sampler = Sampler::new(&line);
         let (first, last) = (sampler.at_gamma(-0.7).unwrap(), sampler.at_gamma(3.3).unwrap());
         let (start, end) = (&line.place.start, line.end());
         assert_eq!((&first.q, &first.p, &last.q, &last.p), (&start.q, &start.p, &end.q, &end.p));
@@ -113,12 +114,21 @@ fn nodes_are_samples_of_themselves_and_the_ends_are_inside() {
         assert!((outside.range.0 + 0.7).abs() < 1e-15 && (outside.range.1 - 3.3).abs() < 1e-15);
         assert!(sampler.at_gamma(-0.701).is_err());
     }
+    for scheme in ["scheme.sbp=SBP42", "scheme.sbp=GLL16 grid.n_gamma=16"] {
+        let line = solved(&format!("{scheme} grid.gamma_i=-0.3 grid.gamma_f=0.7 initial.t=2.5"));
+        are_samples(&line, 1e-14);
+        let (mut sampler, end) = (Sampler::new(&line), line.end_state().t);
+        assert_eq!(sampler.at_value(0, 2.5).unwrap().q[1], 1.0);
+        assert!((sampler.at_value(0, end).unwrap().gamma - 0.7).abs() < 1e-14);
+        assert!(sampler.at_gamma(0.7000001).is_err() && sampler.at_gamma(-0.3000001).is_err());
+        assert!(sampler.at_value(0, 2.4999).is_err() && sampler.at_value(0, end + 1e-6).is_err());
+    }
 }
 
 #[test]
 fn a_value_of_a_coordinate_that_grows_is_found() {
-    for (sbp, n) in [(SbpName::Gll(16), 16), (SbpName::Sbp42, 200)] {
-        let line = solve(setup::<f64>(sbp, Form::Weak, n, 3, System::PhysicalLimit)).unwrap();
+    for (sbp, n) in [("GLL16", 16), ("SBP42", 200)] {
+        let line = line_of(&case(SPACE, (sbp, "weak", "physical-limit"), n, 3));
         let mut sampler = Sampler::new(&line);
         let taken = |a: usize| {
             let values = vec![line.q(a).nth(5).unwrap()];
@@ -129,22 +139,33 @@ fn a_value_of_a_coordinate_that_grows_is_found() {
         assert!(taken(0).is_ok() && taken(1) == Err(NoSamples::Turns));
         // The first node of a weak grid is off its start by the truncation error.
         for k in 1..50 {
-            let gamma = 0.08 * f64::from(k);
+            let gamma = 0.08 * f64::from(k) - 0.7;
             let sample = sampler.at_gamma(gamma).unwrap();
             let found = sampler.at_value(0, sample.q[0]).unwrap();
-            assert!(
-                (found.gamma - gamma).abs() < 1e-13 && (found.q[2] - sample.q[2]).abs() < 1e-13,
-                "{sbp:?}, {gamma}"
-            );
+            let apart = (found.gamma - gamma).abs().max((found.q[2] - sample.q[2]).abs());
+            assert!(apart < 1e-13, "{sbp}, {gamma}: {apart:e}");
         }
         assert!(sampler.at_value(0, 0.09).is_err());
     }
 }
 
 #[test]
+fn time_that_runs_backwards_is_sampled_too() {
+    let solution = solved("initial.t_dot=-1.0 scheme.sbp=SBP42 grid.n_gamma=200");
+    let mut sampler = Sampler::new(&solution);
+    let sample = sampler.at_value(0, -1.0).unwrap();
+    assert!((sampler.at_gamma(sample.gamma).unwrap().q[0] + 1.0).abs() < 1e-13 && sample.q_dot[0] < 0.0);
+    assert!(sampler.at_value(0, 0.1).is_err());
+}
+
+#[test]
 fn samples_keep_the_digits_of_the_run() {
-    let line: WorldLine<Extended> = solve(setup(SbpName::Gll(32), Form::Weak, 32, 12, System::PhysicalLimit)).unwrap();
-    let (reference, mut sampler) = (reference(&line), Sampler::new(&line));
+    let text = format!(
+        "{SPACE}grid = {{ gamma_f = 4.0, windows = 12 }}\nscheme = {{ sbp = 'GLL32', form = 'weak' }}\n\
+         solver.digits = 40\n"
+    );
+    let line: WorldLine<Extended> = line_of(&parsed(&text, &[]));
+    let (reference, mut sampler) = (reference_of(&line), Sampler::new(&line));
     for k in 1..8 {
         let gamma = Extended::from(f64::from(k) * 0.51);
         let (sample, exact) = (sampler.at_gamma(gamma).unwrap(), reference.at(gamma));
@@ -155,16 +176,10 @@ fn samples_keep_the_digits_of_the_run() {
 
 #[test]
 fn a_circular_orbit_has_samples_though_its_radial_momentum_is_rounding() {
-    let text = builtin::text("schwarzschild-orbit").unwrap();
     // E = 0.8/sqrt(0.7) and L = 10/sqrt(7) at r = 10.
-    let set = ["r=10.0", "p_t=0.95618288746751490", "p_phi=-3.7796447300922722"];
-    let set: Vec<String> = set
-        .iter()
-        .map(|set| format!("initial.{set}"))
-        .chain(["grid.gamma_f=100.0".into(), "grid.windows=4".into()])
-        .collect();
-    let case = Case::parse("circle", text, &set).unwrap();
-    let line: WorldLine = solve(case.setup()).unwrap();
+    let start = ["initial.r=10.0", "initial.p_t=0.95618288746751490", "initial.p_phi=-3.7796447300922722"];
+    let case = shipped("schwarzschild-orbit", &[&start[..], &["grid.gamma_f=100.0", "grid.windows=4"]].concat());
+    let line: WorldLine = line_of(&case);
     let mut sampler = Sampler::new(&line);
     for k in 0..=100 {
         let gamma = f64::from(k);

@@ -2,12 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use geodesic_ivp::case::builtin;
+use geodesic_ivp::Case;
 use geodesic_ivp::engine::{Accuracy, Engine, POINTS, Sensitivity};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::write_sensitivity;
 use geodesic_ivp::solve::WorldLine;
-use geodesic_ivp::{Case, solve};
+
+use crate::common::{distance, line_of, parsed, shipped};
 
 const SENSITIVE: [&str; 2] = ["solver.accuracy=1e-13", "solver.sensitivity=true"];
 const LONG: &str = "grid.gamma_f=300";
@@ -22,14 +23,12 @@ x = 1.0
 x_dot = 0.25
 "#;
 
-fn parsed(name: &str, settings: &[&str]) -> Case {
-    let settings: Vec<String> = settings.iter().map(|&setting| setting.to_owned()).collect();
-    let text = builtin::text(name).unwrap_or(OSCILLATOR);
-    Case::parse(name, text, &settings).unwrap_or_else(|error| panic!("{name}: {error}"))
+fn case(name: &str, set: &[&str]) -> Case {
+    if name == "oscillator" { parsed(OSCILLATOR, set) } else { shipped(name, set) }
 }
 
-fn run(name: &str, settings: &[&str]) -> WorldLine {
-    solve(&parsed(name, settings)).unwrap_or_else(|failure| panic!("{name}: {failure}"))
+fn run(name: &str, set: &[&str]) -> WorldLine {
+    line_of(&case(name, set))
 }
 
 fn sensitivity(line: &WorldLine) -> &Sensitivity {
@@ -65,11 +64,6 @@ fn matrices_are_symplectic() {
 fn rotation(gamma: f64) -> [f64; 4] {
     let (sin, cos) = gamma.sin_cos();
     [cos, -sin, sin, cos]
-}
-
-fn distance(matrix: &[f64], other: &[f64]) -> f64 {
-    assert_eq!(matrix.len(), other.len());
-    matrix.iter().zip(other).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()))
 }
 
 #[test]
@@ -108,7 +102,7 @@ fn matrix_is_the_derivative_of_the_end() {
         let mut settings: Vec<String> = starts.map(set).collect();
         settings.extend(["solver.digits=40", "grid.gamma_f=20", "grid.windows=40"].map(str::to_owned));
         let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        let line: WorldLine<Extended> = solve(&parsed("henon-heiles", &settings)).unwrap();
+        let line: WorldLine<Extended> = line_of(&case("henon-heiles", &settings));
         let (end, active) = (line.end(), line.geometry().active().to_vec());
         active.iter().map(|&a| end.q[a]).chain(active.iter().map(|&a| end.p[a])).collect::<Vec<_>>()
     };
@@ -164,7 +158,7 @@ fn chaos_has_a_positive_exponent_and_overflows_nowhere() {
 
 #[test]
 fn matrices_begin_again_with_the_run() {
-    let case = parsed("henon-heiles-megno", &["potential.parameters.y_i=-0.25"]);
+    let case = case("henon-heiles-megno", &["potential.parameters.y_i=-0.25"]);
     let setup = case.setup::<f64>();
     let (geometry, start) = (&setup.place.geometry, &setup.place.start);
     let mut engine = Engine::accurate(geometry, start, 150.0, Accuracy::Promised(1e-8), POINTS).unwrap();

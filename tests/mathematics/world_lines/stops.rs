@@ -1,19 +1,17 @@
 //! Runs to an accuracy that end where a formula changes its sign.
 
-use geodesic_ivp::case::{Case, builtin};
+use geodesic_ivp::case::Case;
 use geodesic_ivp::engine::{Accuracy, Engine, Failure, POINTS};
 use geodesic_ivp::solve::{NoSolution, WorldLine, solve};
 
-fn case(text: &str, settings: &[String]) -> Case {
-    Case::parse("test", text, settings).unwrap_or_else(|error| panic!("{settings:?}: {error}"))
-}
+use crate::common::{line_of, parsed, shipped};
 
 /// A shipped scene of this length to an accuracy.
-fn shipped(name: &str, length: f64, accuracy: f64, until: Option<String>) -> WorldLine {
+fn run(name: &str, length: f64, accuracy: f64, until: Option<String>) -> WorldLine {
     let until = until.map(|formula| format!("grid.until={formula}"));
     let grid = [format!("grid.gamma_f={length:?}"), format!("solver.accuracy={accuracy:e}")];
-    let case = case(builtin::text(name).unwrap(), &grid.into_iter().chain(until).collect::<Vec<_>>());
-    solve(case.setup::<f64>()).unwrap_or_else(|failure| panic!("{name}: {failure}"))
+    let set: Vec<&str> = grid.iter().chain(&until).map(String::as_str).collect();
+    line_of(&shipped(name, &set))
 }
 
 /// A run is begun again so often.
@@ -45,8 +43,8 @@ fn a_run_that_is_begun_again_looks_afresh() {
     let mut begun_again = 0;
     for digits in 4..=12 {
         let accuracy = 10.0_f64.powi(-digits);
-        let case = case(text, &[format!("solver.accuracy={accuracy:e}")]);
-        let line: Result<WorldLine, NoSolution> = solve(case.setup());
+        let case = parsed(text, &[&format!("solver.accuracy={accuracy:e}")]);
+        let line: Result<WorldLine, NoSolution> = solve(&case);
         let restarts = restarts(&case, 60.0, accuracy);
         let Ok(line) = line else { continue };
         begun_again += usize::from(restarts > 0);
@@ -61,11 +59,11 @@ fn a_run_that_is_begun_again_looks_afresh() {
 #[test]
 fn a_stop_at_a_joint_is_not_missed() {
     for (name, coordinate, length) in [("schwarzschild-orbit", "r", 2000.0), ("double-pendulum", "a", 20.0)] {
-        let line = shipped(name, length, 1e-9, None);
+        let line = run(name, length, 1e-9, None);
         let (gamma, value) = (line.windows[0].gamma[1], line.joint(1).q[1]);
         for ulps in -4..=4 {
             let value = value + f64::from(ulps) * f64::EPSILON * value.abs();
-            let line = shipped(name, length, 1e-9, Some(format!("{coordinate} - ({value:?})")));
+            let line = run(name, length, 1e-9, Some(format!("{coordinate} - ({value:?})")));
             let off = (line.length - gamma).abs();
             assert!(line.ended_by == Some(0) && off < 1e-10 * gamma, "{name} {ulps}: {}, {gamma}", line.length);
         }
@@ -80,8 +78,8 @@ fn a_wall_is_met_on_a_run_of_any_length() {
                 initial = { t = 0.0, x = 0.0, t_dot = 1.0, x_dot = 0.5 }\ngrid.until = \"x + 0.5\"\n";
     for accuracy in [1e-4, 1e-9] {
         let [short, long, endless] = [15.0, 1e3, 1e12].map(|length: f64| {
-            let settings = [format!("grid.gamma_f={length:?}"), format!("solver.accuracy={accuracy:e}")];
-            solve::<f64>(case(wall, &settings).setup()).unwrap_or_else(|failure| panic!("{failure}")).length
+            let set = [format!("grid.gamma_f={length:?}"), format!("solver.accuracy={accuracy:e}")];
+            line_of::<f64>(&parsed(wall, &[&set[0], &set[1]])).length
         });
         // Without the wall it comes back after half a period of more than 20.
         assert!(short < 12.0 && (long - short).abs() < 10.0 * accuracy, "{short}, {long}");
@@ -92,14 +90,14 @@ fn a_wall_is_met_on_a_run_of_any_length() {
 /// The error of a run that a stop ends early is that of the window which is left of the one that was solved first.
 #[test]
 fn the_estimate_is_that_of_the_windows_that_are_kept() {
-    let case = case(builtin::text("double-pendulum").unwrap(), &[]);
+    let case = shipped("double-pendulum", &[]);
     let (geometry, start) = (case.geometry(), case.start());
     let mut engine = Engine::accurate(&geometry, &start, 20.0, Accuracy::Promised(1e-4), POINTS).unwrap();
     let first = engine.next().unwrap().unwrap().dense();
     let [early, late] = [0.1, 0.9].map(|part| {
         let (mut q, mut p) = ([0.0; 4], [0.0; 2]);
         first.at(part, &mut q, &mut p);
-        let line = shipped("double-pendulum", 20.0, 1e-4, Some(format!("a - ({:?})", q[1])));
+        let line = run("double-pendulum", 20.0, 1e-4, Some(format!("a - ({:?})", q[1])));
         assert_eq!((line.ended_by, line.windows.len()), (Some(0), 1));
         line.error_estimate.unwrap()
     });
@@ -110,11 +108,11 @@ fn the_estimate_is_that_of_the_windows_that_are_kept() {
 /// not.
 #[test]
 fn a_stop_is_met_right_after_the_start() {
-    let rate = case(builtin::text("schwarzschild-orbit").unwrap(), &[]).start::<f64>().q_dot[2];
+    let rate = shipped("schwarzschild-orbit", &[]).start::<f64>().q_dot[2];
     for factor in ["1e-12", "1", "-1e12"] {
-        let line = shipped("schwarzschild-orbit", 20.0, 1e-9, Some(format!("{factor}*(phi - {:?})", 1e-3 * rate)));
+        let line = run("schwarzschild-orbit", 20.0, 1e-9, Some(format!("{factor}*(phi - {:?})", 1e-3 * rate)));
         assert!(line.ended_by == Some(0) && (line.length - 1e-3).abs() < 1e-6, "{factor}: {}", line.length);
     }
-    let line = shipped("schwarzschild-orbit", 20.0, 1e-9, Some("0*phi".to_owned()));
+    let line = run("schwarzschild-orbit", 20.0, 1e-9, Some("0*phi".to_owned()));
     assert_eq!((line.ended_by, line.length), (None, 20.0));
 }

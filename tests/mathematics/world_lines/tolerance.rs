@@ -1,11 +1,12 @@
 //! Chaotic motion to a tolerance: the run ends where it was asked to end, and knows until where it is good.
 
-use geodesic_ivp::case::Case;
 use geodesic_ivp::engine::GOOD_DIGITS;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::{WorldLine, solve};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::trajectory::crossings;
+
+use crate::common::{line_of, parsed, text_solved};
 
 /// An orbit in the potential of M. Hénon and C. Heiles (Astron. J. 69 (1964) 73) with an energy near 1/8.
 const CHAOS: &str = r#"
@@ -20,17 +21,16 @@ const CHAOS: &str = r#"
 /// A fast oscillation that is 10⁻¹⁰ of the other one costs no windows where it is said to be small.
 #[test]
 fn below_a_floor_an_accuracy_is_absolute() {
-    let case = |floor: &str| {
+    let solved = |floor: &str| {
         let text = format!(
             "potential = {{ coordinates = [\"x\", \"y\"], formula = \"(x^2 + 400*y^2)/2\" }}\n\
              particle = {{ law = \"newtonian\", masses = {{ x = 1.0, y = 4.0 }} }}\n\
              initial = {{ x = 1.0, y = 1e-10, x_dot = 0.0, y_dot = 0.0 }}\ngrid.t_f = 30.0\n\
              solver = {{ accuracy = 1e-6{floor} }}\n"
         );
-        Case::parse("floor", &text, &[]).unwrap_or_else(|error| panic!("{error}"))
+        text_solved(&text)
     };
-    let [without, with]: [WorldLine; 2] = ["", ", floor = { y = \"1/2\" }"]
-        .map(|floor| solve(&case(floor)).unwrap_or_else(|failure| panic!("{failure}")));
+    let [without, with] = ["", ", floor = { y = \"1/2\" }"].map(solved);
     assert!(3 * with.window_count < 2 * without.window_count, "{} {}", with.window_count, without.window_count);
     let [x, y] = [with.end().q[1] - 30.0_f64.cos(), with.end().q[2] - 1e-10 * 300.0_f64.cos()];
     assert!(x.abs() < 1e-6 && y.abs() < 5e-7, "{x:e} {y:e}");
@@ -39,8 +39,8 @@ fn below_a_floor_an_accuracy_is_absolute() {
 
 #[test]
 fn a_chaotic_run_knows_until_where_it_is_good() {
-    let case = Case::parse("chaos", CHAOS, &[]).unwrap_or_else(|error| panic!("{error}"));
-    let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+    let case = parsed(CHAOS, &[]);
+    let line: WorldLine = line_of(&case);
     assert_eq!(line.length, 1000.0);
     // A turn takes 2π or a little more.
     let met = crossings(&line, &mut case.watches()).len();

@@ -1,11 +1,11 @@
 //! Nothing depends on units: lengths, times and masses that are powers of two times as large change exponents only.
 
-use geodesic_ivp::Case;
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::run::{Wanted, run};
 
-use crate::common::Random;
+use crate::common::parsed;
+use crate::random_scenes::random::Random;
 
 /// Units of length, time and mass, as exponents of two.
 type Units = [i32; 3];
@@ -88,7 +88,7 @@ fn mantissa(number: f64) -> f64 {
 
 /// Everything that a run tells, without units.
 fn told<S: Arithmetic>(text: &str) -> Vec<(String, Vec<f64>)> {
-    let case = Case::parse("units", text, &[]).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let case = parsed(text, &[]);
     let setup = case.setup::<S>();
     let wanted = Wanted { sums: true, ..Wanted::default() };
     let (found, _) = run(&case, &setup, wanted);
