@@ -1,5 +1,5 @@
-//! The methods to compare with, in one coordinate and in scenes: their orders against the reference, and what they do to
-//! K.
+//! The methods to compare with, in one coordinate and in scenes: their orders against the reference, and what they do
+//! to K.
 
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::methods::{

@@ -20,11 +20,12 @@ struct Base {
 }
 
 /// An orbit that falls towards a black hole.
-const ORBIT: &str = "metric.preset = 'schwarzschild'\ngrid = { gamma_f = 40.0, n_gamma = 33 }\nscheme.form = 'strong'\n\
+const ORBIT: &str = "metric.preset = 'schwarzschild'\ngrid = { gamma_f = 40.0, n_gamma = 33 }\n\
+                     scheme.form = 'strong'\n\
                      initial = { t = 0, r = 10, phi = 0, t_dot = 1.2, r_dot = -0.05, phi_dot = 0.03 }\n";
 
-/// Behind @ stand the settings of a potential or an orbit and, in the strong form, Δp_a of the charges at the last node,
-/// as published. What follows is q^a at the end, of potentials by an independent 100-digit program.
+/// Behind @ stand the settings of a potential or an orbit and, in the strong form, Δp_a of the charges at the last
+/// node, as published. What follows is q^a at the end, of potentials by an independent 100-digit program.
 const BASES: &str = "@ potential={linear={alpha=0.25}} | 1.70339476621e-3
 0.9971335746291577636846554134796076309812725357198337858600296866346344
 0.9761916056480037954022088281977935687917616513511737365080920827969218

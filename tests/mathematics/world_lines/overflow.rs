@@ -82,7 +82,8 @@ fn disks([height, width]: [f64; 2], [x, y, x_dot, y_dot]: [f64; 4], length: f64,
     let centres = [("- 0.995004", "- 0.099833"), ("+ 0.583960", "- 0.811782"), ("+ 0.411044", "+ 0.911616")];
     let discs = centres.map(|(a, b)| format!("h/(1 + exp((sqrt((x {a})^2 + (y {b})^2) - 0.4)/w))")).join(" + ");
     let text = format!(
-        "potential = {{ coordinates = ['x', 'y'], formula = '{discs}', parameters = {{ h = {height}, w = {width} }} }}\n\
+        "potential = {{ coordinates = ['x', 'y'], formula = '{discs}', \
+         parameters = {{ h = {height}, w = {width} }} }}\n\
          initial = {{ x = {x}, y = {y}, x_dot = {x_dot}, y_dot = {y_dot} }}\nparticle.law = 'newtonian'\n{rest}"
     );
     parsed(&text, &[&format!("grid.gamma_f={length:?}")])
