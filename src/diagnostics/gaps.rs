@@ -31,7 +31,7 @@ use std::collections::BTreeMap;
 use serde::{Serialize, Serializer};
 
 use super::verdict::Reason;
-use crate::engine::enclosure::{Enclosure, Path, UNSEEN, Weights, negligible_rates};
+use crate::engine::enclosure::{Enclosure, Path, UNSEEN, negligible_rates};
 use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::solve::{WindowNodes, WorldLine};
@@ -119,8 +119,10 @@ impl Gaps {
     pub fn new<S: Real>(line: &WorldLine<S>, rough: &Geometry, error: Option<f64>) -> Self {
         let (accuracy, length) = (accuracy(error), line.length.to_f64());
         let mut hidden = Vec::new();
-        let Some(mut enclosure) = Enclosure::of_geometry(rough) else { return Self::of(line, accuracy, hidden) };
-        enclosure.fix_momenta(&line.place.start.p.iter().map(|p| p.to_f64()).collect::<Vec<_>>());
+        let momenta: Vec<f64> = line.place.start.p.iter().map(|p| p.to_f64()).collect();
+        let Some(mut enclosure) = Enclosure::of_geometry(rough, &momenta) else {
+            return Self::of(line, accuracy, hidden);
+        };
         let weights = weights(line, rough);
         // A push at the start moves the end by twice what the same force does that grows with the way.
         let share = |change: f64, distance: f64| 2.0 * change * distance / length;
@@ -128,8 +130,8 @@ impl Gaps {
             let (nodes, distances) = (Nodes::new(line, &view), view.grid.distances());
             nodes.describe(rough, &distances, &mut enclosure.path);
             let tolerances = || {
-                let weights = Weights { q: &weights, p: &nodes.couplings(rough, &weights) };
-                negligible_rates(rough, &weights, length, UNSEEN * accuracy)
+                let states = nodes.states.iter().map(Vec::as_slice);
+                negligible_rates(rough, &weights, states, length, UNSEEN * accuracy)
             };
             let longest = distances.iter().copied().fold(0.0, f64::max);
             let found = enclosure.hidden(tolerances, SMALL / (share(1.0, longest) * count(line) as f64)).into_iter();
@@ -225,23 +227,6 @@ impl Nodes {
                 if bend.is_nan() { f64::INFINITY } else { bend }
             });
         }
-    }
-
-    /// By how much the momentum of each active coordinate changes velocities, times the `weights` of these: the most on
-    /// the nodes.
-    fn couplings(&self, geometry: &Geometry, weights: &[f64]) -> Vec<f64> {
-        let (n, active) = (geometry.dimension(), geometry.active());
-        let m = active.len();
-        let (mut point, mut couplings) = (geometry.point(), vec![0.0; m]);
-        for state in &self.states {
-            point.jacobian(&state[..n], &state[n..], |row, column, value| {
-                if row < m && column >= m {
-                    let coupling: &mut f64 = &mut couplings[column - m];
-                    *coupling = coupling.max(value.abs() * weights[active[row]]);
-                }
-            });
-        }
-        couplings
     }
 }
 

@@ -8,10 +8,10 @@ mod tests;
 
 use pulp::{Simd, WithSimd};
 
-use super::enclosure::{Enclosure, Found, UNSEEN, Weights, is_gentle, negligible_rates};
+use super::enclosure::{Enclosure, UNSEEN, is_gentle, negligible_rates};
 use super::knots::first_knot;
 use super::rule::Order;
-use super::solved::Solved;
+use super::solved::WindowNodes;
 use super::window::Solver;
 use crate::formula::{Kind, Register, watched_registers};
 use crate::geometry::{Geometry, Start};
@@ -106,8 +106,7 @@ impl<'g> Between<'g> {
     ) -> bool {
         let Self { geometry, enclosure, momenta, .. } = self;
         if enclosure.is_none() {
-            *enclosure = Enclosure::of_geometry(geometry);
-            enclosure.iter_mut().for_each(|enclosure| enclosure.fix_momenta(momenta));
+            *enclosure = Enclosure::of_geometry(geometry, momenta);
         }
         let Some(enclosure) = enclosure else { return false };
         let (active, n, nodes) = (geometry.active(), geometry.dimension(), &solver.rule.nodes[0].0);
@@ -123,31 +122,13 @@ impl<'g> Between<'g> {
                 }
             });
         }
-        enclosure.look(|| negligible(geometry, solver, momenta, length, UNSEEN * accuracy)) == Found::Hidden
+        enclosure.hides(|| {
+            let mut state: Vec<f64> = solver.start.q.iter().map(|q| q.high).chain(momenta.iter().copied()).collect();
+            active.iter().zip(&solver.start.p).for_each(|(&a, p)| state[n + a] = p.high);
+            let weights: Vec<f64> = (0..n).map(|a| solver.inverse_size(solver.number_of(a))).collect();
+            negligible_rates(geometry, &weights, [&state[..]], length, UNSEEN * accuracy)
+        })
     }
-}
-
-/// By how much rates may change on all of the way, `length`, without moving a coordinate by more than a `share` of its
-/// size.
-fn negligible<const N: usize>(
-    geometry: &Geometry,
-    solver: &Solver<'_, N>,
-    momenta: &[f64],
-    length: f64,
-    share: f64,
-) -> Vec<f64> {
-    let (active, m) = (geometry.active(), geometry.active().len());
-    let q: Vec<f64> = solver.start.q.iter().map(|q| q.high).collect();
-    let (mut p, mut of_q, mut of_p) = (momenta.to_vec(), vec![0.0; q.len()], vec![0.0_f64; m]);
-    active.iter().zip(&solver.start.p).for_each(|(&a, now)| p[a] = now.high);
-    active.iter().zip(&solver.rows).for_each(|(&a, row)| of_q[a] = row.inverse_size);
-    geometry.ignorable().zip(&solver.inverse_ignorable).for_each(|(a, &inverse_size)| of_q[a] = inverse_size);
-    geometry.point().jacobian(&q, &p, |row, column, value| {
-        if row < m && column >= m {
-            of_p[column - m] = of_p[column - m].max(value.abs() * of_q[active[row]]);
-        }
-    });
-    negligible_rates(geometry, &Weights { q: &of_q, p: &of_p }, length, share)
 }
 
 /// Looks at the range that everything that is watched has on the nodes.

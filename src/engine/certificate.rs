@@ -6,10 +6,9 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::State;
 use super::kernel::Evaluate;
 use super::rule::Rule;
-use super::system::System;
+use super::system::Finished;
 use crate::formula::{Register, Step};
 use crate::geometry::Geometry;
 use crate::number::vector::{Lanes, Level, Matrix, Nodes, multiply};
@@ -42,27 +41,15 @@ impl<'g, const N: usize> Certificate<'g, N> {
     }
 
     /// The largest entry of the gradient of the action of a window that is complete.
-    pub(super) fn of(&mut self, window: Solution<'_, '_, N>) -> f64 {
+    pub(super) fn of(&mut self, window: &Finished<'_, '_, N>) -> f64 {
         Level::Best.dispatch(Gradient { certificate: self, window })
     }
-}
-
-/// A window of length `h` whose values on the nodes are all known.
-pub(super) struct Solution<'a, 'g, const N: usize> {
-    pub(super) system: &'a System<'g, N>,
-    pub(super) rule: &'a Rule<N>,
-    pub(super) start: &'a State,
-    /// Ignorable coordinates on the nodes, from the start of the window.
-    pub(super) elapsed: &'a [Nodes<N>],
-    pub(super) h: f64,
-    /// True where values are to be mended.
-    pub(super) is_mended: bool,
 }
 
 /// Computes max |b (D̄p_a − h (f_a + F_a))|, where p_a is computed from D̄q^b/h.
 struct Gradient<'a, 'g, 'w, const N: usize> {
     certificate: &'a mut Certificate<'g, N>,
-    window: Solution<'a, 'w, N>,
+    window: &'a Finished<'a, 'w, N>,
 }
 
 impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {

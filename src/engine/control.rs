@@ -1,8 +1,6 @@
 //! The step controller: from the errors of a window to the length of the next one.
 
-use super::tuning::{
-    AIM, ALONE, HIDDEN, KINK, LARGEST_CUT, LARGEST_GROWTH, LEAST_KINK, MOST_IDLE, PATIENCE, SHARE, UNSOLVED,
-};
+use super::tuning::{AIM, HIDDEN, LARGEST_CUT, LARGEST_GROWTH, MOST_IDLE, PATIENCE, UNSOLVED};
 
 /// Chooses rungs of the ladder of window lengths.
 #[derive(Debug, Clone, Copy)]
@@ -72,30 +70,6 @@ impl Control {
     fn shorten(&mut self, rungs: i32) {
         (self.longest, self.patience) = (self.rung - 1, PATIENCE);
         self.rung += rungs;
-    }
-}
-
-/// The errors that windows may add at their ends.
-#[derive(Clone, Copy)]
-pub(super) struct Shares {
-    pub(super) accuracy: f64,
-    /// The length of the run, if windows may not add up to more than the accuracy.
-    pub(super) length: f64,
-}
-
-impl Shares {
-    /// The share of a window with a kink in it.
-    pub(super) fn of_kink(self) -> f64 {
-        (KINK * self.accuracy).max(LEAST_KINK)
-    }
-
-    /// The share of a window of this length.
-    pub(super) fn of(self, length: f64) -> f64 {
-        if self.length == f64::INFINITY {
-            return ALONE * self.accuracy;
-        }
-        let part = length / self.length;
-        SHARE * self.accuracy * part * part.sqrt()
     }
 }
 

@@ -126,63 +126,23 @@ pub(super) fn integrated(coefficients: &[f64], h: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{kerr, lifted, schwarzschild, well};
+    use super::super::tests::{kerr, well};
     use super::super::{Accuracy, Engine};
-    use crate::geometry::{Geometry, Start};
-
-    /// The curves of all windows with their places in γ.
-    fn curves((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> Vec<(f64, f64, super::Dense)> {
-        let wanted = Accuracy::Local(accuracy);
-        let mut engine = Engine::accurate(geometry, start, length, wanted, 16).unwrap();
-        let mut curves = Vec::new();
-        while let Some(window) = engine.next().unwrap() {
-            curves.push((window.gamma, window.length, window.dense()));
-        }
-        curves
-    }
-
-    fn at(curves: &[(f64, f64, super::Dense)], gamma: f64) -> Vec<f64> {
-        let place = curves.partition_point(|curve| curve.0 <= gamma) - 1;
-        let (start, length, dense) = &curves[place];
-        let (mut q, mut p) = (vec![0.0; dense.q.len()], vec![0.0; dense.p.len()]);
-        dense.at((gamma - start) / length, &mut q, &mut p);
-        [q, p].concat()
-    }
-
-    /// Between nodes the motion is as accurate as on them.
-    #[test]
-    fn places_between_nodes_are_accurate() {
-        let henon_heiles = lifted("(x^2 + y^2)/2 + x^2*y - y^3/3", &["x", "y"], &[0.1, 0.2], &[0.3, -0.1]);
-        for (scene, length) in [(henon_heiles, 20.0), (well(), 8.0), (schwarzschild(), 300.0), (kerr(), 60.0)] {
-            let exact = curves(&scene, length, 1e-13);
-            for accuracy in [1e-5, 1e-8, 1e-11] {
-                let found = curves(&scene, length, accuracy);
-                for k in 1..1000 {
-                    let gamma = length * f64::from(k) / 1000.0;
-                    for (found, exact) in at(&found, gamma).iter().zip(at(&exact, gamma)) {
-                        let off = (found - exact).abs() / exact.abs().max(1.0);
-                        assert!(off < 2.0 * accuracy, "{accuracy:e} at {gamma}: {off:e}");
-                    }
-                }
-            }
-        }
-    }
 
     #[test]
     fn windows_join() {
         for (geometry, start) in [well(), kerr()] {
-            let wanted = Accuracy::Local(1e-6);
-            let mut engine = Engine::accurate(&geometry, &start, 20.0, wanted, 16).unwrap();
+            let mut engine = Engine::accurate(&geometry, &start, 20.0, Accuracy::Local(1e-6), 16).unwrap();
             while let Some(window) = engine.next().unwrap() {
                 let dense = window.dense();
-                let (mut q, mut p) = (vec![0.0; dense.q.len()], vec![0.0; dense.p.len()]);
-                for (fraction, state) in [(0.0, window.start()), (1.0, window.end())] {
+                let at = |fraction: f64| {
+                    let (mut q, mut p) = (vec![0.0; dense.q.len()], vec![0.0; dense.p.len()]);
                     dense.at(fraction, &mut q, &mut p);
-                    assert_eq!((&q, &p), (&state.positions(), &state.momenta()));
-                }
-                let end = [q.clone(), p.clone()].concat();
-                dense.at(1.0 - 1e-12, &mut q, &mut p);
-                for (near, end) in [q.clone(), p.clone()].concat().iter().zip(end) {
+                    [q, p].concat()
+                };
+                let [start, end] = [window.start(), window.end()].map(|it| [it.positions(), it.momenta()].concat());
+                assert_eq!([at(0.0), at(1.0)], [start, end.clone()]);
+                for (near, end) in at(1.0 - 1e-12).iter().zip(end) {
                     assert!((near - end).abs() < 1e-10 * end.abs().max(1.0), "{near} {end}");
                 }
             }

@@ -8,7 +8,6 @@
 use super::plane::Plane;
 use super::steps::Steps;
 use super::tuning::{LEFT_MARGIN, MARGIN, OF_SLOPES, ROUNDING};
-use super::view::Place;
 use super::window::Solver;
 use crate::geometry::Start;
 
@@ -56,16 +55,15 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
     /// At the end of a run to a value of `coordinate` errors are those at equal values of it: its own error is one of
     /// the others too.
     pub(super) fn judge_at_equal(&mut self, window: &Solver<'g, N>, coordinate: usize) {
-        let of = |place: Place| match (&self.method, place) {
-            (Method::Plane(plane), Place::Active(_)) => plane.position()[0],
-            (Method::Plane(plane), Place::Ignorable(j)) => plane.ignorable(j)[0],
-            (Method::Steps(steps), place) => steps.error(place),
+        let of = |number: usize| match &self.method {
+            Method::Plane(plane) => plane.error(number)[0],
+            Method::Steps(steps) => steps.error(number),
         };
-        let clock = window.place_of(coordinate);
+        let clock = window.number_of(coordinate);
         let late = of(clock) / window.end_rate(clock).abs();
-        let places = (0..window.geometry.dimension()).map(|a| window.place_of(a)).filter(|place| *place != clock);
-        let worst = places.fold(0.0, |worst: f64, place| {
-            worst.max((of(place) + late * window.end_rate(place).abs()) * window.inverse_size(place))
+        let others = (0..window.geometry.dimension()).filter(|&number| number != clock);
+        let worst = others.fold(0.0, |worst: f64, number| {
+            worst.max((of(number) + late * window.end_rate(number).abs()) * window.inverse_size(number))
         });
         (self.now, self.largest) = (self.now.max(worst), self.largest.max(worst));
     }
@@ -83,10 +81,9 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
                 let gains = plane.follow(window, h).map(|gain| OF_SLOPES * gain);
                 let of = |k: usize| self.local[k][1] + gains[k];
                 plane.add([self.local[0][0], self.local[1][0]], [of(0), of(1)]);
-                let inverse_size = window.unknown(0, h).inverse_size;
-                [self.now, self.rounding_now] = plane.position().map(|error| error * inverse_size);
-                for (j, &inverse_size) in window.inverse_ignorable.iter().enumerate() {
-                    let [all, rounding] = plane.ignorable(j).map(|error| error * inverse_size);
+                let error = |number: usize| plane.error(number).map(|error| error * window.inverse_size(number));
+                [self.now, self.rounding_now] = error(0);
+                for [all, rounding] in (1..window.geometry.dimension()).map(error) {
                     (self.now, self.rounding_now) = (self.now.max(all), self.rounding_now.max(rounding));
                 }
                 self.reached += h;

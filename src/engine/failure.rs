@@ -1,6 +1,8 @@
 //! Why there is no next window.
 
-use crate::geometry::OutsideGeometry;
+use super::State;
+use crate::geometry::{Geometry, OutsideGeometry};
+use crate::number::runge_kutta::runge_kutta;
 
 /// Why there is no next window.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -14,7 +16,7 @@ pub enum Failure {
     /// No window is short enough for the accuracy.
     #[error("no window is short enough for the accuracy")]
     TooShort,
-    /// Windows add up to more than the accuracy: after [`Engine::begin_again`](super::Engine::begin_again) they are
+    /// Windows add up to more than the accuracy: after [`Windows::begin_again`](super::Windows::begin_again) they are
     /// shorter.
     #[error("windows add up to more than the accuracy: the run is to be begun again")]
     BeginAgain,
@@ -26,14 +28,79 @@ pub enum Failure {
     Rounding,
 }
 
-impl Failure {
-    /// A word for files.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::OutsideDomain(_) => "outside-domain",
-            Self::NotConverged | Self::TooShort => "not-converged",
-            Self::ValueNotReached => "end-time-not-reached",
-            Self::BeginAgain | Self::Rounding => "accuracy-not-reached",
+/// Explicit steps along the way, and how many of them there may be where they are cut.
+const STEPS: usize = 512;
+const MOST_STEPS: usize = 4096;
+/// A step is cut where two halves of it come to another place by more than this part of its way,
+const APART: f64 = 1e-2;
+/// and no more when it is shorter than this part of the first.
+const SHORTEST: f64 = 1e-9;
+
+/// Where the motion leaves the domain: γ, q^a, and the determinant that says so.
+pub(super) type Edge = (f64, Vec<f64>, OutsideGeometry);
+
+/// Follows the motion from a state at `gamma` over `length` by the classical Runge–Kutta method, and returns where it
+/// leaves the domain. `momenta` are those of all coordinates at the start of the run.
+///
+/// Before a horizon windows become shorter and shorter, and rounding may end the run before it: the horizon is the
+/// reason all the same.
+pub(super) fn edge(geometry: &Geometry, state: &State, momenta: &[f64], length: f64, gamma: f64) -> Option<Edge> {
+    let n = geometry.dimension();
+    let mut now = [state.positions(), momenta.to_vec()].concat();
+    geometry.active().iter().zip(state.momenta()).for_each(|(&a, p)| now[n + a] = p);
+    let mut point = geometry.point();
+    let first = length / STEPS as f64;
+    let (mut h, mut done, mut whole, mut halves, mut failed) = (first, 0.0, now.clone(), now.clone(), now.clone());
+    for _ in 0..MOST_STEPS {
+        whole.copy_from_slice(&now);
+        halves.copy_from_slice(&now);
+        let mut slopes_at =
+            |at: &[f64], out: &mut [f64]| point.slopes(at, out).inspect_err(|_| failed.copy_from_slice(at));
+        let mut step = |state: &mut [f64], h| runge_kutta(state, h, &mut slopes_at);
+        let ahead =
+            step(&mut whole, h).and_then(|()| step(&mut halves, 0.5 * h)).and_then(|()| step(&mut halves, 0.5 * h));
+        // Before a horizon the motion becomes ever faster, and a long step jumps over it.
+        // An ignorable one steers nothing: in Schwarzschild's coordinates t has no limit there.
+        let is_apart = |&a: &usize| (halves[a] - whole[a]).abs() > APART * (halves[a] - now[a]).abs();
+        match ahead {
+            Err(outside) if h <= SHORTEST * first => {
+                failed.truncate(n);
+                return Some((gamma + done, failed, outside));
+            }
+            Err(_) => h *= 0.5,
+            Ok(()) if h > SHORTEST * first && geometry.active().iter().any(is_apart) => h *= 0.5,
+            Ok(()) => {
+                std::mem::swap(&mut now, &mut halves);
+                done += h;
+                if done >= length {
+                    break;
+                }
+                h = (2.0 * h).min(first);
+            }
         }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::metric;
+    use super::{State, edge};
+    use crate::number::Compensated;
+
+    /// With p_t = 1 and K = p_t²/g_tt − p_x² = ¾ at x = 0, g_tt = 1 + 2x is zero after this γ, as dγ = dg/2w.
+    fn way() -> f64 {
+        let (k, angle) = (0.75_f64, (0.75_f64).sqrt().asin());
+        (angle - angle.sin() * angle.cos()) / (2.0 * k.powf(1.5))
+    }
+
+    #[test]
+    fn a_horizon_is_met_where_it_is() {
+        let (geometry, start) = metric(&["t", "x"], &[(0, 0, "1 + 2*x"), (1, 1, "-1")], &[0.0, 0.0], &[1.0, 0.5]);
+        let state = State { q: vec![Compensated::from(0.0); 2], p: vec![Compensated::from(0.5)] };
+        let (gamma, q, _) = edge(&geometry, &state, &start.p, 0.6, 3.0).unwrap();
+        assert!((gamma - 3.0 - way()).abs() < 5e-3 && (q[1] + 0.5).abs() < 0.05, "{gamma} {}, {q:?}", way());
+        // What lies beyond the length does not count.
+        assert!(edge(&geometry, &state, &start.p, 0.45, 3.0).is_none());
     }
 }

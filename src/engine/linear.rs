@@ -1,9 +1,11 @@
 //! The linearised equations of a scene: registers, and the entries of the Jacobian that are not zero.
 
+use pulp::{Simd, WithSimd};
+
 use super::kernel::Evaluate;
 use super::rule::Order;
 use crate::formula::{Register, Step};
-use crate::geometry::{Geometry, Source, Start};
+use crate::geometry::{Geometry, Source};
 use crate::number::vector::{Level, Nodes};
 
 /// A term of an entry of the Jacobian: `factor` times what stands in a register.
@@ -21,7 +23,6 @@ pub(super) struct Linear<'g, const N: usize> {
     pub(super) order: Order,
     pub(super) registers: Vec<Nodes<N>>,
     pub(super) steps: &'g [Step],
-    fixed: &'g [Step],
     /// The registers of q^a and p_a of active coordinates.
     pub(super) unknowns: Vec<Register>,
     /// ∂(slope)/∂(unknown) for each row that sweeps iterate.
@@ -33,7 +34,8 @@ pub(super) struct Linear<'g, const N: usize> {
 }
 
 impl<'g, const N: usize> Linear<'g, N> {
-    pub(super) fn new(geometry: &'g Geometry) -> Self {
+    /// `momenta` are those of all coordinates, of which ignorable ones stay.
+    pub(super) fn new(geometry: &'g Geometry, momenta: &[f64]) -> Self {
         let equations = geometry.hamiltonian().linearised();
         let program = &equations.jacobian;
         let (m, n, active) = (geometry.active().len(), geometry.dimension(), geometry.active());
@@ -59,35 +61,29 @@ impl<'g, const N: usize> Linear<'g, N> {
                 (None, Some(_)) => {}
             }
         }
-        let momenta = active.iter().map(|&a| 2 * n + a);
+        for a in geometry.ignorable() {
+            registers[2 * n + a].0 = [momenta[a]; N];
+        }
+        Level::Best.dispatch(Evaluate { registers: &mut registers, steps: &equations.fixed });
         Self {
             geometry,
             order: if geometry.is_separable() { Order::Second } else { Order::First },
             registers,
             steps: &equations.varying,
-            fixed: &equations.fixed,
-            unknowns: active.iter().copied().chain(momenta).collect(),
+            unknowns: active.iter().copied().chain(active.iter().map(|&a| 2 * n + a)).collect(),
             rows,
             rates,
             is_mended: false,
         }
     }
 
-    /// Mends what was evaluated.
+    /// Evaluates what varies, once the unknowns are in place.
     #[inline(always)]
-    pub(super) fn mend(&mut self) {
+    pub(super) fn evaluate<S: Simd>(&mut self, s: S) {
+        Evaluate { registers: &mut self.registers, steps: self.steps }.with_simd(s);
         if self.is_mended {
             let program = &self.geometry.hamiltonian().linearised().jacobian;
             program.mend_points(program.outputs(), N, &mut self.registers, &mut 1);
         }
-    }
-
-    /// Puts the momenta of ignorable coordinates in place.
-    pub(super) fn begin(&mut self, start: &Start) {
-        let n = self.geometry.dimension();
-        for a in self.geometry.ignorable() {
-            self.registers[2 * n + a].0 = [start.p[a]; N];
-        }
-        Level::Best.dispatch(Evaluate { registers: &mut self.registers, steps: self.fixed });
     }
 }

@@ -23,21 +23,18 @@
 //! sizes        the units of a motion, from the motion itself
 //! solved       a solved window, as it is lent
 //! window       one window
-//! handed       what a run hands on to one that continues it, which `resume` begins from that
-//! view         what is known of it when it is finished
+//! resume       what a run hands on to one that continues it
+//! view         what is known of a window when it is finished
 //! dense        a window between its nodes
 //! certificate  the gradient of the action at a window
 //! tangents     how small changes at its start change its end, which `sensitivity` adds up
 //! march        windows of one length
 //! control      from the errors of a window to the length of the next one
-//! accuracy     what is asked of a run
 //! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
 //! adaptive     windows as long as an accuracy needs
 //! tuning       the numbers that it was calibrated with
-//! target       a value of a coordinate at which a run ends
 //! stop         runs that end where something has a value
-//! failure      why there is no next window
-//! reason       where the motion leaves the domain, if that is why
+//! failure      why there is no next window, and where the motion leaves the domain, if that is why
 //! between      a look for what may hide between the nodes of a window
 //! enclosure    what formulas do between nodes
 //! knots        where a window passes a knot of a table
@@ -45,7 +42,6 @@
 //!
 //! Windows are pulled one by one, without a case and a file: [`Window`] has an example.
 
-mod accuracy;
 mod adaptive;
 mod between;
 mod certificate;
@@ -54,14 +50,12 @@ mod dense;
 pub(crate) mod enclosure;
 mod estimate;
 mod failure;
-mod handed;
 mod kernel;
 mod knots;
 mod ladder;
 mod linear;
 mod march;
 mod plane;
-mod reason;
 mod resume;
 mod rule;
 mod sensitivity;
@@ -71,7 +65,6 @@ mod steps;
 mod stop;
 mod system;
 mod tangents;
-mod target;
 #[cfg(test)]
 mod tests;
 mod transport;
@@ -79,22 +72,18 @@ mod tuning;
 mod view;
 mod window;
 
-pub use self::accuracy::Accuracy;
 pub use self::dense::Dense;
 pub use self::failure::Failure;
-pub use self::handed::{Handed, Marched};
+pub use self::resume::{Handed, Marched};
 pub use self::sensitivity::Sensitivity;
-pub use self::solved::{State, Window, WindowNodes};
+pub use self::solved::{OfState, State, Window, WindowNodes};
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Deref, DerefMut};
 
-use self::adaptive::Adaptive;
+use self::adaptive::{Adaptive, Target};
 use self::march::March;
 use self::rule::Rule;
-use self::sizes::Sizes;
-use self::target::Target;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
-use crate::number::vector::Twofold;
 
 /// The most nodes of a window.
 pub const MOST_POINTS: usize = 24;
@@ -108,64 +97,111 @@ pub const GOOD_DIGITS: [i32; 3] = [3, 6, 9];
 /// The most stages of a step of Gauss' method.
 pub const MOST_STAGES: usize = 16;
 
-/// Windows from a start, pulled one by one.
+/// The accuracy of a run: the largest error of a coordinate at any node, relative to its size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Accuracy {
+    /// The accuracy of the run. Windows may not add up to more.
+    Promised(f64),
+    /// The accuracy of every window by itself. An estimate tells what they add up to.
+    Estimated(f64),
+    /// The accuracy of every window by itself. Nothing is known of what they add up to.
+    Local(f64),
+}
+
+impl Accuracy {
+    /// The number itself.
+    pub fn value(self) -> f64 {
+        let (Self::Promised(value) | Self::Estimated(value) | Self::Local(value)) = self;
+        value
+    }
+
+    /// True if windows may not add up to more.
+    pub fn is_promised(self) -> bool {
+        matches!(self, Self::Promised(_))
+    }
+}
+
+/// Windows from a start, pulled one by one by [`Windows::next`].
 pub struct Engine<'g>(Box<dyn Windows + 'g>);
 
-/// A run with rules of up to so many nodes.
-trait Windows {
-    /// As [`Engine::next`].
+impl<'g> Deref for Engine<'g> {
+    type Target = dyn Windows + 'g;
+
+    fn deref(&self) -> &Self::Target {
+        &*self.0
+    }
+}
+
+impl DerefMut for Engine<'_> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut *self.0
+    }
+}
+
+/// The windows of a run, of rules of any number of nodes.
+pub trait Windows {
+    /// Solves the next window; `None` after the last one.
+    ///
+    /// # Errors
+    /// [`Failure`], of which [`Failure::BeginAgain`] is no end.
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure>;
 
-    /// As [`Engine::end_where`].
-    fn end_where(
-        &mut self,
-        _between: [f64; 2],
-        _side: f64,
-        _value: &mut dyn FnMut(&State) -> f64,
-    ) -> Result<bool, Failure> {
+    /// Ends the run in the last window of a run to an accuracy, where `value` of the state at its end changes its sign:
+    /// the window is solved again with another length. `between` are two lengths of which the sign before the first one
+    /// is `side`, and changes before the second one, or beside them by no more than their distance. Returns false if it
+    /// does not: the window is as it was, and the run goes on.
+    ///
+    /// # Errors
+    /// [`Failure`], if such a window has no solution.
+    fn end_where(&mut self, _between: [f64; 2], _side: f64, _value: OfState<'_>) -> Result<bool, Failure> {
         Ok(false)
     }
 
-    /// As [`Engine::set_floors`].
+    /// Takes coordinates of a run to an accuracy, by their index, to be at least so large. This comes before the first
+    /// window, and before [`Self::resume`].
     fn set_floors(&mut self, _floors: &[(usize, f64)]) {}
 
-    /// As [`Engine::window`].
+    /// The last window once more.
     fn window(&mut self) -> Window<'_>;
 
-    /// As [`Engine::sweeps`].
+    /// Number of sweeps so far, those over refused windows too.
     fn sweeps(&self) -> usize;
 
-    /// As [`Engine::begin_again`].
+    /// Goes back to the start with smaller shares of the accuracy, after [`Failure::BeginAgain`].
     fn begin_again(&mut self) {}
 
-    /// As [`Engine::rewind`].
+    /// Goes back to the start, as if nothing was known, with the tables that were made.
     fn rewind(&mut self);
 
-    /// As [`Engine::resume`].
+    /// Continues another run from its end, which is the start of this one. This comes before the first window.
     fn resume(&mut self, handed: &Handed);
 
-    /// As [`Engine::error_estimate`].
+    /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.
     fn error_estimate(&self) -> Option<f64> {
         None
     }
 
-    /// As [`Engine::reachable`].
+    /// The highest accuracy for which rounding leaves room so far, if errors are estimated.
     fn reachable(&self) -> Option<f64> {
         None
     }
 
-    /// As [`Engine::good_until`].
+    /// γ from the start of the run until which the error estimate is below each of [`GOOD_DIGITS`]; 0 without one.
     fn good_until(&self) -> [f64; GOOD_DIGITS.len()] {
         [0.0; GOOD_DIGITS.len()]
     }
 
-    /// As [`Engine::sizes`].
+    /// The sizes of all coordinates so far, which errors are relative to: their largest value, or way from the start if
+    /// they are ignorable, but at least what the motion is about to make of them at the start. 0 for one that does not
+    /// move at all.
     fn sizes(&self) -> Vec<f64>;
 
-    /// As [`Engine::place`].
+    /// γ from the start of the run and q^a where windows have come to; after a failure, where the motion leaves the
+    /// domain, if that is the reason.
     fn place(&self) -> (f64, Vec<f64>);
 
-    /// As [`Engine::unproved`].
+    /// Number of windows so far between whose nodes something may hide, however short they are. Windows of one length
+    /// are not looked at.
     fn unproved(&self) -> usize {
         0
     }
@@ -189,15 +225,8 @@ impl<'g> Engine<'g> {
         Self::lobatto(geometry, start, length, windows, points, 0.0)
     }
 
-    /// `windows` windows of `points` nodes each, over a run of this length. Sweeps leave no more than `tolerance`,
-    /// relative to sizes; 0 stands for rounding.
-    ///
-    /// # Errors
-    /// If the start is outside the domain.
-    ///
-    /// # Panics
-    /// If there are fewer than two or more than [`MOST_POINTS`] nodes.
-    pub fn lobatto(
+    /// As [`Self::equal`], where sweeps leave no more than `tolerance`, relative to sizes; 0 stands for rounding.
+    pub(crate) fn lobatto(
         geometry: &'g Geometry,
         start: &Start,
         length: f64,
@@ -205,13 +234,11 @@ impl<'g> Engine<'g> {
         points: usize,
         tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
-        let h = Twofold::from(length) / Twofold::from(windows as f64);
-        let sizes = Sizes::new(geometry, start, length)?;
-        let (at, grid) = ((start, sizes), (windows, h));
+        let grid = (length, windows);
         Ok(Self(match points {
-            ..=8 => Box::new(March::<8>::new(geometry, at, grid, Rule::lobatto(points), tolerance)),
-            9..=16 => Box::new(March::<16>::new(geometry, at, grid, Rule::lobatto(points), tolerance)),
-            _ => Box::new(March::<24>::new(geometry, at, grid, Rule::lobatto(points), tolerance)),
+            ..=8 => Box::new(March::<8>::new(geometry, start, grid, Rule::lobatto(points), tolerance)?),
+            9..=16 => Box::new(March::<16>::new(geometry, start, grid, Rule::lobatto(points), tolerance)?),
+            _ => Box::new(March::<24>::new(geometry, start, grid, Rule::lobatto(points), tolerance)?),
         }))
     }
 
@@ -231,12 +258,10 @@ impl<'g> Engine<'g> {
         stages: usize,
         tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
-        let h = Twofold::from(length) / Twofold::from(steps as f64);
-        let sizes = Sizes::new(geometry, start, length)?;
-        let (at, grid) = ((start, sizes), (steps, h));
+        let grid = (length, steps);
         Ok(Self(match stages {
-            ..=8 => Box::new(March::<8>::new(geometry, at, grid, Rule::gauss(stages), tolerance)),
-            _ => Box::new(March::<16>::new(geometry, at, grid, Rule::gauss(stages), tolerance)),
+            ..=8 => Box::new(March::<8>::new(geometry, start, grid, Rule::gauss(stages), tolerance)?),
+            _ => Box::new(March::<16>::new(geometry, start, grid, Rule::gauss(stages), tolerance)?),
         }))
     }
 
@@ -251,11 +276,7 @@ impl<'g> Engine<'g> {
         accuracy: Accuracy,
         points: usize,
     ) -> Result<Self, OutsideGeometry> {
-        let sizes = Sizes::new(geometry, start, length)?;
-        Ok(Self(match points {
-            ..=8 => Box::new(Adaptive::<8>::new(geometry, start, sizes, (length, None), accuracy)),
-            _ => Box::new(Adaptive::<16>::new(geometry, start, sizes, (length, None), accuracy)),
-        }))
+        Self::adaptive(geometry, start, (length, None), accuracy, points)
     }
 
     /// As [`Self::accurate`], to the place where a coordinate has a value, to the last bit.
@@ -271,48 +292,20 @@ impl<'g> Engine<'g> {
     ) -> Result<Self, OutsideGeometry> {
         let from = start.q[coordinate];
         let length = ((value - from) / start.q_dot[coordinate]).abs();
-        let sizes = Sizes::new(geometry, start, length)?;
-        let length = if length.is_finite() { length } else { sizes.time };
-        let run = (length, Some(Target::new(coordinate, value, from)));
+        Self::adaptive(geometry, start, (length, Some(Target::new(coordinate, value, from))), accuracy, points)
+    }
+
+    fn adaptive(
+        geometry: &'g Geometry,
+        start: &Start,
+        run: (f64, Option<Target>),
+        accuracy: Accuracy,
+        points: usize,
+    ) -> Result<Self, OutsideGeometry> {
         Ok(Self(match points {
-            ..=8 => Box::new(Adaptive::<8>::new(geometry, start, sizes, run, accuracy)),
-            _ => Box::new(Adaptive::<16>::new(geometry, start, sizes, run, accuracy)),
+            ..=8 => Box::new(Adaptive::<8>::new(geometry, start, run, accuracy)?),
+            _ => Box::new(Adaptive::<16>::new(geometry, start, run, accuracy)?),
         }))
-    }
-
-    /// Solves the next window; `None` after the last one.
-    ///
-    /// # Errors
-    /// [`Failure`], of which [`Failure::BeginAgain`] is no end.
-    #[expect(clippy::should_implement_trait, reason = "the window is lent")]
-    pub fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
-        self.0.next()
-    }
-
-    /// Ends the run in the last window of a run to an accuracy, where `value` of the state at its end changes its sign:
-    /// the window is solved again with another length. `between` are two lengths of which the sign before the first one
-    /// is `side`, and changes before the second one, or beside them by no more than their distance. Returns false if it
-    /// does not: the window is as it was, and the run goes on.
-    ///
-    /// # Errors
-    /// [`Failure`], if such a window has no solution.
-    pub fn end_where(
-        &mut self,
-        between: [f64; 2],
-        side: f64,
-        value: &mut dyn FnMut(&State) -> f64,
-    ) -> Result<bool, Failure> {
-        self.0.end_where(between, side, value)
-    }
-
-    /// The last window once more.
-    pub fn window(&mut self) -> Window<'_> {
-        self.0.window()
-    }
-
-    /// Number of sweeps so far, those over refused windows too.
-    pub fn sweeps(&self) -> usize {
-        self.0.sweeps()
     }
 
     /// Solves all windows. `see` gets each of them, and may end the run; if the run is begun again, it sees index 0
@@ -333,60 +326,5 @@ impl<'g> Engine<'g> {
                 Err(failure) => return Err(failure),
             }
         }
-    }
-
-    /// Goes back to the start with smaller shares of the accuracy, after [`Failure::BeginAgain`].
-    pub fn begin_again(&mut self) {
-        self.0.begin_again();
-    }
-
-    /// Goes back to the start, as if nothing was known, with the tables that were made.
-    pub fn rewind(&mut self) {
-        self.0.rewind();
-    }
-
-    /// Takes coordinates of a run to an accuracy, by their index, to be at least so large. This comes before the first
-    /// window, and before [`Self::resume`].
-    pub fn set_floors(&mut self, floors: &[(usize, f64)]) {
-        self.0.set_floors(floors);
-    }
-
-    /// Continues another run from its end, which is the start of this one. This comes before the first window.
-    pub fn resume(&mut self, handed: &Handed) {
-        self.0.resume(handed);
-    }
-
-    /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.
-    pub fn error_estimate(&self) -> Option<f64> {
-        self.0.error_estimate()
-    }
-
-    /// The highest accuracy for which rounding leaves room so far, if errors are estimated.
-    pub fn reachable(&self) -> Option<f64> {
-        self.0.reachable()
-    }
-
-    /// γ from the start of the run until which the error estimate is below each of [`GOOD_DIGITS`]; 0 without one.
-    pub fn good_until(&self) -> [f64; GOOD_DIGITS.len()] {
-        self.0.good_until()
-    }
-
-    /// The sizes of all coordinates so far, which errors are relative to: their largest value, or way from the start if
-    /// they are ignorable, but at least what the motion is about to make of them at the start. 0 for one that does not
-    /// move at all.
-    pub fn sizes(&self) -> Vec<f64> {
-        self.0.sizes()
-    }
-
-    /// γ from the start of the run and q^a where windows have come to; after a failure, where the motion leaves the
-    /// domain, if that is the reason.
-    pub fn place(&self) -> (f64, Vec<f64>) {
-        self.0.place()
-    }
-
-    /// Number of windows so far between whose nodes something may hide, however short they are. Windows of one length
-    /// are not looked at.
-    pub fn unproved(&self) -> usize {
-        self.0.unproved()
     }
 }

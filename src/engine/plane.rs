@@ -23,7 +23,6 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernel::Evaluate;
 use super::linear::{Linear, Term};
 use super::rule::Order;
 use super::tuning::{BIAS, MARGIN};
@@ -70,8 +69,7 @@ struct Ignorable {
 impl<'g, const N: usize> Plane<'g, N> {
     /// No error at the start.
     pub(super) fn new(geometry: &'g Geometry, start: &Start) -> Self {
-        let mut linear = Linear::new(geometry);
-        linear.begin(start);
+        let linear = Linear::new(geometry, &start.p);
         let ignorable = vec![Ignorable::default(); geometry.ignorable().count()];
         let [truncation, rounding] = [Errors::default(); 2];
         Self { linear, flow: [0.0; 2], metric: 1.0, truncation, rounding, ignorable }
@@ -133,21 +131,20 @@ impl<'g, const N: usize> Plane<'g, N> {
         }
     }
 
-    /// |δ| of the position at the end of the window, and what of it rounding alone makes.
-    pub(super) fn position(&self) -> [f64; 2] {
-        let ([q, p], square) = (self.flow, self.square());
-        let [truncation, rounding] = [self.truncation, self.rounding].map(|errors| {
-            let across = if square > 0.0 { errors.change * self.metric * p / square } else { 0.0 };
-            (errors.shear * q - across).abs() + errors.shift * q.abs()
-        });
+    /// The error of a coordinate at the end of the window, the active one first, and what of it rounding alone makes.
+    pub(super) fn error(&self, number: usize) -> [f64; 2] {
+        let [truncation, rounding] = if let Some(j) = number.checked_sub(1) {
+            let Ignorable { of_change, of_shift, own, .. } = self.ignorable[j];
+            let [truncation, rounding] = [0, 1].map(|i| of_change[i].abs() + of_shift[i].abs());
+            [truncation + own, rounding]
+        } else {
+            let ([q, p], square) = (self.flow, self.square());
+            [self.truncation, self.rounding].map(|errors| {
+                let across = if square > 0.0 { errors.change * self.metric * p / square } else { 0.0 };
+                (errors.shear * q - across).abs() + errors.shift * q.abs()
+            })
+        };
         [truncation + rounding, rounding]
-    }
-
-    /// The error of an ignorable coordinate, and what of it rounding alone makes.
-    pub(super) fn ignorable(&self, j: usize) -> [f64; 2] {
-        let Ignorable { of_change, of_shift, own, .. } = self.ignorable[j];
-        let [truncation, rounding] = [0, 1].map(|i| of_change[i].abs() + of_shift[i].abs());
-        [truncation + own + rounding, rounding]
     }
 }
 
@@ -164,13 +161,12 @@ impl<const N: usize> WithSimd for Follow<'_, '_, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> [f64; 2] {
         let Self { plane, window, h } = self;
-        let Linear { registers, steps, unknowns, .. } = &mut plane.linear;
+        let Linear { registers, unknowns, .. } = &mut plane.linear;
         for k in 0..2 {
             registers[unknowns[k]] = Lanes::new(s, window.unknown_nodes(k)).nodes();
         }
-        Evaluate { registers, steps }.with_simd(s);
         plane.linear.is_mended = window.is_mended;
-        plane.linear.mend();
+        plane.linear.evaluate(s);
         let Linear { registers, rows, order, .. } = &plane.linear;
         let is_second = *order == Order::Second;
         let (a, b) = if is_second {
@@ -281,12 +277,9 @@ mod tests {
                 pair.advance(h);
                 plane.follow(&pair.first, h);
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-3 * b.abs() + 3e-8;
-                let off = pair.deviation();
-                let [found, _] = plane.position();
-                assert!(close(found, off[0].abs()), "{step}: {found:e} {:e}", off[0]);
-                for (j, off) in pair.ignorable.iter().enumerate() {
-                    let [found, _] = plane.ignorable(j);
-                    assert!(close(found, off.abs()), "{step}, {j}: {found:e} {off:e}");
+                for (number, off) in pair.deviation()[..1].iter().chain(&pair.ignorable).enumerate() {
+                    let [found, _] = plane.error(number);
+                    assert!(close(found, off.abs()), "{step}, {number}: {found:e} {off:e}");
                 }
             }
         }

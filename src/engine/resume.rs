@@ -1,27 +1,40 @@
-//! The end of a run as a start: what a window hands on, and how a run begins from it.
+//! The end of a run as a start: the values that a window hands on, so that a run that continues it has the digits of
+//! one, and how a run begins from them.
+
+use serde::{Deserialize, Serialize};
 
 use super::State;
-use super::handed::{Handed, Marched};
-use super::rule::Order;
 use super::window::Solver;
 use crate::number::Compensated;
 
-impl<const N: usize> Solver<'_, N> {
-    /// The values that the finished window hands on.
-    pub(super) fn handed(&self) -> Handed {
-        let pair = |sum: Compensated<f64>| [sum.high, sum.low];
-        let velocities = self.rows.iter().filter(|_| self.system.order == Order::Second);
-        let march = Marched {
-            length: self.length,
-            velocities: velocities.map(|row| pair(row.velocity_end)).collect(),
-            inverse_sizes: self.rows.iter().map(|row| [row.inverse_size, row.inverse_speed]).collect(),
-            ways: self.origin.iter().zip(&self.inverse_ignorable).map(|(&origin, &size)| [origin, size]).collect(),
-            slopes: self.rows.iter().map(|row| row.slopes_before.0[..self.rule.points()].to_vec()).collect(),
-        };
-        let low = |sums: &[Compensated<f64>]| sums.iter().map(|sum| sum.low).collect();
-        Handed { q_low: low(&self.end.q), p_low: low(&self.end.p), march: Some(march) }
-    }
+/// The rounding errors of the numbers at the end of a run, and the state of the march there.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Handed {
+    /// The rounding errors of q^a of all coordinates and of p_a of active ones; nothing where they are not known.
+    pub q_low: Vec<f64>,
+    /// The same of p_a.
+    pub p_low: Vec<f64>,
+    /// The march.
+    pub march: Option<Marched>,
+}
 
+/// The state of a march: the unknowns that are not among q and p, the sizes that changes are compared with, and the
+/// slopes that its next first guess continues.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Marched {
+    /// The length of its last window.
+    pub length: f64,
+    /// Velocities where these are unknowns, each with what rounding took from it.
+    pub velocities: Vec<[f64; 2]>,
+    /// 1/size of every unknown, and of its slope.
+    pub inverse_sizes: Vec<[f64; 2]>,
+    /// Where ignorable coordinates began, and 1/size of their ways.
+    pub ways: Vec<[f64; 2]>,
+    /// Slopes on the nodes.
+    pub slopes: Vec<Vec<f64>>,
+}
+
+impl<const N: usize> Solver<'_, N> {
     /// Goes to the start of a run that continues another one. Returns true if the slopes of a window like those of this
     /// run, of this length, are known.
     pub(super) fn resume(&mut self, handed: &Handed, length: f64) -> bool {

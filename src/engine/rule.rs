@@ -79,13 +79,6 @@ impl<const N: usize> Rule<N> {
         matrix(self.points(), |i, j| self.operators.derivative(i, j).hi)
     }
 
-    /// An entry of D = D̄ − H⁻¹E_0 on Lobatto nodes; 0 beyond the last one.
-    pub(super) fn derivative_entry(&self, i: usize, j: usize) -> f64 {
-        let n = self.points();
-        let penalty = if (i, j) == (0, 0) { self.operators.weights()[0].hi.recip() } else { 0.0 };
-        if i.max(j) < n { self.operators.derivative(i, j).hi - penalty } else { 0.0 }
-    }
-
     /// The tables of windows of length `h`. Exact ones keep what rounding takes from their entries.
     pub(super) fn tables(&self, order: Order, h: Twofold, is_exact: bool) -> Tables<N> {
         let n = self.points();
@@ -132,11 +125,8 @@ impl<const N: usize> Rule<N> {
 
     /// The weights of the values on the nodes in the highest four Legendre modes, the highest one first.
     pub(super) fn highest_modes(&self) -> [Nodes<N>; 4] {
-        std::array::from_fn(|k| {
-            let mut weights = Nodes::ZERO;
-            weights.0.iter_mut().zip(self.operators.mode(self.points() - 1 - k)).for_each(|(to, mode)| *to = mode);
-            weights
-        })
+        let weight = |k: usize, i: usize| self.modes.get(i).map_or(0.0, |modes| modes.0[self.points() - 1 - k]);
+        std::array::from_fn(|k| Nodes(std::array::from_fn(|i| weight(k, i))))
     }
 
     /// The Legendre coefficients of the polynomial with these values, 0 beyond the last one.
@@ -151,12 +141,11 @@ impl<const N: usize> Rule<N> {
     /// From values on the nodes of a window to those of their polynomial on the nodes of the next one, which is `ratio`
     /// times as long, row by row.
     fn continuation(&self, ratio: f64) -> Vec<f64> {
-        let (n, modes) = (self.points(), CONTINUED_MODES.min(self.points()));
-        let mode_of: Vec<Vec<f64>> = (0..modes).map(|k| self.operators.mode(k).collect()).collect();
+        let modes = CONTINUED_MODES.min(self.points());
         let row = |c: &Twofold| {
             let values = legendre(modes - 1, 1.0 + 2.0 * ratio * c.hi);
-            let entry = |j: usize| values.iter().zip(&mode_of).map(|(p, mode)| p * mode[j]).sum();
-            (0..n).map(entry).collect::<Vec<f64>>()
+            let entry = |weights: &Nodes<N>| values.iter().zip(&weights.0).map(|(p, mode)| p * mode).sum();
+            self.modes.iter().map(entry).collect::<Vec<f64>>()
         };
         self.operators.nodes().iter().flat_map(row).collect()
     }

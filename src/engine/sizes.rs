@@ -79,19 +79,32 @@ impl Sizes {
         let momenta: Vec<f64> = momenta.collect();
         let speed = |k: usize| if time > 0.0 { slopes[k].abs().max(positions[k] / time) } else { slopes[k].abs() };
         let velocities: Vec<f64> = (0..m).map(speed).collect();
-        let ways: Vec<f64> = geometry.ignorable().map(|a| point.q_dot(a).abs() * time).collect();
-        let mut changes = vec![0.0_f64; ways.len()];
-        each_slope_of_rates(geometry, start, &slopes, |row, column, value, order| {
-            let size = match (column.checked_sub(m), order) {
-                (None, _) => positions[column],
-                (Some(place), Order::First) => momenta[place],
-                (Some(place), Order::Second) => velocities[place],
-            };
-            changes[row] = changes[row].max(value.abs() * size * time);
-        });
-        let own = |(&way, &change): (&f64, &f64)| if way > AT_REST * change { way } else { change };
-        let ignorable = ways.iter().zip(&changes).map(own).collect();
-        Ok(Self { time, momenta, velocities, ignorable, positions })
+        let ignorable = geometry.ignorable().map(|a| point.q_dot(a).abs() * time).collect();
+        let mut sizes = Self { time, positions, momenta, velocities, ignorable };
+        let changes = sizes.changes_of_rates(geometry, start, &slopes);
+        for (way, change) in sizes.ignorable.iter_mut().zip(changes) {
+            *way = if *way > AT_REST * change { *way } else { change };
+        }
+        Ok(sizes)
+    }
+
+    /// By how much the ways of ignorable coordinates change if active coordinates and momenta change by their sizes.
+    fn changes_of_rates(&self, geometry: &Geometry, start: &Start, velocities: &[f64]) -> Vec<f64> {
+        let mut linear = Linear::<8>::new(geometry, &start.p);
+        let (active, is_second) = (geometry.active(), linear.order == Order::Second);
+        for (place, &a) in active.iter().enumerate() {
+            let second = if is_second { velocities[place] } else { start.p[a] };
+            linear.registers[linear.unknowns[place]] = Nodes([start.q[a]; 8]);
+            linear.registers[linear.unknowns[active.len() + place]] = Nodes([second; 8]);
+        }
+        Level::Best.dispatch(Evaluate { registers: &mut linear.registers, steps: linear.steps });
+        let sizes = [&self.positions[..], if is_second { &self.velocities } else { &self.momenta }].concat();
+        let mut changes = vec![0.0_f64; self.ignorable.len()];
+        for term in &linear.rates {
+            let value = term.factor * linear.registers[term.register].0[0];
+            changes[term.row] = changes[term.row].max(value.abs() * sizes[term.column] * self.time);
+        }
+        changes
     }
 
     /// Raises the sizes of coordinates to these at least, by their index, and those of their momenta as much.
@@ -109,27 +122,6 @@ impl Sizes {
                 Err(before) => self.ignorable[a - before] = self.ignorable[a - before].max(least),
             }
         }
-    }
-}
-
-/// Calls `see(row, column, value, order)` for the derivatives of the rates of ignorable coordinates at the start.
-fn each_slope_of_rates(
-    geometry: &Geometry,
-    start: &Start,
-    velocities: &[f64],
-    mut see: impl FnMut(usize, usize, f64, Order),
-) {
-    let mut linear = Linear::<8>::new(geometry);
-    linear.begin(start);
-    let active = geometry.active();
-    for (place, &a) in active.iter().enumerate() {
-        let second = if linear.order == Order::First { start.p[a] } else { velocities[place] };
-        linear.registers[linear.unknowns[place]] = Nodes([start.q[a]; 8]);
-        linear.registers[linear.unknowns[active.len() + place]] = Nodes([second; 8]);
-    }
-    Level::Best.dispatch(Evaluate { registers: &mut linear.registers, steps: linear.steps });
-    for term in &linear.rates {
-        see(term.row, term.column, term.factor * linear.registers[term.register].0[0], linear.order);
     }
 }
 

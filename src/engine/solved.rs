@@ -1,7 +1,7 @@
 //! A solved window, which is lent to whoever pulls it.
 
 use super::dense::Dense;
-use super::handed::Handed;
+use super::resume::Handed;
 use super::sensitivity::Sensitivity;
 use crate::number::Compensated;
 
@@ -13,6 +13,9 @@ pub struct State {
     /// p_a of active coordinates.
     pub(crate) p: Vec<Compensated<f64>>,
 }
+
+/// A function of a state.
+pub type OfState<'f> = &'f mut dyn FnMut(&State) -> f64;
 
 impl State {
     /// q^a of all coordinates, rounded.
@@ -78,23 +81,11 @@ pub struct Window<'w> {
     pub(super) solved: &'w mut dyn Solved,
 }
 
-/// A solved window of rules of any width.
-pub(super) trait Solved {
+/// The nodes of a solved window.
+pub trait WindowNodes {
     /// Number n of nodes.
     fn points(&self) -> usize;
-    /// The states at its start and its end.
-    fn ends(&self) -> [&State; 2];
-    /// Computes what was not needed to solve the window.
-    fn complete(&mut self);
-    /// The motion between the nodes.
-    fn dense(&self) -> Dense;
-    /// The values that its end hands on.
-    fn handed(&self) -> Handed;
-    /// The largest entry of the gradient of its action; `None` if it is no critical point of one.
-    fn gradient_norm(&mut self) -> Option<f64>;
-    /// Carries a sensitivity from its start to its end.
-    fn carry(&mut self, sensitivity: &mut Sensitivity);
-    /// The places of the nodes, as fractions.
+    /// Their places, as fractions of the window.
     fn fractions(&self) -> &[f64];
     /// q^a on the nodes; of an ignorable coordinate from the start of the window.
     fn q(&self, a: usize) -> &[f64];
@@ -102,8 +93,17 @@ pub(super) trait Solved {
     fn p(&self, place: usize) -> &[f64];
 }
 
-/// The nodes of a solved window.
-pub struct WindowNodes<'w>(&'w dyn Solved);
+/// A solved window of rules of any width, as [`Window`] lends it.
+pub(super) trait Solved: WindowNodes {
+    /// The states at its start and its end.
+    fn ends(&self) -> [&State; 2];
+    /// Computes what was not needed to solve the window.
+    fn complete(&mut self);
+    fn dense(&self) -> Dense;
+    fn handed(&self) -> Handed;
+    fn gradient_norm(&mut self) -> Option<f64>;
+    fn carry(&mut self, sensitivity: &mut Sensitivity);
+}
 
 impl Window<'_> {
     /// The state at its start.
@@ -143,30 +143,8 @@ impl Window<'_> {
     }
 
     /// Its nodes, of which some values are computed when they are first asked for.
-    pub fn nodes(&mut self) -> WindowNodes<'_> {
+    pub fn nodes(&mut self) -> &dyn WindowNodes {
         self.solved.complete();
-        WindowNodes(self.solved)
-    }
-}
-
-impl WindowNodes<'_> {
-    /// Number n of nodes.
-    pub fn points(&self) -> usize {
-        self.0.points()
-    }
-
-    /// Their places, as fractions of the window.
-    pub fn fractions(&self) -> &[f64] {
-        self.0.fractions()
-    }
-
-    /// q^a on the nodes; of an ignorable coordinate from the start of the window.
-    pub fn q(&self, a: usize) -> &[f64] {
-        self.0.q(a)
-    }
-
-    /// p_a on the nodes, by place among the active coordinates.
-    pub fn p(&self, place: usize) -> &[f64] {
-        self.0.p(place)
+        self.solved
     }
 }

@@ -13,7 +13,6 @@ use super::kernel::larger;
 use super::rule::Order;
 use super::transport::{AT_ONCE, Transport};
 use super::tuning::{BIAS, FIRST_STEPS, MARGIN, MOST_PARTS, MOST_WINDOWS, OF_SAMPLES, OF_SLOPES, OF_STEPS};
-use super::view::Place;
 use super::window::Solver;
 use crate::geometry::Start;
 use crate::number::Noise;
@@ -78,7 +77,10 @@ impl<'g, const N: usize> Steps<'g, N> {
             cuts.dedup();
             cuts
         };
-        let row = |i: usize| std::array::from_fn(|j| rule.derivative_entry(i, j));
+        // D̄ − H⁻¹E_0
+        let with_start = rule.derivative();
+        let penalty = |i: usize, j: usize| if (i, j) == (0, 0) { rule.weights.0[0].recip() } else { 0.0 };
+        let row = |i: usize| std::array::from_fn(|j| with_start[j].0[i] - penalty(i, j));
         Self {
             transport: Transport::new(solver.geometry, start),
             cuts: (1..=MOST_PARTS).map(cuts).collect(),
@@ -116,13 +118,10 @@ impl<'g, const N: usize> Steps<'g, N> {
         (self.has_begun, self.now, self.reached, self.largest) = (false, [0.0; 2], 0.0, 0.0);
     }
 
-    /// The error of a coordinate.
-    pub(super) fn error(&self, place: Place) -> f64 {
-        let deltas = match place {
-            Place::Active(place) => &self.delta[place],
-            Place::Ignorable(j) => &self.ignorable[j],
-        };
-        size(deltas)[0]
+    /// The error of a coordinate, active ones first.
+    pub(super) fn error(&self, number: usize) -> f64 {
+        let m = self.delta.len() / 2;
+        size(number.checked_sub(m).map_or_else(|| &self.delta[number], |j| &self.ignorable[j]))[0]
     }
 
     /// Takes in a finished window of length `h` with its local errors.
@@ -292,7 +291,7 @@ fn size(deltas: &Deltas) -> Errors {
 
 #[cfg(test)]
 mod tests {
-    use super::{Place, SAMPLES, Steps};
+    use super::{SAMPLES, Steps};
     use crate::engine::tests::{Pair, kerr, lifted};
 
     /// δ is what a second motion is off by, which begins a little beside the first one, in ignorable coordinates too.
@@ -332,7 +331,7 @@ mod tests {
                 steps.follow(&pair.first, 0.5, &[[0.0, 1e-9]; 4]);
             }
             steps.finish(&pair.first, 0.5);
-            let error = [0, 1].map(|place| steps.error(Place::Active(place))).into_iter().fold(0.0, f64::max);
+            let error = [0, 1].map(|number| steps.error(number)).into_iter().fold(0.0, f64::max);
             let ratio = error / (1e-9 * f64::from(count).sqrt());
             assert!((1.0..4.0).contains(&ratio), "{count}: {ratio}");
         }

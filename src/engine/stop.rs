@@ -3,7 +3,8 @@
 //! Values inside a window are not as accurate as that at its end, so that the place is found by windows that end there.
 
 use super::adaptive::{Accepted, Adaptive};
-use super::{Failure, State};
+use super::solved::{Solved, WindowNodes};
+use super::{Failure, OfState, State};
 use crate::number::Compensated;
 use crate::number::root::{root, try_root};
 
@@ -25,12 +26,13 @@ impl<const N: usize> Adaptive<'_, N> {
         let (a, h) = (target.coordinate, self.accepted.length);
         let side = (target.value - target.from).signum();
         let ahead = |q: f64| (q - target.value) * side;
-        let passed = self.may_pass(a, target.value, side).then(|| self.dense()).and_then(|dense| {
-            let node = self.nodes().iter().skip(1).position(|&node| ahead(dense.position(a, node)) >= 0.0)?;
-            Some((dense, node + 1))
+        let passed = self.may_pass(a, target.value, side).then(|| self.solver.dense()).and_then(|dense| {
+            let nodes = self.solver.fractions();
+            let node = (1..nodes.len()).find(|&node| ahead(dense.position(a, nodes[node])) >= 0.0)?;
+            Some((dense, [nodes[node - 1], nodes[node]]))
         });
-        let Some((dense, node)) = passed else {
-            let q = self.end().q[a].high;
+        let Some((dense, [low, high])) = passed else {
+            let q = self.solver.end.q[a].high;
             let distance = (target.value - q).abs();
             target.idle = if distance < target.nearest { 0 } else { target.idle + 1 };
             target.nearest = target.nearest.min(distance);
@@ -38,15 +40,14 @@ impl<const N: usize> Adaptive<'_, N> {
             self.foresee(target.foreseen(q, self.gamma_at_end()));
             return if target.idle < IDLE { Ok(()) } else { Err(Failure::ValueNotReached) };
         };
-        let (nodes, at) = (self.nodes(), |fraction: f64| ahead(dense.position(a, fraction)));
-        let (low, high) = (nodes[node - 1], nodes[node]);
+        let at = |fraction: f64| ahead(dense.position(a, fraction));
         let place = root([low, at(low).min(-f64::MIN_POSITIVE)], [high, at(high)], f64::EPSILON, at);
         let room = ROOM * (high - low);
         let tries = [[(place - room).max(0.0), (place + room).min(1.0)], [low, high]];
         let mut value = |state: &State| ahead(state.q[a].high) + state.q[a].low * side;
         for fractions in tries {
             if let Ok(true) = self.end_where(fractions.map(|fraction| fraction * h), -1.0, &mut value) {
-                self.set_end(a, Compensated::from(target.value));
+                self.solver.end.q[a] = Compensated::from(target.value);
                 return Ok(());
             }
         }
@@ -59,16 +60,11 @@ impl<const N: usize> Adaptive<'_, N> {
     ///
     /// # Errors
     /// If such a window has no solution.
-    pub(super) fn end_where(
-        &mut self,
-        between: [f64; 2],
-        side: f64,
-        value: &mut dyn FnMut(&State) -> f64,
-    ) -> Result<bool, Failure> {
-        let (before, gamma) = (self.accepted, self.gamma_at_start());
+    pub(super) fn end_where(&mut self, between: [f64; 2], side: f64, value: OfState<'_>) -> Result<bool, Failure> {
+        let (before, gamma) = (self.accepted, self.gamma.high);
         let mut failure = None;
         let found = root_between(between, side, gamma, before.length, |h| match self.again(h, true) {
-            Ok(()) => Some(value(self.end())),
+            Ok(()) => Some(value(&self.solver.end)),
             Err(error) => {
                 failure = Some(error);
                 None
@@ -135,26 +131,19 @@ fn root_between(
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
+
     use super::super::tests::{kerr, lifted, schwarzschild, well};
-    use super::super::{Accuracy, Engine, Failure, State};
+    use super::super::{Accuracy, Engine, Failure};
     use super::root_between;
-    use crate::geometry::{Geometry, Start};
 
     const ACCURACY: Accuracy = Accuracy::Promised(1e-9);
 
-    /// The end of a run.
-    fn end(mut engine: Engine<'_>) -> Result<(f64, State), Failure> {
-        let mut end = (0.0, State::default());
-        loop {
-            match engine.next() {
-                Ok(Some(window)) => end = (window.gamma + window.length, window.end().clone()),
-                Ok(None) => break,
-                Err(Failure::BeginAgain) => engine.begin_again(),
-                Err(failure) => return Err(failure),
-            }
-        }
+    /// The end of a run: γ and q^a.
+    fn end(mut engine: Engine<'_>) -> Result<(f64, Vec<f64>), Failure> {
+        engine.run(|_| ControlFlow::Continue(()))?;
         assert!(engine.error_estimate().unwrap() <= 1e-9);
-        Ok(end)
+        Ok(engine.place())
     }
 
     /// A run ends at a value of an ignorable or of an active coordinate to the last bit, and there it is where a run of
@@ -166,45 +155,18 @@ mod tests {
         for ((geometry, start), a, value) in scenes.into_iter().chain([(kerr(), 3, 7.0), (pendulum, 0, 1e-3)]) {
             for points in [8, 16] {
                 let engine = Engine::accurate_to_value(&geometry, &start, (a, value), ACCURACY, points).unwrap();
-                let (length, state) = end(engine).unwrap();
-                assert_eq!(state.positions()[a].to_bits(), value.to_bits());
+                let (length, q) = end(engine).unwrap();
+                assert_eq!(q[a].to_bits(), value.to_bits());
                 let (_, same) = end(Engine::accurate(&geometry, &start, length, ACCURACY, points).unwrap()).unwrap();
-                for (one, other) in state.positions().iter().zip(same.positions()) {
+                for (one, other) in q.iter().zip(same) {
                     assert!((one - other).abs() < 3e-9 * other.abs().max(1.0), "{a} {points}: {one} {other}");
                 }
             }
         }
-    }
-
-    /// The well has |x| < 1.01.
-    #[test]
-    fn a_value_that_is_never_reached_ends_the_run() {
+        // The well has |x| < 1.01.
         let (geometry, start) = well();
         let engine = Engine::accurate_to_value(&geometry, &start, (1, 2.0), ACCURACY, 16).unwrap();
-        assert_eq!(end(engine).unwrap_err(), Failure::ValueNotReached);
-    }
-
-    /// The first pericentre, where p_r changes its sign.
-    #[test]
-    fn a_run_ends_where_a_function_changes_its_sign() {
-        let (geometry, start): (Geometry, Start) = schwarzschild();
-        let mut engine = Engine::accurate(&geometry, &start, 2000.0, ACCURACY, 16).unwrap();
-        let momentum = |state: &State| state.p[0].high;
-        let (mut gamma, mut place) = (0.0, None);
-        while let Some(window) = engine.next().unwrap() {
-            // p_r is negative on the way out.
-            if place.is_none() && gamma > 0.0 && momentum(window.start()) < 0.0 && momentum(window.end()) > 0.0 {
-                let length = window.length;
-                assert!(engine.end_where([0.0, length], -1.0, &mut |state| momentum(state)).unwrap());
-                let cut = engine.window();
-                place = Some((cut.gamma + cut.length, cut.end().positions()[1]));
-            } else {
-                gamma = window.gamma + window.length;
-            }
-        }
-        // p = 10, e = 0.5: apocentre 20, half of the radial period later.
-        let (_, r) = place.unwrap();
-        assert!((r - 20.0).abs() < 1e-7, "{r}");
+        assert_eq!(end(engine), Err(Failure::ValueNotReached));
     }
 
     /// The root that is found from a bracket of nodes, of a function that changes its sign at `root`, in a window of

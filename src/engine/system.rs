@@ -1,7 +1,8 @@
 //! The equations of a scene on the nodes of a window: registers, and the steps that compute what is wanted when.
 
-use super::kernel::{Evaluate, Pass};
-use super::rule::Order;
+use super::State;
+use super::kernel::{Evaluate, Pass, Row};
+use super::rule::{Order, Rule};
 use crate::formula::{Register, Step};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::vector::{Level, Nodes};
@@ -23,6 +24,21 @@ pub(super) struct System<'g, const N: usize> {
     pub(super) ignorable: Box<[Register]>,
     /// The blocks whose determinants vary, with the registers of these.
     determinants: Box<[(usize, Register)]>,
+}
+
+/// A finished window of length `h`, and what is known on its nodes.
+pub(super) struct Finished<'a, 'g, const N: usize> {
+    pub(super) system: &'a System<'g, N>,
+    pub(super) rule: &'a Rule<N>,
+    pub(super) start: &'a State,
+    pub(super) rows: &'a [Row<N>],
+    /// g_ab of active coordinates by rows, where velocities are unknowns.
+    pub(super) metric: &'a [f64],
+    /// Ignorable coordinates, from the start of the window.
+    pub(super) elapsed: &'a [Nodes<N>],
+    pub(super) h: f64,
+    /// True where values are to be mended.
+    pub(super) is_mended: bool,
 }
 
 impl<'g, const N: usize> System<'g, N> {

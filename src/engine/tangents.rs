@@ -11,12 +11,12 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernel::{Evaluate, Row, inverse};
+use super::kernel::inverse;
 use super::linear::Linear;
 use super::rule::{Order, Rule, Tables};
 use super::sensitivity::Sensitivity;
-use super::system::System;
-use crate::geometry::{Geometry, Start};
+use super::system::{Finished, System};
+use crate::geometry::Geometry;
 use crate::number::vector::{Lanes, Level, Nodes, Twofold, multiply};
 
 /// The sweeps of the motion converged, and these do at the same pace.
@@ -48,10 +48,9 @@ pub(super) struct Tangents<'g, const N: usize> {
 }
 
 impl<'g, const N: usize> Tangents<'g, N> {
-    /// No solutions yet. `charges` are the momenta of ignorable coordinates by all coordinates.
-    pub(super) fn new(geometry: &'g Geometry, rule: &Rule<N>, charges: Vec<f64>) -> Self {
-        let mut linear = Linear::new(geometry);
-        linear.begin(&Start { q: Vec::new(), q_dot: Vec::new(), p: charges });
+    /// No solutions yet. `momenta` are those of all coordinates, of which ignorable ones stay.
+    pub(super) fn new(geometry: &'g Geometry, rule: &Rule<N>, momenta: &[f64]) -> Self {
+        let mut linear = Linear::new(geometry, momenta);
         linear.rows.sort_by_key(|term| term.row);
         let active = geometry.active().len();
         let rows = if linear.order == Order::First { 2 * active } else { active };
@@ -98,18 +97,6 @@ impl<'g, const N: usize> Tangents<'g, N> {
     }
 }
 
-/// A finished window of length `h`.
-pub(super) struct Finished<'a, 'g, const N: usize> {
-    pub(super) system: &'a System<'g, N>,
-    pub(super) rule: &'a Rule<N>,
-    pub(super) rows: &'a [Row<N>],
-    /// g_ab of active coordinates by rows, where velocities are unknowns.
-    pub(super) metric: &'a [f64],
-    pub(super) h: f64,
-    /// True where values are to be mended.
-    pub(super) is_mended: bool,
-}
-
 /// Solves the equations, and carries a sensitivity to the end of the window.
 struct Follow<'a, 'g, const N: usize> {
     tangents: &'a mut Tangents<'g, N>,
@@ -151,8 +138,7 @@ impl<const N: usize> Follow<'_, '_, N> {
             linear.registers[to] = system.registers[from];
         }
         linear.is_mended = *is_mended;
-        Evaluate { registers: &mut linear.registers, steps: linear.steps }.with_simd(s);
-        linear.mend();
+        linear.evaluate(s);
         let scale = linear.order.power_of(*h);
         for (entry, term) in jacobian.iter_mut().zip(&linear.rows) {
             *entry = (Lanes::new(s, &linear.registers[term.register]) * (term.factor * scale)).nodes();
@@ -205,9 +191,7 @@ impl<const N: usize> Follow<'_, '_, N> {
         }
         (change.largest(), largest.largest())
     }
-}
 
-impl<const N: usize> Follow<'_, '_, N> {
     /// Φ from the slopes.
     #[inline(always)]
     fn end<S: Simd>(&mut self, s: S) {

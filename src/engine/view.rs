@@ -1,18 +1,17 @@
-//! A finished window as it is read: by unknowns and by coordinates.
+//! A finished window as it is read: by unknowns, by coordinates, and by who pulls it.
 
+use super::certificate::Certificate;
 use super::dense::{Curve, Dense, integrated};
 use super::kernel::Row;
+use super::resume::{Handed, Marched};
 use super::rule::Order;
-use super::window::Solver;
+use super::sensitivity::Sensitivity;
+use super::solved::{Solved, State, WindowNodes};
+use super::system::Finished;
+use super::tangents::Tangents;
+use super::window::{Known, Solver};
 use crate::number::Compensated;
 use crate::number::vector::Nodes;
-
-/// The place of a coordinate among the active ones, or among the ignorable ones.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
-    Active(usize),
-    Ignorable(usize),
-}
 
 /// An unknown at the ends of a window.
 pub(super) struct Unknown {
@@ -23,7 +22,7 @@ pub(super) struct Unknown {
     pub(super) end_error: f64,
 }
 
-impl<const N: usize> Solver<'_, N> {
+impl<'g, const N: usize> Solver<'g, N> {
     /// One of 2m unknowns at a finished window of length `h`: positions, then momenta or velocities.
     pub(super) fn unknown(&self, k: usize, h: f64) -> Unknown {
         let m = self.geometry.active().len();
@@ -47,7 +46,7 @@ impl<const N: usize> Solver<'_, N> {
     #[inline(always)]
     pub(super) fn unknown_nodes(&self, k: usize) -> &Nodes<N> {
         match (k.checked_sub(self.system.positions.len()), self.system.order) {
-            (None, _) => &self.system.registers[self.system.positions[k]],
+            (None, _) => self.system.position(k),
             (Some(place), Order::First) => &self.system.registers[self.system.momenta[place]],
             (Some(place), Order::Second) => &self.velocities[place],
         }
@@ -67,93 +66,156 @@ impl<const N: usize> Solver<'_, N> {
         &self.system.registers[self.system.ignorable[j]]
     }
 
-    /// The combination of velocities that a momentum is, where they are unknowns: of each the same coefficients.
-    pub(super) fn momentum_of(&self, place: usize, velocities: &[Vec<f64>]) -> Vec<f64> {
-        let mut momentum = vec![0.0; velocities[0].len()];
-        for (g, velocity) in self.metric[place * velocities.len()..].iter().zip(velocities) {
-            momentum.iter_mut().zip(velocity).for_each(|(sum, c)| *sum += g * c);
-        }
-        momentum
-    }
-
-    /// The place of a coordinate.
-    pub(super) fn place_of(&self, coordinate: usize) -> Place {
+    /// The number of a coordinate if active ones come first, and then ignorable ones.
+    pub(super) fn number_of(&self, coordinate: usize) -> usize {
         match self.geometry.active().binary_search(&coordinate) {
-            Ok(place) => Place::Active(place),
-            Err(before) => Place::Ignorable(coordinate - before),
+            Ok(place) => place,
+            Err(before) => self.system.positions.len() + coordinate - before,
         }
     }
 
-    /// q̇^a at the end of the window.
-    pub(super) fn end_rate(&self, place: Place) -> f64 {
-        match (place, self.system.order) {
-            (Place::Ignorable(j), _) => self.rate_nodes(j).0[N - 1],
-            (Place::Active(place), Order::First) => self.slope_nodes(place).0[N - 1],
-            (Place::Active(place), Order::Second) => self.rows[place].velocity_end.high,
+    /// q̇^a at the end of the window, by that number.
+    pub(super) fn end_rate(&self, number: usize) -> f64 {
+        match (number.checked_sub(self.system.positions.len()), self.system.order) {
+            (Some(j), _) => self.rate_nodes(j).0[N - 1],
+            (None, Order::First) => self.slope_nodes(number).0[N - 1],
+            (None, Order::Second) => self.rows[number].velocity_end.high,
         }
     }
 
-    /// 1/size of a coordinate.
-    pub(super) fn inverse_size(&self, place: Place) -> f64 {
-        match place {
-            Place::Active(place) => self.rows[place].inverse_size,
-            Place::Ignorable(j) => self.inverse_ignorable[j],
-        }
+    /// 1/size of a coordinate, by that number.
+    pub(super) fn inverse_size(&self, number: usize) -> f64 {
+        let ignorable = number.checked_sub(self.system.positions.len());
+        ignorable.map_or_else(|| self.rows[number].inverse_size, |j| self.inverse_ignorable[j])
+    }
+
+    fn finished(&self) -> Finished<'_, 'g, N> {
+        let Self { system, rule, start, rows, metric, elapsed, length: h, is_mended, .. } = self;
+        Finished { system, rule, start, rows, metric, elapsed, h: *h, is_mended: *is_mended }
     }
 
     /// The sizes of all coordinates.
     pub(super) fn sizes(&self) -> Vec<f64> {
         let size = |a: usize| {
-            let (inverse, end) = (self.inverse_size(self.place_of(a)), self.end.q[a].high);
-            let way = if let Place::Ignorable(j) = self.place_of(a) { end - self.origin[j] } else { end };
+            let (number, end) = (self.number_of(a), self.end.q[a].high);
+            let ignorable = number.checked_sub(self.system.positions.len());
+            let way = ignorable.map_or(end, |j| end - self.origin[j]);
+            let inverse = self.inverse_size(number);
             if inverse > 0.0 { way.abs().max(1.0 / inverse) } else { way.abs() }
         };
         (0..self.geometry.dimension()).map(size).collect()
     }
 
-    /// The motion over the window that was solved.
-    pub(super) fn motion(&self) -> Dense {
-        let (geometry, h, points) = (self.geometry, self.length, self.rule.points());
-        let (n, m) = (geometry.dimension(), geometry.active().len());
-        let curve = |[start, end]: [Compensated<f64>; 2], increment| Curve { start, end: end.high, increment };
-        let ends_of_q = |a: usize| [self.start.q[a], self.end.q[a]];
-        let ends_of_p = |place: usize| [self.start.p[place], self.end.p[place]];
-        let integral = |slopes: &Nodes<N>| integrated(&self.rule.modes(slopes)[..points], h);
-        let mut q: Vec<Option<Curve>> = vec![None; n];
-        for (j, a) in geometry.ignorable().enumerate() {
-            q[a] = Some(curve(ends_of_q(a), integral(self.rate_nodes(j))));
-        }
-        let mut gains: Vec<Vec<f64>> = Vec::with_capacity(m);
-        for (place, &a) in geometry.active().iter().enumerate() {
-            let mut increment = integral(self.slope_nodes(place));
-            if self.system.order == Order::Second {
-                gains.push(increment.clone());
-                // With the velocity at the start, what was integrated once is the velocity.
-                increment[0] += self.rows[place].velocity.high;
-                increment = integrated(&increment, h);
+    /// The coefficients of momenta, which are combinations of velocities with these coefficients.
+    fn momenta_of(&self, velocities: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let momentum = |place: usize| {
+            let mut momentum = vec![0.0; velocities[0].len()];
+            for (g, velocity) in self.metric[place * velocities.len()..].iter().zip(velocities) {
+                momentum.iter_mut().zip(velocity).for_each(|(sum, c)| *sum += g * c);
             }
-            q[a] = Some(curve(ends_of_q(a), increment));
-        }
-        let p = (0..m).map(|place| {
-            let increment = match self.system.order {
-                Order::First => integral(self.slope_nodes(m + place)),
-                Order::Second => self.momentum_of(place, &gains),
-            };
-            curve(ends_of_p(place), increment)
-        });
-        Dense { p: p.collect(), q: q.into_iter().flatten().collect(), degree: points + 1 }
+            momentum
+        };
+        (0..velocities.len()).map(momentum).collect()
+    }
+}
+
+impl<const N: usize> WindowNodes for Solver<'_, N> {
+    fn points(&self) -> usize {
+        self.rule.points()
     }
 
-    /// The nodes of the position of an active coordinate, by its place among them.
-    pub(super) fn position(&self, place: usize) -> &Nodes<N> {
-        self.system.position(place)
+    fn fractions(&self) -> &[f64] {
+        &self.rule.nodes[0].0[..self.rule.points()]
     }
 
-    /// The nodes of its momentum.
-    pub(super) fn momentum(&self, place: usize) -> &Nodes<N> {
-        match self.system.order {
+    fn q(&self, a: usize) -> &[f64] {
+        let number = self.number_of(a);
+        let ignorable = number.checked_sub(self.system.positions.len());
+        let nodes = ignorable.map_or_else(|| self.system.position(number), |j| &self.elapsed[j]);
+        &nodes.0[..self.rule.points()]
+    }
+
+    fn p(&self, place: usize) -> &[f64] {
+        let nodes = match self.system.order {
             Order::First => &self.system.registers[self.system.momenta[place]],
             Order::Second => &self.momenta[place],
+        };
+        &nodes.0[..self.rule.points()]
+    }
+}
+
+impl<const N: usize> Solved for Solver<'_, N> {
+    fn ends(&self) -> [&State; 2] {
+        [&self.start, &self.end]
+    }
+
+    fn complete(&mut self) {
+        self.know(Known::All);
+        self.end_nodes();
+    }
+
+    fn dense(&self) -> Dense {
+        let (geometry, h, points) = (self.geometry, self.length, self.rule.points());
+        let m = geometry.active().len();
+        let curve = |[start, end]: [Compensated<f64>; 2], increment| Curve { start, end: end.high, increment };
+        let integral = |slopes: &Nodes<N>| integrated(&self.rule.modes(slopes)[..points], h);
+        let mut gains: Vec<Vec<f64>> = Vec::with_capacity(m);
+        let q = (0..geometry.dimension()).map(|a| {
+            let number = self.number_of(a);
+            let increment = match (number.checked_sub(m), self.system.order) {
+                (Some(j), _) => integral(self.rate_nodes(j)),
+                (None, Order::First) => integral(self.slope_nodes(number)),
+                (None, Order::Second) => {
+                    let mut increment = integral(self.slope_nodes(number));
+                    gains.push(increment.clone());
+                    // With the velocity at the start, what was integrated once is the velocity.
+                    increment[0] += self.rows[number].velocity.high;
+                    integrated(&increment, h)
+                }
+            };
+            curve([self.start.q[a], self.end.q[a]], increment)
+        });
+        let q = q.collect();
+        let increments = match self.system.order {
+            Order::First => (m..2 * m).map(|row| integral(self.slope_nodes(row))).collect(),
+            Order::Second => self.momenta_of(&gains),
+        };
+        let ends = self.start.p.iter().zip(&self.end.p);
+        let p = ends.zip(increments).map(|((&start, &end), increment)| curve([start, end], increment)).collect();
+        Dense { p, q, degree: points + 1 }
+    }
+
+    fn handed(&self) -> Handed {
+        let pair = |sum: Compensated<f64>| [sum.high, sum.low];
+        let velocities = self.rows.iter().filter(|_| self.system.order == Order::Second);
+        let march = Marched {
+            length: self.length,
+            velocities: velocities.map(|row| pair(row.velocity_end)).collect(),
+            inverse_sizes: self.rows.iter().map(|row| [row.inverse_size, row.inverse_speed]).collect(),
+            ways: self.origin.iter().zip(&self.inverse_ignorable).map(|(&origin, &size)| [origin, size]).collect(),
+            slopes: self.rows.iter().map(|row| row.slopes_before.0[..self.rule.points()].to_vec()).collect(),
+        };
+        let low = |sums: &[Compensated<f64>]| sums.iter().map(|sum| sum.low).collect();
+        Handed { q_low: low(&self.end.q), p_low: low(&self.end.p), march: Some(march) }
+    }
+
+    fn gradient_norm(&mut self) -> Option<f64> {
+        if !self.rule.has_end() {
+            return None;
         }
+        self.know(Known::All);
+        let new = || Box::new(Certificate::new(self.geometry, &self.rule));
+        let mut certificate = self.certificate.take().unwrap_or_else(new);
+        let norm = certificate.of(&self.finished());
+        self.certificate = Some(certificate);
+        Some(norm)
+    }
+
+    fn carry(&mut self, sensitivity: &mut Sensitivity) {
+        let charges = || (0..self.geometry.dimension()).map(|a| self.system.charge(a)).collect::<Vec<_>>();
+        let new = || Box::new(Tangents::new(self.geometry, &self.rule, &charges()));
+        let mut tangents = self.tangents.take().unwrap_or_else(new);
+        tangents.follow(&self.finished(), sensitivity);
+        self.tangents = Some(tangents);
     }
 }

@@ -2,16 +2,12 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::certificate::{Certificate, Solution};
-use super::dense::Dense;
-use super::handed::Handed;
+use super::certificate::Certificate;
 use super::kernel::{Ends, LocalErrors, Row, Sweeps, Swept, grow, integrated, inverse, plus};
 use super::rule::{Order, Rule, Tables};
-use super::sensitivity::Sensitivity;
 use super::sizes::Sizes;
-use super::solved::Solved;
 use super::system::System;
-use super::tangents::{Finished, Tangents};
+use super::tangents::Tangents;
 use super::{Failure, State};
 use crate::geometry::{Geometry, Start};
 use crate::number::Compensated;
@@ -50,9 +46,9 @@ pub(super) struct Solver<'g, const N: usize> {
     /// The weights of the highest Legendre modes, if the errors of windows are measured.
     highest_modes: Option<[Nodes<N>; 4]>,
     /// From the first certificate on.
-    certificate: Option<Box<Certificate<'g, N>>>,
+    pub(super) certificate: Option<Box<Certificate<'g, N>>>,
     /// From the first window on over which changes are carried.
-    tangents: Option<Box<Tangents<'g, N>>>,
+    pub(super) tangents: Option<Box<Tangents<'g, N>>>,
     most_sweeps: usize,
     /// True while slow sweeps are to go on, as a shorter window is no way out.
     pub(super) is_patient: bool,
@@ -175,7 +171,7 @@ impl<'g, const N: usize> Solver<'g, N> {
     /// Computes the end of the window with these tables, and what is wanted on its nodes.
     pub(super) fn finish(&mut self, tables: &Tables<N>, wanted: Known) {
         (self.length, self.known) = (tables.length, Known::Ends);
-        Level::Best.dispatch(Finish { solver: self, tables, wanted });
+        Level::Best.dispatch(Finish { solver: self, tables: Some(tables), wanted });
         for (&a, &gain) in self.ignorable.iter().zip(&self.gains) {
             self.end.q[a] = plus(self.start.q[a], gain);
         }
@@ -194,15 +190,15 @@ impl<'g, const N: usize> Solver<'g, N> {
         }
     }
 
-    /// Computes everything on the nodes that is not known yet.
-    fn know_all(&mut self) {
-        if self.known < Known::All {
-            Level::Best.dispatch(Complete { solver: self, wanted: Known::All });
+    /// Computes what is wanted on the nodes and not known yet.
+    pub(super) fn know(&mut self, wanted: Known) {
+        if self.known < wanted {
+            Level::Best.dispatch(Finish { solver: self, tables: None, wanted });
         }
     }
 
     /// Puts the end at the last node, if that is its place.
-    fn end_nodes(&mut self) {
+    pub(super) fn end_nodes(&mut self) {
         if !self.rule.has_end() {
             return;
         }
@@ -240,10 +236,10 @@ impl<'g, const N: usize> Solver<'g, N> {
     }
 }
 
-/// Computes the end of a window.
+/// Computes the end of a window with its tables, if it is not known, and what is not needed to solve a window.
 struct Finish<'a, 'g, 't, const N: usize> {
     solver: &'a mut Solver<'g, N>,
-    tables: &'t Tables<N>,
+    tables: Option<&'t Tables<N>>,
     wanted: Known,
 }
 
@@ -252,38 +248,22 @@ impl<const N: usize> WithSimd for Finish<'_, '_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
-        let System { registers, order, passes, ignorable, .. } = &self.solver.system;
-        let (rows, gains) = (&mut self.solver.rows, &mut self.solver.gains);
-        Ends { registers, rows, passes, order: *order, tables: self.tables, ignorable, gains }.with_simd(s);
-        Complete { solver: self.solver, wanted: self.wanted }.with_simd(s);
-    }
-}
-
-/// Computes what is not needed to solve a window.
-struct Complete<'a, 'g, const N: usize> {
-    solver: &'a mut Solver<'g, N>,
-    wanted: Known,
-}
-
-impl<const N: usize> WithSimd for Complete<'_, '_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) {
-        let Self {
-            solver: Solver { system, rule, rows, velocities, elapsed, momenta, metric, length, known, .. },
-            wanted,
-        } = self;
-        let (registers, matrix) = (&system.registers, &rule.integral);
+        let Self { solver, tables, wanted } = self;
+        let Solver { system, rule, rows, gains, velocities, elapsed, momenta, metric, length, known, .. } = solver;
+        let System { registers, order, passes, ignorable, .. } = system;
+        if let Some(tables) = tables {
+            Ends { registers, rows, passes, order: *order, tables, ignorable, gains }.with_simd(s);
+        }
+        let matrix = &rule.integral;
         if wanted >= Known::Velocities && *known < Known::Velocities {
             for k in 0..velocities.len() {
-                let slope = &registers[system.passes[0].slopes[k]];
+                let slope = &registers[passes[0].slopes[k]];
                 velocities[k] = integrated(s, matrix, *length, slope, rows[k].velocity);
             }
         }
         if wanted == Known::All && *known < Known::All {
             for k in 0..elapsed.len() {
-                elapsed[k] = integrated(s, matrix, *length, &registers[system.ignorable[k]], Compensated::default());
+                elapsed[k] = integrated(s, matrix, *length, &registers[ignorable[k]], Compensated::default());
             }
             for place in 0..momenta.len() {
                 let mut sum = Lanes::splat(s, 0.0);
@@ -294,70 +274,6 @@ impl<const N: usize> WithSimd for Complete<'_, '_, N> {
             }
         }
         *known = wanted.max(*known);
-    }
-}
-
-impl<const N: usize> Solved for Solver<'_, N> {
-    fn points(&self) -> usize {
-        self.rule.points()
-    }
-
-    fn ends(&self) -> [&State; 2] {
-        [&self.start, &self.end]
-    }
-
-    fn complete(&mut self) {
-        self.know_all();
-        self.end_nodes();
-    }
-
-    fn gradient_norm(&mut self) -> Option<f64> {
-        if !self.rule.has_end() {
-            return None;
-        }
-        self.know_all();
-        let certificate = self.certificate.take();
-        let mut certificate = certificate.unwrap_or_else(|| Box::new(Certificate::new(self.geometry, &self.rule)));
-        let Self { system, rule, start, elapsed, length: h, is_mended, .. } = &*self;
-        let norm = certificate.of(Solution { system, rule, start, elapsed, h: *h, is_mended: *is_mended });
-        self.certificate = Some(certificate);
-        Some(norm)
-    }
-
-    fn carry(&mut self, sensitivity: &mut Sensitivity) {
-        let new = || {
-            let charges = (0..self.geometry.dimension()).map(|a| self.system.charge(a)).collect();
-            Box::new(Tangents::new(self.geometry, &self.rule, charges))
-        };
-        let mut tangents = self.tangents.take().unwrap_or_else(new);
-        let Self { system, rule, rows, metric, length: h, is_mended, .. } = &*self;
-        let window = Finished { system, rule, rows, metric, h: *h, is_mended: *is_mended };
-        tangents.follow(&window, sensitivity);
-        self.tangents = Some(tangents);
-    }
-
-    fn dense(&self) -> Dense {
-        self.motion()
-    }
-
-    fn handed(&self) -> Handed {
-        self.handed()
-    }
-
-    fn fractions(&self) -> &[f64] {
-        &self.rule.nodes[0].0[..self.rule.points()]
-    }
-
-    fn q(&self, a: usize) -> &[f64] {
-        let nodes = match self.geometry.active().iter().position(|&active| active == a) {
-            Some(place) => self.position(place),
-            None => &self.elapsed[self.ignorable.partition_point(|&ignorable| ignorable < a)],
-        };
-        &nodes.0[..self.rule.points()]
-    }
-
-    fn p(&self, place: usize) -> &[f64] {
-        &self.momentum(place).0[..self.rule.points()]
     }
 }
 

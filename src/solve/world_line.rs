@@ -91,7 +91,7 @@ pub struct WorldLine<S = f64> {
     /// The estimated error of every coordinate at the nodes, relative to its size, if the windows were chosen for an
     /// accuracy.
     pub error_estimate: Option<f64>,
-    /// These sizes, as [`Engine::sizes`](crate::engine::Engine::sizes); none if there is no estimate.
+    /// These sizes, as [`Windows::sizes`](crate::engine::Windows::sizes); none if there is no estimate.
     pub sizes: Vec<f64>,
     /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
     pub windows_unproved: Option<usize>,

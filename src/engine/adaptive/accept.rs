@@ -5,7 +5,9 @@ use crate::engine::Failure;
 use crate::engine::between::Seen;
 use crate::engine::kernel::LocalErrors;
 use crate::engine::ladder::Ladder;
-use crate::engine::tuning::{INSIDE, INSIDE_MARGIN, LEAST, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH};
+use crate::engine::tuning::{
+    INSIDE, INSIDE_MARGIN, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH,
+};
 
 /// A window to try.
 struct Trial {
@@ -22,7 +24,7 @@ impl<const N: usize> Adaptive<'_, N> {
         loop {
             let trial = self.trial(landing.take())?;
             let length = trial.length.unwrap_or_else(|| self.ladder.length(trial.rung));
-            let share = self.shares().of(length);
+            let share = self.share_of(length);
             let odd = trial.length.map(|length| self.ladder.odd(&self.solver.rule, length));
             let (tables, continuation) = match &odd {
                 Some(tables) => (tables, None),
@@ -78,7 +80,7 @@ impl<const N: usize> Adaptive<'_, N> {
         if let Some(Seen { decay, .. }) = seen {
             local.end = self.solver.with_unseen(local, decay.powi(N as i32 - 1));
             if decay == 1.0 {
-                allowed = allowed.max(self.shares().of_kink());
+                allowed = allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
             }
         }
         if local.roughness < RESOLVED {

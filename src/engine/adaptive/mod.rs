@@ -8,23 +8,23 @@
 mod accept;
 
 use super::between::Between;
-use super::control::{Control, Shares};
-use super::dense::Dense;
+use super::control::Control;
 use super::estimate::ErrorEstimate;
+use super::failure::edge;
 use super::ladder::Ladder;
-use super::reason;
 use super::rule::Rule;
 use super::sizes::Sizes;
-use super::target::Target;
-use super::tuning::{AHEAD, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS};
+use super::tuning::{
+    AHEAD, ALONE, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, SHARE,
+};
 use super::window::{Known, Solver};
-use super::{Accuracy, Failure, GOOD_DIGITS, Handed, State, Window, Windows};
-use crate::geometry::{Geometry, Start};
+use super::{Accuracy, Failure, GOOD_DIGITS, Handed, OfState, Window, Windows};
+use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
 
 /// The windows of a run with rules of N nodes.
 pub(super) struct Adaptive<'g, const N: usize> {
-    solver: Solver<'g, N>,
+    pub(super) solver: Solver<'g, N>,
     ladder: Ladder<N>,
     control: Control,
     estimate: Option<ErrorEstimate<'g, N>>,
@@ -44,7 +44,7 @@ pub(super) struct Adaptive<'g, const N: usize> {
     length: f64,
     pub(super) target: Option<Target>,
     /// The γ that windows have come to.
-    gamma: Compensated<f64>,
+    pub(super) gamma: Compensated<f64>,
     /// The rung of the window before, if there was one.
     previous: Option<i32>,
     /// Shares are smaller by this factor.
@@ -66,6 +66,30 @@ pub(super) struct Adaptive<'g, const N: usize> {
     pub(super) accepted: Accepted,
 }
 
+/// The value of a coordinate at which a run ends.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Target {
+    pub(super) coordinate: usize,
+    pub(super) value: f64,
+    /// The coordinate at the start.
+    pub(super) from: f64,
+    /// The least distance so far, and the number of windows since.
+    pub(super) nearest: f64,
+    pub(super) idle: usize,
+}
+
+impl Target {
+    pub(super) fn new(coordinate: usize, value: f64, from: f64) -> Self {
+        Self { coordinate, value, from, nearest: f64::INFINITY, idle: 0 }
+    }
+
+    /// The length of the run, if it is at `q` after a part of the length γ.
+    pub(super) fn foreseen(&self, q: f64, gamma: f64) -> f64 {
+        let done = (q - self.from) / (self.value - self.from);
+        if done > 0.0 { gamma / done.min(1.0) } else { f64::INFINITY }
+    }
+}
+
 /// A window that was accepted.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Accepted {
@@ -82,15 +106,16 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     pub(super) fn new(
         geometry: &'g Geometry,
         start: &Start,
-        sizes: Sizes,
         (length, target): (f64, Option<Target>),
         wanted: Accuracy,
-    ) -> Self {
+    ) -> Result<Self, OutsideGeometry> {
+        let sizes = Sizes::new(geometry, start, length)?;
+        let length = if length.is_finite() || target.is_none() { length } else { sizes.time };
         let mut solver = Solver::new(geometry, Rule::lobatto(N), true);
         solver.begin(start, &sizes);
         let (a, is_estimated) = (wanted.value().min(LOOSEST), !matches!(wanted, Accuracy::Local(_)));
         let first = if N > 8 { 3.0 * a.powf(1.0 / 24.0) } else { 1.5 * a.powf(1.0 / 12.0) };
-        Self {
+        Ok(Self {
             ladder: Ladder::new(solver.system.order, first * sizes.time, a < EXACT),
             control: Control::new(N),
             estimate: is_estimated.then(|| ErrorEstimate::new(&solver, start)),
@@ -117,12 +142,17 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             unproved: 0,
             windows: 0,
             accepted: Accepted::default(),
-        }
+        })
     }
 
-    fn shares(&self) -> Shares {
+    /// The error that a window of this length may add at its end.
+    fn share_of(&self, length: f64) -> f64 {
         let accuracy = self.strictness * self.accuracy;
-        Shares { accuracy, length: if self.is_promised { self.length } else { f64::INFINITY } }
+        if !self.is_promised {
+            return ALONE * accuracy;
+        }
+        let part = length / self.length;
+        SHARE * accuracy * part * part.sqrt()
     }
 
     /// The reason of a failure: the motion may leave the domain soon.
@@ -134,7 +164,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         let rest = if self.target.is_some() { f64::INFINITY } else { self.length - gamma };
         let edge = AHEAD.into_iter().find_map(|windows| {
             let ahead = rest.min(windows * self.ladder.length(0));
-            reason::edge(self.solver.geometry, state, &self.start.p, ahead, gamma)
+            edge(self.solver.geometry, state, &self.start.p, ahead, gamma)
         });
         let (place, found) = match edge {
             Some((gamma, q, outside)) => ((gamma, q), Failure::OutsideDomain(outside)),
@@ -150,7 +180,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     /// If it has no solution.
     pub(super) fn again(&mut self, length: f64, is_last: bool) -> Result<(), Failure> {
         let tables = self.ladder.odd(&self.solver.rule, length);
-        let share = self.shares().of(length);
+        let share = self.share_of(length);
         self.solver.is_patient = true;
         let swept = self.solver.solve(&tables, None, LEFT * share);
         self.solver.is_patient = false;
@@ -167,44 +197,22 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         self.length = if length.is_finite() { length } else { self.length.max(self.gamma_at_end()) };
     }
 
-    /// γ at the start and at the end of the accepted window.
-    pub(super) fn gamma_at_start(&self) -> f64 {
-        self.gamma.high
-    }
-
+    /// γ at the end of the accepted window.
     pub(super) fn gamma_at_end(&self) -> f64 {
         self.gamma.high + self.accepted.length
-    }
-
-    /// The state at its end.
-    pub(super) fn end(&self) -> &State {
-        &self.solver.end
-    }
-
-    /// Puts a coordinate at its end in its place.
-    pub(super) fn set_end(&mut self, coordinate: usize, q: Compensated<f64>) {
-        self.solver.end.q[coordinate] = q;
-    }
-
-    /// The motion over it, and its nodes as fractions.
-    pub(super) fn dense(&self) -> Dense {
-        self.solver.motion()
-    }
-
-    pub(super) fn nodes(&self) -> [f64; N] {
-        self.solver.rule.nodes[0].0
     }
 
     /// True if the coordinate may come to the value in it, on the way to that `side`.
     pub(super) fn may_pass(&self, coordinate: usize, value: f64, side: f64) -> bool {
         let has_passed = |q: f64| (q - value) * side >= 0.0;
-        let active = self.solver.geometry.active();
-        let on_the_way = match active.binary_search(&coordinate) {
-            Ok(place) => self.solver.position(place).0.iter().any(|&q| has_passed(q)),
+        let Solver { system, end, .. } = &self.solver;
+        let number = self.solver.number_of(coordinate);
+        let on_the_way = match number.checked_sub(system.positions.len()) {
+            None => system.position(number).0.iter().any(|&q| has_passed(q)),
             // It may go there and back, if its rate changes its sign.
-            Err(actives) => self.solver.rate_nodes(coordinate - actives).0.iter().any(|rate| rate * side <= 0.0),
+            Some(j) => self.solver.rate_nodes(j).0.iter().any(|rate| rate * side <= 0.0),
         };
-        on_the_way || has_passed(self.end().q[coordinate].high)
+        on_the_way || has_passed(end.q[coordinate].high)
     }
 
     /// Carries the error over the window that was accepted.
@@ -270,12 +278,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         Ok(Some(self.window()))
     }
 
-    fn end_where(
-        &mut self,
-        between: [f64; 2],
-        side: f64,
-        value: &mut dyn FnMut(&State) -> f64,
-    ) -> Result<bool, Failure> {
+    fn end_where(&mut self, between: [f64; 2], side: f64, value: OfState<'_>) -> Result<bool, Failure> {
         self.end_where(between, side, value)
     }
 
@@ -300,7 +303,7 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.handed.iter().for_each(|handed| _ = self.solver.resume(handed, 0.0));
         self.control = Control::new(N);
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
-        self.target.iter_mut().for_each(Target::begin);
+        self.target = self.target.map(|it| Target { nearest: f64::INFINITY, idle: 0, ..it });
         (self.gamma, self.previous, self.largest_inside) = (Compensated::default(), None, 0.0);
         (self.windows, self.unproved, self.failed_at) = (0, 0, None);
         self.good_until = [0.0; GOOD_DIGITS.len()];

@@ -1,6 +1,6 @@
 //! The elementary functions of intervals, from their values at points.
 
-use super::boxes::{BOXES, Lanes, TINY};
+use super::{BOXES, Intervals, TINY};
 use crate::formula::Function;
 
 /// More than the functions of [`crate::number::vector::elementary`] and of the standard library are off by, relative to
@@ -11,7 +11,7 @@ const ERROR: f64 = 4.0 * f64::EPSILON;
 const WIDEST: f64 = 3.0;
 
 /// The points at which the function is wanted, in the places of the bounds that follow from them.
-pub(super) fn before(function: Function, x: &Lanes, to: &mut Lanes) {
+pub(super) fn before(function: Function, x: &Intervals, to: &mut Intervals) {
     let (lo, hi) = x.0.split_at(BOXES);
     let (at_lo, at_hi) = to.0.split_at_mut(BOXES);
     for k in 0..BOXES {
@@ -35,7 +35,7 @@ fn is_wide(lo: f64, hi: f64) -> bool {
 }
 
 /// From the values there to an interval that holds all values on `x`.
-pub(super) fn after(function: Function, x: &Lanes, out: &mut Lanes) {
+pub(super) fn after(function: Function, x: &Intervals, out: &mut Intervals) {
     let (x_lo, x_hi) = x.0.split_at(BOXES);
     let (lo, hi) = out.0.split_at_mut(BOXES);
     for k in 0..BOXES {

@@ -4,9 +4,8 @@
 //! bound on how much it varies because of them: all of its width for what is steep itself, and from there on by the
 //! rules of differentials, with the largest factors on the box.
 
-use super::boxes::BOXES;
 use super::path::Path;
-use super::{Enclosed, is_gentle};
+use super::{BOXES, Enclosed, is_gentle};
 use crate::formula::{Function, Kind, Operation, Program, Register, Step, kind};
 use crate::number::norm::times;
 
@@ -48,12 +47,7 @@ impl Influence {
         self.points = path.points;
         self.kinks.iter_mut().for_each(|kink| kink.1.clear());
         for first in (0..path.points).step_by(BOXES) {
-            for (row, &variable) in path.variables.iter().enumerate() {
-                for k in 0..BOXES {
-                    let value = path.values[row * path.points + (first + k).min(path.points - 1)];
-                    enclosed.set(variable, k, [value; 2]);
-                }
-            }
+            enclosed.place(path, |row, k| [path.value(row, (first + k).min(path.points - 1)); 2]);
             enclosed.run(drive);
             for (register, seen) in &mut self.kinks {
                 let (lo, hi) = enclosed.register(*register);

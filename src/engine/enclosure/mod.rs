@@ -12,26 +12,36 @@
 //! A march asks whether this holds for a window, which it can shorten. Of a run on a given grid every pair of nodes is
 //! asked for what it may hide (see `pieces`).
 
-mod boxes;
+mod arithmetic;
 mod functions;
 mod influence;
-mod lanes;
 mod path;
 mod pieces;
-mod scene;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use path::Path;
-pub(crate) use scene::{Weights, negligible_rates};
 
 use std::ops::Range;
 
-use self::boxes::{BOXES, Lanes};
+use self::arithmetic::Enclose;
 use self::influence::Influence;
-use self::lanes::Enclose;
 use crate::formula::{Kind, Program, Register, Steep, Step};
+use crate::geometry::Geometry;
 use crate::number::vector::{Level, Nodes};
+
+/// The number of boxes that are looked at side by side.
+const BOXES: usize = 8;
+
+/// An interval for each box: the lower bounds, then the upper ones.
+type Intervals = Nodes<{ 2 * BOXES }>;
+
+/// Relative to the result v, more than arithmetic rounds: |v| 2⁻⁵² is at least the distance from v to the next number
+/// outwards, and what was rounded is half of that distance at most.
+const ROUNDS: f64 = f64::EPSILON;
+
+/// More than numbers next to 0 are rounded.
+const TINY: f64 = f64::MIN_POSITIVE;
 
 /// Largest over smallest value of a divisor between neighbouring nodes, at most. What the nodes do not see is then at
 /// most so many times what they see, and they see it if their modes are small beside it. On the built-in cases with
@@ -45,19 +55,10 @@ const ANGLE: f64 = 1.5;
 /// The part of an accuracy that may come from what is too small to be seen.
 pub(crate) const UNSEEN: f64 = 0.1;
 
-/// The result of a look between nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Found {
-    /// Nothing hides.
-    Nothing,
-    /// Something may hide between the nodes.
-    Hidden,
-}
-
 /// A program with the registers in which it is enclosed.
 struct Enclosed {
     program: Program<f64>,
-    registers: Vec<Lanes>,
+    registers: Vec<Intervals>,
 }
 
 impl Enclosed {
@@ -81,6 +82,18 @@ impl Enclosed {
         let lanes = &mut self.registers[variable].0;
         (lanes[k], lanes[BOXES + k]) = (lo, hi);
     }
+
+    /// Sets the boxes of all variables of a path by its rows.
+    fn place(&mut self, path: &Path, interval: impl Fn(usize, usize) -> [f64; 2]) {
+        for (row, &variable) in path.variables.iter().enumerate() {
+            (0..BOXES).for_each(|k| self.set(variable, k, interval(row, k)));
+        }
+    }
+
+    /// Sets the boxes to those of pairs of nodes; the last is repeated.
+    fn place_pairs(&mut self, path: &Path, pairs: &[usize]) {
+        self.place(path, |row, k| path.interval(row, pairs[k.min(pairs.len() - 1)]));
+    }
 }
 
 /// Looks between the nodes of a path.
@@ -98,14 +111,24 @@ pub(crate) struct Enclosure {
     arguments: Box<[Step]>,
     drive: Box<[Step]>,
     influence: Influence,
-    /// Room for pairs of nodes.
-    steep: Vec<usize>,
 }
 
 impl Enclosure {
+    /// For Hamilton's equations of a scene, of which only the momenta of ignorable coordinates are read; `None` where
+    /// nothing can hide. Variables of its path are q^a and, from 2n on, p_a of active coordinates.
+    pub(crate) fn of_geometry(geometry: &Geometry, momenta: &[f64]) -> Option<Self> {
+        let (n, active) = (geometry.dimension(), geometry.active());
+        let varies = |variable: usize| active.contains(&variable) || active.iter().any(|a| 2 * n + a == variable);
+        // Velocities of active coordinates are outputs of their own, unless momenta say the same.
+        let outputs = if geometry.is_separable() { n } else { n + active.len() };
+        let mut enclosure = Self::new(&geometry.hamiltonian().program, outputs, varies)?;
+        enclosure.fix(momenta.iter().enumerate().map(|(a, &p)| (2 * n + a, p)));
+        Some(enclosure)
+    }
+
     /// For motion that the first `outputs` outputs of `program` drive, where some of its variables vary; `None` where
     /// nothing can hide.
-    pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
+    fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
         let Steep { program, watched } = Steep::new(program, outputs, &varies)?;
         let depends = program.depends_on(varies);
         let arguments = program.schedule(watched.iter().map(|look| look.0), |register| !depends[register]);
@@ -121,32 +144,28 @@ impl Enclosure {
             drive: program.schedule(0..program.size(), |register| !depends[register]),
             influence: Influence::new(&program),
             enclosed: Enclosed::new(program),
-            steep: Vec::new(),
         };
         // Registers that are computed from constants alone.
-        enclosure.fix(&[]);
+        enclosure.fix([]);
         Some(enclosure)
     }
 
     /// Sets the variables that stay.
-    pub(crate) fn fix(&mut self, values: &[(usize, f64)]) {
-        values.iter().for_each(|&(variable, value)| self.enclosed.registers[variable].0.fill(value));
+    fn fix(&mut self, values: impl IntoIterator<Item = (usize, f64)>) {
+        values.into_iter().for_each(|(variable, value)| self.enclosed.registers[variable].0.fill(value));
         self.enclosed.run(&self.fixed);
     }
 
-    /// Looks at the window that [`Self::path`] describes. Changes of what drives the motion by `tolerances` do nothing.
-    pub(crate) fn look(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> Found {
-        let mut steep = std::mem::take(&mut self.steep);
-        steep.clear();
-        self.add_steep(0..self.path.points - 1, &mut steep);
-        let is_seen = steep.is_empty() || self.prove(&steep, &tolerances());
-        self.steep = steep;
-        if is_seen { Found::Nothing } else { Found::Hidden }
+    /// Returns true if something may hide between the nodes of the window that [`Self::path`] describes. Changes of
+    /// what drives the motion by `tolerances` do nothing.
+    pub(crate) fn hides(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> bool {
+        let steep = self.steep(0..self.path.points - 1);
+        !steep.is_empty() && self.changes(&steep, &tolerances()).any(|(_, change)| change > 1.0)
     }
 
-    /// Adds the pairs of nodes, each named by its first node, between which an argument changes much. The boxes that
-    /// are looked at first hold some pairs each.
-    fn add_steep(&mut self, pairs: Range<usize>, steep: &mut Vec<usize>) {
+    /// The pairs of nodes, each named by its first node, between which an argument changes much. The boxes that are
+    /// looked at first hold some pairs each.
+    fn steep(&mut self, pairs: Range<usize>) -> Vec<usize> {
         let groups = pairs.len().min(BOXES);
         let ends = |group: usize| pairs.start + group * pairs.len() / groups;
         let rows = 0..self.path.variables.len();
@@ -159,23 +178,18 @@ impl Enclosure {
             }
         }
         let flags = self.flags();
-        let first = steep.len();
-        steep.extend((0..groups).filter(|&group| flags[group]).flat_map(|group| ends(group)..ends(group + 1)));
+        let found: Vec<usize> =
+            (0..groups).filter(|&group| flags[group]).flat_map(|group| ends(group)..ends(group + 1)).collect();
         if pairs.len() == groups {
-            return;
+            return found;
         }
         // Each of several pairs in a box is looked at by itself.
-        let mut kept = first;
-        for from in (first..steep.len()).step_by(BOXES) {
-            let to = steep.len().min(from + BOXES);
-            Self::place(&self.path, &mut self.enclosed, &steep[from..to]);
-            let flags = self.flags();
-            for k in (from..to).filter(|k| flags[k - from]) {
-                steep[kept] = steep[k];
-                kept += 1;
-            }
+        let mut steep = Vec::new();
+        for some in found.chunks(BOXES) {
+            self.enclosed.place_pairs(&self.path, some);
+            steep.extend(some.iter().zip(self.flags()).filter_map(|(&pair, flag)| flag.then_some(pair)));
         }
-        steep.truncate(kept);
+        steep
     }
 
     /// Which boxes have an argument that changes much.
@@ -191,23 +205,15 @@ impl Enclosure {
         flags
     }
 
-    /// Puts pairs of nodes into the boxes of a program; the last is repeated.
-    fn place(path: &Path, to: &mut Enclosed, pairs: &[usize]) {
-        for (row, &variable) in path.variables.iter().enumerate() {
-            for k in 0..BOXES {
-                to.set(variable, k, path.interval(row, pairs[k.min(pairs.len() - 1)]));
-            }
-        }
-    }
-
-    /// Bounds what is steep from node to node by what it does to the motion. Whether that is nothing.
-    fn prove(&mut self, pairs: &[usize], tolerances: &[f64]) -> bool {
+    /// By how much what is steep between pairs of nodes changes what drives the motion, in units of `tolerances`, pair
+    /// by pair.
+    fn changes(&mut self, pairs: &[usize], tolerances: &[f64]) -> impl Iterator<Item = (usize, f64)> {
         let Self { path, enclosed, drive, influence, .. } = self;
         influence.see_nodes(path, enclosed, drive);
-        pairs.chunks(BOXES).all(|some| {
-            Self::place(path, enclosed, some);
+        pairs.chunks(BOXES).flat_map(move |some| {
+            enclosed.place_pairs(path, some);
             enclosed.run(drive);
-            influence.largest(enclosed, some, tolerances)[..some.len()].iter().all(|&bound| bound <= 1.0)
+            some.iter().copied().zip(influence.largest(enclosed, some, tolerances))
         })
     }
 }
@@ -227,4 +233,30 @@ pub(super) fn is_gentle(kind: Kind, lo: f64, hi: f64) -> bool {
             near > 0.0 && far <= RATIO * near
         }
     }
+}
+
+/// By how much rates may change on all of the way, `length`, without moving a coordinate by more than a `share` of its
+/// size, in the order of the program's outputs. `weights` are one over the size of every coordinate. Momenta count by
+/// what they make of velocities in `states`, each of them q^a and then p_a of all coordinates.
+pub(crate) fn negligible_rates<'s>(
+    geometry: &Geometry,
+    weights: &[f64],
+    states: impl IntoIterator<Item = &'s [f64]>,
+    length: f64,
+    share: f64,
+) -> Vec<f64> {
+    let (n, active, m) = (geometry.dimension(), geometry.active(), geometry.active().len());
+    let (mut point, mut couplings) = (geometry.point(), vec![0.0_f64; m]);
+    for state in states {
+        point.jacobian(&state[..n], &state[n..], |row, column, value| {
+            if row < m && column >= m {
+                couplings[column - m] = couplings[column - m].max(value.abs() * weights[active[row]]);
+            }
+        });
+    }
+    let velocity = |a: usize| share / (length * weights[a]);
+    let velocities = active.iter().filter(|_| !geometry.is_separable()).map(|&a| velocity(a));
+    // An error of a momentum is one of velocities, for the rest of the way.
+    let forces = couplings.iter().map(|coupling| share / (length * length * coupling));
+    velocities.chain(forces).chain(geometry.ignorable().map(velocity)).collect()
 }

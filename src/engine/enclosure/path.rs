@@ -33,6 +33,11 @@ impl Path {
         self.bends.extend((0..self.points - 1).map(bend));
     }
 
+    /// The value of a row on a node.
+    pub(super) fn value(&self, row: usize, node: usize) -> f64 {
+        self.values[row * self.points + node]
+    }
+
     /// The interval of a row from node `pair` to the next.
     pub(super) fn interval(&self, row: usize, pair: usize) -> [f64; 2] {
         self.piece(row, pair, [0.0, 1.0])
@@ -44,7 +49,7 @@ impl Path {
     /// most an eighth of the bend. As bends change from pair to pair, twice that is allowed, with the largest bend of
     /// this pair and its neighbours.
     pub(super) fn piece(&self, row: usize, pair: usize, [from, to]: [f64; 2]) -> [f64; 2] {
-        let values = &self.values[row * self.points + pair..][..2];
+        let values = [pair, pair + 1].map(|node| self.value(row, node));
         let bends = &self.bends[row * (self.points - 1)..][..self.points - 1];
         let around = &bends[pair.saturating_sub(1)..(pair + 2).min(bends.len())];
         let largest = around.iter().fold(0.0_f64, |most, bend| most.max(bend.abs()));

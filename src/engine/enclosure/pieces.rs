@@ -7,9 +7,8 @@
 //! Nodes that are given are allowed one thing more, the tail of an exponential: exp and all its derivatives are
 //! monotone, so that no value of them is unseen where the exponent stays between its values at the nodes.
 
-use super::boxes::BOXES;
 use super::path::Path;
-use super::{Enclosed, Enclosure, is_gentle};
+use super::{BOXES, Enclosed, Enclosure, is_gentle};
 use crate::formula::{Kind, Register, Step};
 
 /// Into so many pieces a way is cut, one number after the other. Each is a multiple of the number of boxes.
@@ -29,12 +28,8 @@ impl Enclosed {
     fn run_in_pieces(&mut self, steps: &[Step], path: &Path, pair: usize, count: usize) {
         let mut hulls = vec![[f64::INFINITY, -f64::INFINITY]; self.registers.len()];
         for first in (0..count).step_by(BOXES) {
-            for (row, &variable) in path.variables.iter().enumerate() {
-                for k in 0..BOXES {
-                    let part = [first + k, first + k + 1].map(|end| end as f64 / count as f64);
-                    self.set(variable, k, path.piece(row, pair, part));
-                }
-            }
+            let part = |k: usize| [first + k, first + k + 1].map(|end| end as f64 / count as f64);
+            self.place(path, |row, k| path.piece(row, pair, part(k)));
             self.run(steps);
             for (hull, register) in hulls.iter_mut().zip(&self.registers) {
                 let (lo, hi) = register.0.split_at(BOXES);
@@ -55,21 +50,12 @@ impl Enclosure {
     pub(crate) fn hidden(&mut self, tolerances: impl FnOnce() -> Vec<f64>, least: f64) -> Vec<(usize, f64)> {
         let pairs = self.path.points - 1;
         let some = (0..pairs).step_by(TOGETHER).map(|first| first..(first + TOGETHER).min(pairs));
-        let mut steep = Vec::new();
-        some.for_each(|some| self.add_steep(some, &mut steep));
+        let steep: Vec<usize> = some.flat_map(|some| self.steep(some)).collect();
         if steep.is_empty() {
             return Vec::new();
         }
         let tolerances = tolerances();
-        let Self { path, enclosed, drive, influence, .. } = self;
-        influence.see_nodes(path, enclosed, drive);
-        let mut hidden = Vec::with_capacity(steep.len());
-        for some in steep.chunks(BOXES) {
-            Self::place(path, enclosed, some);
-            enclosed.run(drive);
-            let changes = influence.largest(enclosed, some, &tolerances);
-            hidden.extend(some.iter().copied().zip(changes));
-        }
+        let mut hidden: Vec<(usize, f64)> = self.changes(&steep, &tolerances).collect();
         for (pair, change) in &mut hidden {
             for count in PIECES {
                 if *change > least {
@@ -84,9 +70,7 @@ impl Enclosure {
     /// The largest change between two nodes, by the pieces of the way from one to the other.
     fn change_on_pieces(&mut self, pair: usize, count: usize, tolerances: &[f64]) -> f64 {
         let Self { path, watched, enclosed, arguments, drive, influence, .. } = self;
-        for (row, &variable) in path.variables.iter().enumerate() {
-            (0..BOXES).for_each(|k| enclosed.set(variable, k, [path.values[row * path.points + pair + k % 2]; 2]));
-        }
+        enclosed.place(path, |row, k| [path.value(row, pair + k % 2); 2]);
         enclosed.run(arguments);
         let ends = |&(register, _): &(Register, Kind)| {
             let (lo, hi) = enclosed.register(register);

@@ -2,8 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::boxes::BOXES;
-use super::{Enclosed, Enclosure, is_gentle};
+use super::{BOXES, Enclosed, Enclosure, is_gentle};
 use crate::formula::{Function, Graph, Kind, Names, NodeId, Program, plain};
 use crate::number::{Extended, Real};
 

@@ -16,10 +16,9 @@
 //!
 //! An ignorable coordinate with the rate r has a row of Φ too, ∫ ∇r·δ by the Gauss rule, which carries f to
 //! r(end) − r(start).
-mod method;
+
 mod solve;
 
-use self::method::{Method, STAGES};
 use self::solve::Solve;
 use super::linear::Linear;
 use super::rule::Order;
@@ -31,6 +30,48 @@ pub(super) const AT_ONCE: usize = 16;
 
 /// One number for each end of a step; the end of a step is the start of the next one.
 type Points = [f64; AT_ONCE + 1];
+
+/// Gauss nodes of a step.
+const STAGES: usize = 3;
+
+/// Gauss collocation on [0, 1], and the polynomial between two points.
+struct Method {
+    nodes: [f64; STAGES],
+    weights: [f64; STAGES],
+    /// A, or A² for equations of second order.
+    integral: [[f64; STAGES]; STAGES],
+    /// A.
+    single: [[f64; STAGES]; STAGES],
+    /// The weights of (x, h ẋ, h² ẍ) at the start and at the end in x at a node.
+    hermite: [[[f64; 3]; 2]; STAGES],
+}
+
+impl Method {
+    fn new(order: Order) -> Self {
+        let r = 15.0_f64.sqrt();
+        let nodes = [0.5 - r / 10.0, 0.5, 0.5 + r / 10.0];
+        let a = [
+            [5.0 / 36.0, 2.0 / 9.0 - r / 15.0, 5.0 / 36.0 - r / 30.0],
+            [5.0 / 36.0 + r / 24.0, 2.0 / 9.0, 5.0 / 36.0 - r / 24.0],
+            [5.0 / 36.0 + r / 30.0, 2.0 / 9.0 + r / 15.0, 5.0 / 36.0],
+        ];
+        let square = |i: usize, j: usize| (0..STAGES).map(|k| a[i][k] * a[k][j]).sum();
+        let integral = match order {
+            Order::First => a,
+            Order::Second => std::array::from_fn(|i| std::array::from_fn(|j| square(i, j))),
+        };
+        // The start's polynomials, whose mirror images are those of the end.
+        let side = |c: f64| {
+            let rest = (1.0 - c).powi(3);
+            [rest * (1.0 + 3.0 * c + 6.0 * c * c), rest * c * (1.0 + 3.0 * c), 0.5 * rest * c * c]
+        };
+        let hermite = nodes.map(|c| {
+            let [x, slope, second] = side(1.0 - c);
+            [side(c), [x, -slope, second]]
+        });
+        Self { nodes, weights: [5.0 / 18.0, 4.0 / 9.0, 5.0 / 18.0], integral, single: a, hermite }
+    }
+}
 
 /// The matrices Φ of a batch of steps.
 pub(super) struct Transport<'g> {
@@ -62,8 +103,7 @@ pub(super) struct Transport<'g> {
 impl<'g> Transport<'g> {
     /// No steps yet.
     pub(super) fn new(geometry: &'g Geometry, start: &Start) -> Self {
-        let mut linear = Linear::new(geometry);
-        linear.begin(start);
+        let linear = Linear::new(geometry, &start.p);
         let (active, ignorable) = (geometry.active().len(), geometry.ignorable().count());
         let rows = if linear.order == Order::First { 2 * active } else { active };
         let (unknowns, size, terms) = (2 * active, rows * STAGES, linear.rates.len());
@@ -139,5 +179,19 @@ impl<'g> Transport<'g> {
     /// Computes Φ of all steps. Returns the largest defect, relative to ẋ.
     pub(super) fn solve(&mut self) -> f64 {
         Level::Best.dispatch(Solve(self))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Method, Order};
+
+    /// The polynomial of degree 5 is exact for c⁵.
+    #[test]
+    fn motion_between_points_is_a_polynomial() {
+        let method = Method::new(Order::First);
+        for (c, [_, end]) in method.nodes.iter().zip(method.hermite) {
+            assert!((end[0] + 5.0 * end[1] + 20.0 * end[2] - c.powi(5)).abs() < 1e-15);
+        }
     }
 }

@@ -2,10 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::method::STAGES;
-use super::{AT_ONCE, Points, Transport};
-use crate::engine::kernel::Evaluate;
-use crate::engine::linear::Linear;
+use super::{AT_ONCE, Points, STAGES, Transport};
 use crate::engine::rule::Order;
 use crate::number::vector::{Lanes, Nodes};
 
@@ -52,9 +49,7 @@ impl Solve<'_, '_> {
             }
             linear.registers[linear.unknowns[row]] = value.nodes();
         }
-        let Linear { registers, steps, .. } = linear;
-        Evaluate { registers, steps }.with_simd(s);
-        linear.mend();
+        linear.evaluate(s);
         for (gradient, term) in gradients[stage].iter_mut().zip(&linear.rates) {
             *gradient = linear.registers[term.register];
         }

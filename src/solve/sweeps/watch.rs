@@ -117,7 +117,7 @@ impl<'g> Watches<'g> {
     }
 
     /// The value of a formula at a node of a window with these ends.
-    fn at_node(&mut self, place: usize, nodes: &WindowNodes<'_>, [begin, end]: [&State; 2], node: usize) -> f64 {
+    fn at_node(&mut self, place: usize, nodes: &dyn WindowNodes, [begin, end]: [&State; 2], node: usize) -> f64 {
         if node + 1 == nodes.points() {
             return self.at(place, end);
         }
@@ -143,13 +143,13 @@ impl<'g> Watches<'g> {
             let ([mut side, mut noise], mut before) = (self.watches[place].here, self.at(place, &begin));
             if side == 0.0 && !self.are_known {
                 // The start of a run. A root there is none.
-                let (now, next) = (before, self.at_node(place, &nodes, [&begin, &end], 1));
+                let (now, next) = (before, self.at_node(place, nodes, [&begin, &end], 1));
                 let now = if now.abs() < AT_START * next.abs() { next } else { now };
                 side = if now == 0.0 { 0.0 } else { now.signum() };
             }
             let mut earlier = [f64::NAN; 2];
             for node in 1..=last {
-                let here = self.at_node(place, &nodes, [&begin, &end], node);
+                let here = self.at_node(place, nodes, [&begin, &end], node);
                 let [mut from, to] = [node - 1, node].map(|node| nodes.fractions()[node]);
                 if noise > 0.0 {
                     if here.abs() <= noise {

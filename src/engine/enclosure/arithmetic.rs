@@ -6,15 +6,14 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::boxes::{BOXES, Lanes, ROUNDS, TINY};
-use super::functions;
+use super::{BOXES, Intervals, ROUNDS, TINY, functions};
 use crate::formula::{Algebra, Function, Step, run};
 use crate::number::vector::{abs, elementary, multiply_add, neg, vectors, vectors_mut};
 
 /// Carries out steps of a program on boxes.
 pub(super) struct Enclose<'r> {
     pub(super) steps: &'r [Step],
-    pub(super) registers: &'r mut [Lanes],
+    pub(super) registers: &'r mut [Intervals],
 }
 
 impl WithSimd for Enclose<'_> {
@@ -73,20 +72,20 @@ macro_rules! on_boxes {
 }
 
 impl<S: Simd> Algebra for Boxes<S> {
-    type Value = Lanes;
+    type Value = Intervals;
 
     #[inline(always)]
-    fn add(&self, to: &mut Lanes, a: &Lanes, b: &Lanes) {
+    fn add(&self, to: &mut Intervals, a: &Intervals, b: &Intervals) {
         on_boxes!(self, to, a, b, |s, p, q| outwards(s, s.add_f64s(p[0], q[0]), s.add_f64s(p[1], q[1])));
     }
 
     #[inline(always)]
-    fn subtract(&self, to: &mut Lanes, a: &Lanes, b: &Lanes) {
+    fn subtract(&self, to: &mut Intervals, a: &Intervals, b: &Intervals) {
         on_boxes!(self, to, a, b, |s, p, q| outwards(s, s.sub_f64s(p[0], q[1]), s.sub_f64s(p[1], q[0])));
     }
 
     #[inline(always)]
-    fn multiply(&self, to: &mut Lanes, a: &Lanes, b: &Lanes) {
+    fn multiply(&self, to: &mut Intervals, a: &Intervals, b: &Intervals) {
         on_boxes!(self, to, a, b, |s, p, q| {
             let [lo, hi] = product(s, p, q);
             outwards(s, lo, hi)
@@ -94,7 +93,7 @@ impl<S: Simd> Algebra for Boxes<S> {
     }
 
     #[inline(always)]
-    fn divide(&self, to: &mut Lanes, a: &Lanes, b: &Lanes) {
+    fn divide(&self, to: &mut Intervals, a: &Intervals, b: &Intervals) {
         on_boxes!(self, to, a, b, |s, p, q| {
             let (one, zero) = (s.splat_f64s(1.0), s.splat_f64s(0.0));
             let [lo, hi] = outwards(s, s.div_f64s(one, q[1]), s.div_f64s(one, q[0]));
@@ -109,24 +108,24 @@ impl<S: Simd> Algebra for Boxes<S> {
     }
 
     #[inline(always)]
-    fn negate(&self, to: &mut Lanes, a: &Lanes) {
+    fn negate(&self, to: &mut Intervals, a: &Intervals) {
         on_boxes!(self, to, a, a, |s, p, _q| [neg(s, p[1]), neg(s, p[0])]);
     }
 
-    fn power(&self, _: &mut Lanes, _: &Lanes, _: &Lanes) {
+    fn power(&self, _: &mut Intervals, _: &Intervals, _: &Intervals) {
         unreachable!("powers are written by exp and ln");
     }
 
     #[inline(always)]
-    fn call(&self, to: &mut Lanes, function: Function, a: &Lanes) {
-        let mut argument = Lanes::ZERO;
+    fn call(&self, to: &mut Intervals, function: Function, a: &Intervals) {
+        let mut argument = Intervals::ZERO;
         functions::before(function, a, &mut argument);
         elementary::call(self.0, function, &argument.0, &mut to.0);
         functions::after(function, a, to);
     }
 
     #[inline(always)]
-    fn square(&self, to: &mut Lanes, a: &Lanes) {
+    fn square(&self, to: &mut Intervals, a: &Intervals) {
         on_boxes!(self, to, a, a, |s, p, _q| {
             let zero = s.splat_f64s(0.0);
             let least = s.max_f64s(s.max_f64s(p[0], neg(s, p[1])), zero);
@@ -137,8 +136,8 @@ impl<S: Simd> Algebra for Boxes<S> {
     }
 
     #[inline(always)]
-    fn sin_cos(&self, sin: &mut Lanes, cos: &mut Lanes, a: &Lanes) {
-        let mut argument = Lanes::ZERO;
+    fn sin_cos(&self, sin: &mut Intervals, cos: &mut Intervals, a: &Intervals) {
+        let mut argument = Intervals::ZERO;
         functions::before(Function::Sin, a, &mut argument);
         elementary::sin_cos(self.0, &argument.0, [&mut sin.0, &mut cos.0]);
         functions::after(Function::Sin, a, sin);
