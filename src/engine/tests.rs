@@ -82,8 +82,6 @@ pub(super) struct Pair<'g> {
     sizes: Sizes,
     pub(super) first: Solver<'g, 16>,
     second: Solver<'g, 16>,
-    /// True for motions that have come to the end of a window.
-    has_moved: [bool; 2],
     /// By how much ignorable coordinates of the second one are ahead.
     pub(super) ignorable: Vec<f64>,
 }
@@ -97,7 +95,7 @@ impl<'g> Pair<'g> {
             solver
         };
         let ignorable = vec![0.0; geometry.ignorable().count()];
-        Self { first: begun(), second: begun(), has_moved: [false; 2], start, ignorable, sizes }
+        Self { first: begun(), second: begun(), start, ignorable, sizes }
     }
 
     /// Begins the second motion beside the state that the first one has come to, by positions and momenta or
@@ -105,7 +103,7 @@ impl<'g> Pair<'g> {
     pub(super) fn begin_second(&mut self, beside: Vec<f64>) {
         let (geometry, m) = (self.first.geometry, self.first.geometry.active().len());
         let mut start = self.start.clone();
-        let state = if self.has_moved[0] { &self.first.end } else { &self.first.start };
+        let state = &self.first.end;
         for (place, &a) in geometry.active().iter().enumerate() {
             start.q[a] = state.q[a].high + beside[place];
             let by = match self.first.system.order {
@@ -119,13 +117,12 @@ impl<'g> Pair<'g> {
     }
 
     pub(super) fn advance_first(&mut self, h: f64) {
-        advance(&mut self.first, &mut self.has_moved[0], h);
+        advance(&mut self.first, h);
     }
 
     /// Advances both by a window of length `h`.
     pub(super) fn advance(&mut self, h: f64) {
-        let Self { first, second, has_moved: [first_moved, second_moved], .. } = self;
-        let gains = [advance(first, first_moved, h), advance(second, second_moved, h)];
+        let gains = [advance(&mut self.first, h), advance(&mut self.second, h)];
         self.ignorable.iter_mut().enumerate().for_each(|(j, off)| *off += gains[1][j] - gains[0][j]);
     }
 
@@ -145,10 +142,9 @@ impl<'g> Pair<'g> {
 }
 
 /// Solves the next window. Returns by how much ignorable coordinates grow.
-fn advance(solver: &mut Solver<'_, 16>, has_moved: &mut bool, h: f64) -> Vec<f64> {
-    if std::mem::replace(has_moved, true) {
-        solver.advance();
-    }
+fn advance(solver: &mut Solver<'_, 16>, h: f64) -> Vec<f64> {
+    // At the start of a run that changes nothing.
+    solver.advance();
     let tables = solver.rule.tables(solver.system.order, Twofold::from(h), true);
     solver.solve(&tables, None, 1e-15).unwrap();
     solver.finish(&tables, Known::Velocities);

@@ -74,9 +74,14 @@ impl<'g, const N: usize> Solver<'g, N> {
         }
     }
 
+    /// The place of a coordinate with that number among the ignorable ones; `None` if it is active.
+    pub(super) fn ignorable_place(&self, number: usize) -> Option<usize> {
+        number.checked_sub(self.system.positions.len())
+    }
+
     /// q̇^a at the end of the window, by that number.
     pub(super) fn end_rate(&self, number: usize) -> f64 {
-        match (number.checked_sub(self.system.positions.len()), self.system.order) {
+        match (self.ignorable_place(number), self.system.order) {
             (Some(j), _) => self.rate_nodes(j).0[N - 1],
             (None, Order::First) => self.slope_nodes(number).0[N - 1],
             (None, Order::Second) => self.rows[number].velocity_end.high,
@@ -85,8 +90,7 @@ impl<'g, const N: usize> Solver<'g, N> {
 
     /// 1/size of a coordinate, by that number.
     pub(super) fn inverse_size(&self, number: usize) -> f64 {
-        let ignorable = number.checked_sub(self.system.positions.len());
-        ignorable.map_or_else(|| self.rows[number].inverse_size, |j| self.inverse_ignorable[j])
+        self.ignorable_place(number).map_or_else(|| self.rows[number].inverse_size, |j| self.inverse_ignorable[j])
     }
 
     fn finished(&self) -> Finished<'_, 'g, N> {
@@ -98,8 +102,7 @@ impl<'g, const N: usize> Solver<'g, N> {
     pub(super) fn sizes(&self) -> Vec<f64> {
         let size = |a: usize| {
             let (number, end) = (self.number_of(a), self.end.q[a].high);
-            let ignorable = number.checked_sub(self.system.positions.len());
-            let way = ignorable.map_or(end, |j| end - self.origin[j]);
+            let way = self.ignorable_place(number).map_or(end, |j| end - self.origin[j]);
             let inverse = self.inverse_size(number);
             if inverse > 0.0 { way.abs().max(1.0 / inverse) } else { way.abs() }
         };
@@ -130,8 +133,8 @@ impl<const N: usize> WindowNodes for Solver<'_, N> {
 
     fn q(&self, a: usize) -> &[f64] {
         let number = self.number_of(a);
-        let ignorable = number.checked_sub(self.system.positions.len());
-        let nodes = ignorable.map_or_else(|| self.system.position(number), |j| &self.elapsed[j]);
+        let place = self.ignorable_place(number);
+        let nodes = place.map_or_else(|| self.system.position(number), |j| &self.elapsed[j]);
         &nodes.0[..self.rule.points()]
     }
 
@@ -162,7 +165,7 @@ impl<const N: usize> Solved for Solver<'_, N> {
         let mut gains: Vec<Vec<f64>> = Vec::with_capacity(m);
         let q = (0..geometry.dimension()).map(|a| {
             let number = self.number_of(a);
-            let increment = match (number.checked_sub(m), self.system.order) {
+            let increment = match (self.ignorable_place(number), self.system.order) {
                 (Some(j), _) => integral(self.rate_nodes(j)),
                 (None, Order::First) => integral(self.slope_nodes(number)),
                 (None, Order::Second) => {

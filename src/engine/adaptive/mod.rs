@@ -207,7 +207,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         let has_passed = |q: f64| (q - value) * side >= 0.0;
         let Solver { system, end, .. } = &self.solver;
         let number = self.solver.number_of(coordinate);
-        let on_the_way = match number.checked_sub(system.positions.len()) {
+        let on_the_way = match self.solver.ignorable_place(number) {
             None => system.position(number).0.iter().any(|&q| has_passed(q)),
             // It may go there and back, if its rate changes its sign.
             Some(j) => self.solver.rate_nodes(j).0.iter().any(|rate| rate * side <= 0.0),

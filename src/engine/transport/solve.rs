@@ -14,12 +14,7 @@ impl WithSimd for Solve<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, s: S) -> f64 {
-        for stage in 0..STAGES {
-            self.evaluate(s, stage);
-            self.set_up(s, stage);
-        }
-        self.eliminate(s);
-        self.carry_unit_vectors(s);
+        self.carry_unknowns(s);
         self.carry_ignorable(s);
         self.correct(s)
     }
@@ -36,6 +31,17 @@ fn ends<S: Simd>(s: S, points: &Points) -> Lanes<S, AT_ONCE> {
 }
 
 impl Solve<'_, '_> {
+    /// The rows of all unknowns, without the correction.
+    #[inline(always)]
+    fn carry_unknowns<S: Simd>(&mut self, s: S) {
+        for stage in 0..STAGES {
+            self.evaluate(s, stage);
+            self.set_up(s, stage);
+        }
+        self.eliminate(s);
+        self.carry_unit_vectors(s);
+    }
+
     /// The Jacobian on a Gauss node of each step.
     #[inline(always)]
     fn evaluate<S: Simd>(&mut self, s: S, stage: usize) {
@@ -259,7 +265,7 @@ fn unit<S: Simd>(s: S, k: usize, j: usize) -> Lanes<S, AT_ONCE> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Order, STAGES, Simd, Solve, Transport, WithSimd};
+    use super::{Order, Simd, Solve, Transport, WithSimd};
     use crate::engine::tests::{lifted, metric};
     use crate::geometry::{Geometry, Start};
     use crate::number::vector::Level;
@@ -272,13 +278,7 @@ mod tests {
 
         #[inline(always)]
         fn with_simd<S: Simd>(self, s: S) {
-            let mut solve = Solve(self.0);
-            for stage in 0..STAGES {
-                solve.evaluate(s, stage);
-                solve.set_up(s, stage);
-            }
-            solve.eliminate(s);
-            solve.carry_unit_vectors(s);
+            Solve(self.0).carry_unknowns(s);
         }
     }
 
