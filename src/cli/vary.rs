@@ -118,7 +118,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let runs = ManyRuns::new(&name, &text, set, axes.clone()).map_err(|error| args.case.of_another_kind(error))?;
     args.output.check_standard_output()?;
     let case = overridden(&name, &text, set).map_err(|error| args.case.of_another_kind(error))?;
-    let asked = axes.iter().map(|axis| axis.text().to_owned()).collect();
+    let asked = axes.iter().map(|axis| axis.text.clone()).collect();
     let identity = Identity::new(case, asked, part.map(|Share { k, n }| format!("{k}/{n}")));
     runs.first().warnings().iter().for_each(|warning| report::warn(warning));
 
@@ -157,7 +157,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let cells = journal.write(tables, &mut summary, column.as_deref())?;
     if let (Some(column), [x, y]) = (&column, runs.axes()) {
         let of = runs.first().title().unwrap_or(&name);
-        let varied = [x, y].map(|axis| (axis.key(), axis.values()));
+        let varied = [x, y].map(|axis| (axis.key.as_str(), axis.values.as_slice()));
         files.write_text(MAP, &pictures::scan(of, column, varied, &cells).to_svg())?;
     }
     files.write_text(CASE, &identity.case)?;
@@ -199,11 +199,11 @@ fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result
 /// Refuses keys that are given twice.
 fn check_keys(axes: &[Axis], set: &[String]) -> anyhow::Result<()> {
     for (place, axis) in axes.iter().enumerate() {
-        let key = axis.key();
-        if axes[..place].iter().any(|other| other.key() == key) {
+        let key = &axis.key;
+        if axes[..place].iter().any(|other| other.key == *key) {
             return Err(refused(format!("--vary {key} is given twice"), "give all its values at once"));
         }
-        if set.iter().any(|setting| key_of(setting).is_some_and(|other| other == key)) {
+        if set.iter().any(|setting| key_of(setting).is_some_and(|other| other == *key)) {
             let message = format!("{key} is both in --set and in --vary");
             return Err(refused(message, "leave one of them out"));
         }
@@ -274,10 +274,10 @@ fn check_memory(case: &Case) -> anyhow::Result<()> {
 
 /// The line that says what is varied.
 fn varied(runs: &ManyRuns) -> String {
-    let one = |axis: &Axis| match axis.values() {
-        [one] => format!("{} = {one}", axis.key()),
-        [first, .., last] => format!("{} from {first} to {last} ({} values)", axis.key(), axis.values().len()),
-        [] => axis.key().to_owned(),
+    let one = |axis: &Axis| match axis.values.as_slice() {
+        [one] => format!("{} = {one}", axis.key),
+        [first, .., last] => format!("{} from {first} to {last} ({} values)", axis.key, axis.values.len()),
+        [] => axis.key.clone(),
     };
     row("varied", &runs.axes().iter().map(one).collect::<Vec<_>>().join(", "))
 }

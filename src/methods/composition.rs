@@ -1,11 +1,8 @@
 //! Symmetric compositions of the Störmer–Verlet step.
 
-use super::driver::{BeginEqual, EqualSteps, Walker, equal_steps};
+use super::driver::{EqualSteps, Method, Task, Walker, equal_steps};
 use super::equations::{Counted, Equations, Parts};
 use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
-
-/// Stages of the longest composition.
-const MOST_STAGES: usize = 17;
 
 /// Drift x ← x + h w and kick (w, t) ← (w, t) + h (a, u)(x) in turns. With t as a coordinate whose momentum is the
 /// parameter Q_t, each is the exact flow of a part of the Hamiltonian: the whole is symplectic and symmetric. It needs
@@ -85,16 +82,11 @@ impl Composition {
     }
 
     /// The lengths of kicks and drifts for steps of length `h`.
-    fn lengths(&self, h: f64) -> [[f64; MOST_STAGES]; 2] {
-        let (mut kicks, mut drifts) = ([0.0; MOST_STAGES], [0.0; MOST_STAGES]);
+    fn lengths(&self, h: f64) -> [Vec<f64>; 2] {
         let n = self.stages();
-        for (k, kick) in kicks[..n].iter_mut().enumerate() {
-            *kick = h * self.half[k.min(n - 1 - k)];
-        }
-        for (k, drift) in drifts[..n].iter_mut().enumerate() {
-            // The last drift of a step and the first of the next are one.
-            *drift = 0.5 * (kicks[k] + kicks[(k + 1) % n]);
-        }
+        let kicks: Vec<f64> = (0..n).map(|k| h * self.half[k.min(n - 1 - k)]).collect();
+        // The last drift of a step and the first of the next are one.
+        let drifts = (0..n).map(|k| 0.5 * (kicks[k] + kicks[(k + 1) % n])).collect();
         [kicks, drifts]
     }
 }
@@ -122,54 +114,39 @@ impl Peer for Composition {
         if !problem.space.is_separable() {
             return Err(Failure::NotSeparable);
         }
-        let [kicks, drifts] = self.lengths(problem.length / steps as f64);
-        let (kicks, drifts) = (&kicks[..self.stages()], &drifts[..self.stages()]);
-        if self.compensated {
-            equal_steps(problem, output, steps, &Lengths::<true> { kicks, drifts })
-        } else {
-            equal_steps(problem, output, steps, &Lengths::<false> { kicks, drifts })
-        }
+        Task { problem, output, setting }.by(self)
     }
 }
 
-/// The lengths of a step; its sums are compensated if C.
-struct Lengths<'l, const C: bool> {
-    kicks: &'l [f64],
-    drifts: &'l [f64],
-}
-
-impl<const C: bool> BeginEqual for Lengths<'_, C> {
-    type Walk<'m, E: Equations>
-        = Walk<'m, E, C>
-    where
-        Self: 'm;
-
+impl Method for Composition {
     #[inline(always)]
-    fn begin<E: Equations>(&self, equations: &E) -> Walk<'_, E, C> {
-        let start = equations.start();
-        let mut sums = equations.rows(Sum::new(0.0));
-        for (sum, &value) in sums.as_mut().iter_mut().zip(start.as_ref()) {
-            *sum = Sum::new(value);
+    fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
+        let [kicks, drifts] = self.lengths(task.problem.length / task.setting.count as f64);
+        if self.compensated {
+            let walk: Walk<'_, E, true> = Walk::new(&equations, &kicks, &drifts);
+            equal_steps(equations, task, walk)
+        } else {
+            let walk: Walk<'_, E, false> = Walk::new(&equations, &kicks, &drifts);
+            equal_steps(equations, task, walk)
         }
-        Walk { kicks: self.kicks, drifts: self.drifts, sums, at: start.clone(), rates: start }
     }
 }
 
 /// A sum, with what rounding dropped from it if C.
 #[derive(Clone, Copy)]
-pub(super) struct Sum<const C: bool> {
-    pub(super) value: f64,
-    pub(super) low: f64,
+struct Sum<const C: bool> {
+    value: f64,
+    low: f64,
 }
 
 impl<const C: bool> Sum<C> {
-    pub(super) fn new(value: f64) -> Self {
+    fn new(value: f64) -> Self {
         Self { value, low: 0.0 }
     }
 
     /// Kahan's step.
     #[inline(always)]
-    pub(super) fn add(&mut self, term: f64) {
+    fn add(&mut self, term: f64) {
         if C {
             let term = term + self.low;
             let sum = self.value + term;
@@ -181,7 +158,7 @@ impl<const C: bool> Sum<C> {
     }
 }
 
-pub(super) struct Walk<'l, E: Equations, const C: bool> {
+struct Walk<'l, E: Equations, const C: bool> {
     kicks: &'l [f64],
     drifts: &'l [f64],
     sums: E::Rows<Sum<C>>,
@@ -190,12 +167,25 @@ pub(super) struct Walk<'l, E: Equations, const C: bool> {
     rates: E::Rows<f64>,
 }
 
+impl<'l, E: Equations, const C: bool> Walk<'l, E, C> {
+    #[inline(always)]
+    fn new(equations: &E, kicks: &'l [f64], drifts: &'l [f64]) -> Self {
+        let start = equations.start();
+        let mut sums = equations.rows(Sum::new(0.0));
+        for (sum, &value) in sums.as_mut().iter_mut().zip(start.as_ref()) {
+            *sum = Sum::new(value);
+        }
+        Self { kicks, drifts, sums, at: start.clone(), rates: start }
+    }
+}
+
 impl<E: Equations, const C: bool> Walker<E> for Walk<'_, E, C> {
     #[inline(always)]
-    fn state(&self, state: &mut E::Rows<f64>) {
-        for (state, sum) in state.as_mut().iter_mut().zip(self.sums.as_ref()) {
-            *state = sum.value;
+    fn state(&mut self) -> &E::Rows<f64> {
+        for (at, sum) in self.at.as_mut().iter_mut().zip(self.sums.as_ref()) {
+            *at = sum.value;
         }
+        &self.at
     }
 }
 

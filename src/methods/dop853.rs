@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::driver::{AdaptiveSteps, BeginAdaptive, Control, Walker, adaptive_steps};
+use super::driver::{AdaptiveSteps, Control, Method, Task, Walker, adaptive_steps};
 use super::equations::{Counted, Equations, copy, step, take};
 use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
 
@@ -205,21 +205,20 @@ impl Peer for Dop853 {
     }
 
     fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        adaptive_steps(problem, output, setting.tolerance, self)
+        Task { problem, output, setting }.by(self)
     }
 }
 
-impl BeginAdaptive for Dop853 {
-    const CONTROL: Control =
-        Control { exponent: 0.125, change: [1.0 / 3.0, 6.0], after_failure: 1.0 / 3.0, ends_on_output: false };
-
-    type Walk<E: Equations> = Walk<E>;
-
+impl Method for Dop853 {
     #[inline(always)]
-    fn begin<E: Equations>(&self, equations: &E, tolerance: f64) -> Walk<E> {
-        let (here, zero) = (equations.start(), equations.rows(0.0));
+    fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
+        const CONTROL: Control =
+            Control { exponent: 0.125, change: [1.0 / 3.0, 6.0], after_failure: 1.0 / 3.0, ends_on_output: false };
+        let (here, zero, tolerance) = (equations.start(), equations.rows(0.0), task.setting.tolerance);
         let stages = equations.rows([0.0; DENSE_STAGES]);
-        Walk { tolerance, stages, sums: [(); 3].map(|()| zero.clone()), from: here.clone(), next: zero, here, h: 0.0 }
+        let sums = [(); 3].map(|()| zero.clone());
+        let walk = Walk { tolerance, stages, sums, from: here.clone(), next: zero, here, h: 0.0 };
+        adaptive_steps(equations, task, CONTROL, walk)
     }
 }
 
@@ -245,7 +244,7 @@ fn set(stages: &mut [AtStages], stage: usize, rates: &[f64]) {
     }
 }
 
-pub(super) struct Walk<E: Equations> {
+struct Walk<E: Equations> {
     tolerance: f64,
     /// The derivatives at the stages of the step that was tried last. The derivative at the end of the last step is in
     /// its place for the dense output, behind the stages.
@@ -315,14 +314,14 @@ impl<E: Equations> Walk<E> {
 
 impl<E: Equations> Walker<E> for Walk<E> {
     #[inline(always)]
-    fn state(&self, state: &mut E::Rows<f64>) {
-        copy(state, &self.here);
+    fn state(&mut self) -> &E::Rows<f64> {
+        &self.here
     }
 
     #[inline(always)]
-    fn inside(&mut self, equations: &mut Counted<E>, fractions: &[f64], states: &mut Vec<E::Rows<f64>>) {
+    fn inside(&mut self, equations: &mut Counted<E>, fractions: &[f64]) -> Vec<E::Rows<f64>> {
         let dense = self.dense(equations);
-        for &s in fractions {
+        let at = |&s: &f64| {
             let mut state = equations.equations.rows(0.0);
             for (power, coefficients) in dense.iter().enumerate().rev() {
                 let factor = if power % 2 == 0 { s } else { 1.0 - s };
@@ -330,8 +329,9 @@ impl<E: Equations> Walker<E> for Walk<E> {
                     *value = *value * factor + coefficient;
                 }
             }
-            states.push(state);
-        }
+            state
+        };
+        fractions.iter().map(at).collect()
     }
 }
 

@@ -1,23 +1,66 @@
 //! The driver of every method: over steps of equal length, or over steps that a tolerance chooses. A method only says
 //! how it takes one; points of output, evaluations, limits and failures are the same for all.
 
-use super::equations::{Counted, Equations, Work};
-use super::{Failure, MOST_STEPS, Marks, Output, Problem, States, Trajectory};
+use super::equations::{Counted, Equations};
+use super::potential::{AnyDegree, Force, LowDegree, PotentialEquations, ProgramForce};
+use super::scene::SceneEquations;
+use super::{Failure, MOST_STEPS, Marks, Output, Problem, Setting, States, Trajectory};
 
 /// The share that is taken of the step which the error allows.
 const SAFETY: f64 = 0.9;
 /// Steps shorter than this share of the whole length are not taken.
 const LEAST_STEP: f64 = 1e-13;
 
+/// What is asked of a method.
+pub(super) struct Task<'t> {
+    pub(super) problem: &'t Problem,
+    pub(super) output: &'t Output,
+    pub(super) setting: Setting,
+}
+
+/// A method that is compiled for every kind of equations.
+pub(super) trait Method {
+    /// Does a task with its equations.
+    fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure>;
+}
+
+impl Task<'_> {
+    /// Does it by a method, compiled for the instructions of this machine. Every method is compiled for the forces that
+    /// are quickest to evaluate as a part of it, and once more for all others, out of line.
+    pub(super) fn by(&self, method: &impl Method) -> Result<Trajectory, Failure> {
+        let Problem { space, start, g00, .. } = self.problem;
+        let q_t = start.p[0];
+        match g00 {
+            _ if space.c_squared().is_none() => method.integrate(SceneEquations::new(self.problem), self),
+            Some(g) if g.len() <= 5 => self.in_potential(method, LowDegree::new(g, q_t)),
+            Some(g) => self.in_potential::<Box<dyn Force>>(method, Box::new(AnyDegree { g: g.clone(), q_t })),
+            None => self.in_potential::<Box<dyn Force>>(method, Box::new(ProgramForce { point: space.point(), q_t })),
+        }
+    }
+
+    fn in_potential<F: Force>(&self, method: &impl Method, force: F) -> Result<Trajectory, Failure> {
+        let equations = PotentialEquations::new(self.problem, force);
+        // Longer vectors than those of AVX2 would gain nothing on one particle.
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return simd.vectorize(
+                #[inline(always)]
+                || method.integrate(equations, self),
+            );
+        }
+        method.integrate(equations, self)
+    }
+}
+
 /// A method on its way.
 pub(super) trait Walker<E: Equations> {
-    /// Copies the state at the end of the last step.
-    fn state(&self, state: &mut E::Rows<f64>);
+    /// The state at the end of the last step.
+    fn state(&mut self) -> &E::Rows<f64>;
 
-    /// Adds the states at these fractions of the last step, ascending and below 1. A method without a dense output is
-    /// never asked: its steps end on the points of output.
+    /// The states at these fractions of the last step, ascending and below 1. A method without a dense output is never
+    /// asked: its steps end on the points of output.
     #[inline(always)]
-    fn inside(&mut self, _equations: &mut Counted<E>, _fractions: &[f64], _states: &mut Vec<E::Rows<f64>>) {
+    fn inside(&mut self, _equations: &mut Counted<E>, _fractions: &[f64]) -> Vec<E::Rows<f64>> {
         unreachable!("no dense output");
     }
 }
@@ -26,17 +69,6 @@ pub(super) trait Walker<E: Equations> {
 pub(super) trait EqualSteps<E: Equations>: Walker<E> + Sized {
     /// Takes so many steps, after which its state is asked for.
     fn advance(self, equations: &mut Counted<E>, steps: usize) -> Result<Self, Failure>;
-}
-
-/// A method of steps of equal length that has not begun.
-pub(super) trait BeginEqual {
-    /// It on its way.
-    type Walk<'m, E: Equations>: EqualSteps<E>
-    where
-        Self: 'm;
-
-    /// Begins at the start of the equations.
-    fn begin<E: Equations>(&self, equations: &E) -> Self::Walk<'_, E>;
 }
 
 /// The rule by which a tolerance chooses the steps of a method.
@@ -63,55 +95,36 @@ pub(super) trait AdaptiveSteps<E: Equations>: Walker<E> {
     fn accept(&mut self, equations: &mut Counted<E>);
 }
 
-/// A method that estimates the error of its steps and has not begun.
-pub(super) trait BeginAdaptive {
-    /// The rule by which it chooses them.
-    const CONTROL: Control;
-
-    /// It on its way.
-    type Walk<E: Equations>: AdaptiveSteps<E>;
-
-    /// Begins at the start of the equations.
-    fn begin<E: Equations>(&self, equations: &E, tolerance: f64) -> Self::Walk<E>;
-}
-
 /// The points of output so far.
-struct Points<E: Equations> {
+struct Points {
     points: States,
     /// Where the next ones are in the last step, in (0, 1].
     fractions: Vec<f64>,
-    /// The states there.
-    states: Vec<E::Rows<f64>>,
-    /// The end of the last step.
-    end: E::Rows<f64>,
 }
 
-impl<E: Equations> Points<E> {
+impl Points {
     /// The start is known, if it is asked for.
-    fn new(equations: &mut E, dimension: usize, output: &Output) -> Result<Self, Failure> {
+    fn new(equations: &mut impl Equations, Task { problem, output, .. }: &Task<'_>) -> Result<Self, Failure> {
         let start = equations.start();
-        let mut points = States::new(dimension, output.marks.len());
+        let mut points = States::new(problem.start.q.len(), output.marks.len());
         for _ in output.marks.iter().take_while(|&&mark| mark == 0) {
             equations.point(&start, &mut points)?;
         }
-        Ok(Self { points, fractions: Vec::new(), states: Vec::new(), end: start })
+        Ok(Self { points, fractions: Vec::new() })
     }
 
     /// Reads the next ones.
     #[inline(always)]
-    fn read(&mut self, walker: &mut impl Walker<E>, equations: &mut Counted<E>) -> Result<(), Failure> {
-        let Self { points, fractions, states, end } = self;
+    fn read<E: Equations>(&mut self, walker: &mut impl Walker<E>, equations: &mut Counted<E>) -> Result<(), Failure> {
+        let Self { points, fractions } = self;
         let inside = fractions.partition_point(|&fraction| fraction < 1.0);
         if inside > 0 {
-            states.clear();
-            walker.inside(equations, &fractions[..inside], states);
-            for state in &*states {
-                equations.equations.point(state, points)?;
+            for state in walker.inside(equations, &fractions[..inside]) {
+                equations.equations.point(&state, points)?;
             }
         }
         if inside < fractions.len() {
-            walker.state(end);
-            equations.equations.point(end, points)?;
+            equations.equations.point(walker.state(), points)?;
             points.repeat_last(fractions.len() - inside - 1);
         }
         fractions.clear();
@@ -119,63 +132,25 @@ impl<E: Equations> Points<E> {
     }
 }
 
-/// The world-line in so many steps of equal length.
-pub(super) fn equal_steps(
-    problem: &Problem,
-    output: &Output,
-    steps: usize,
-    method: &impl BeginEqual,
+/// The world-line in steps of equal length.
+#[inline(always)]
+pub(super) fn equal_steps<E: Equations>(
+    mut equations: E,
+    task: &Task<'_>,
+    mut walker: impl EqualSteps<E>,
 ) -> Result<Trajectory, Failure> {
-    let dimension = problem.start.q.len();
-    problem.with_equations(Equal { dimension, output, steps, method })
-}
-
-struct Equal<'a, M> {
-    dimension: usize,
-    output: &'a Output,
-    steps: usize,
-    method: &'a M,
-}
-
-impl<M: BeginEqual> Work for Equal<'_, M> {
-    type Output = Result<Trajectory, Failure>;
-
-    #[inline(always)]
-    fn with<E: Equations>(self, mut equations: E) -> Self::Output {
-        let Self { dimension, output, steps, method } = self;
-        let mut marks = Marks::new(output, steps);
-        let mut walker = method.begin(&equations);
-        let mut points = Points::new(&mut equations, dimension, output)?;
-        let mut equations = Counted::new(equations);
-        marks.skip_start();
-        let mut done = 0;
-        while let Some(next) = marks.step() {
-            walker = walker.advance(&mut equations, next + 1 - done)?;
-            done = next + 1;
-            points.fractions.extend(std::iter::from_fn(|| marks.within(next)));
-            points.read(&mut walker, &mut equations)?;
-        }
-        Ok(Trajectory { states: points.points, evaluations: equations.evaluations, steps: done })
+    let mut marks = Marks::new(task.output, task.setting.count);
+    let mut points = Points::new(&mut equations, task)?;
+    let mut equations = Counted::new(equations);
+    marks.skip_start();
+    let mut done = 0;
+    while let Some(next) = marks.step() {
+        walker = walker.advance(&mut equations, next + 1 - done)?;
+        done = next + 1;
+        points.fractions.extend(std::iter::from_fn(|| marks.within(next)));
+        points.read(&mut walker, &mut equations)?;
     }
-}
-
-/// The world-line in steps that `tolerance` chooses.
-pub(super) fn adaptive_steps(
-    problem: &Problem,
-    output: &Output,
-    tolerance: f64,
-    method: &impl BeginAdaptive,
-) -> Result<Trajectory, Failure> {
-    let dimension = problem.start.q.len();
-    problem.with_equations(Adaptive { length: problem.length, dimension, output, tolerance, method })
-}
-
-struct Adaptive<'a, M> {
-    length: f64,
-    dimension: usize,
-    output: &'a Output,
-    tolerance: f64,
-    method: &'a M,
+    Ok(Trajectory { states: points.points, evaluations: equations.evaluations, steps: done })
 }
 
 /// The inverse of a length on which the motion changes about as much as a tolerance of 1 allows.
@@ -189,55 +164,55 @@ fn pace<E: Equations>(equations: &E, start: &E::Rows<f64>, rates: &E::Rows<f64>)
     parts.unknowns().fold(0.0, |pace: f64, k| pace.max(rates[k].abs() / (1.0 + start[k].abs())))
 }
 
-impl<M: BeginAdaptive> Work for Adaptive<'_, M> {
-    type Output = Result<Trajectory, Failure>;
-
-    #[inline(always)]
-    fn with<E: Equations>(self, mut equations: E) -> Self::Output {
-        let Self { length, dimension, output, tolerance, method } = self;
-        let Control { exponent, change: [least, most], after_failure, ends_on_output } = M::CONTROL;
-        let mut walker = method.begin(&equations, tolerance);
-        let mut points = Points::new(&mut equations, dimension, output)?;
-        let mut equations = Counted::new(equations);
-        let start = equations.equations.start();
-        let mut rates = start.clone();
-        equations.rates(&start, &mut rates);
-        walker.begin(&mut equations, &rates);
-        let pace = pace(&equations.equations, &start, &rates).max(1.0 / length);
-        let mut h = (0.5 * tolerance.powf(exponent) / pace).min(length);
-        let (mut accepted, mut attempts, mut gamma) = (0, 0, 0.0);
-        let mut targets = output.gamma(length).skip(points.points.len()).peekable();
-        let end = output.gamma(length).last().unwrap_or(0.0);
-        while let Some(&next) = targets.peek() {
-            let goal = if ends_on_output { next } else { end };
-            let remaining = goal - gamma;
-            // No short step is left over at the end.
-            let parts = (remaining / h * (1.0 - 1e-12)).ceil().max(1.0);
-            let step = if parts <= 2.0 { remaining / parts } else { h };
-            attempts += 1;
-            if attempts > MOST_STEPS || step < LEAST_STEP * length {
-                return Err(Failure::TooManySteps);
-            }
-            let Some(error) = walker.attempt(&mut equations, step) else {
-                h = step * after_failure;
-                continue;
-            };
-            let change = (SAFETY * error.powf(-exponent)).clamp(least, most);
-            if error > 1.0 {
-                h = step * change.min(1.0);
-                continue;
-            }
-            // A step that was cut is no argument against longer ones.
-            h = if step < h { (step * change).max(h) } else { step * change };
-            walker.accept(&mut equations);
-            accepted += 1;
-            let here = if parts == 1.0 { goal } else { gamma + step };
-            while let Some(target) = targets.next_if(|&target| target <= here) {
-                points.fractions.push((target - gamma) / step);
-            }
-            gamma = here;
-            points.read(&mut walker, &mut equations)?;
+/// The world-line in steps that the tolerance chooses.
+#[inline(always)]
+pub(super) fn adaptive_steps<E: Equations>(
+    mut equations: E,
+    task: &Task<'_>,
+    Control { exponent, change: [least, most], after_failure, ends_on_output }: Control,
+    mut walker: impl AdaptiveSteps<E>,
+) -> Result<Trajectory, Failure> {
+    let (output, length, tolerance) = (task.output, task.problem.length, task.setting.tolerance);
+    let mut points = Points::new(&mut equations, task)?;
+    let mut equations = Counted::new(equations);
+    let start = equations.equations.start();
+    let mut rates = start.clone();
+    equations.rates(&start, &mut rates);
+    walker.begin(&mut equations, &rates);
+    let pace = pace(&equations.equations, &start, &rates).max(1.0 / length);
+    let mut h = (0.5 * tolerance.powf(exponent) / pace).min(length);
+    let (mut accepted, mut attempts, mut gamma) = (0, 0, 0.0);
+    let mut targets = output.gamma(length).skip(points.points.len()).peekable();
+    let end = output.gamma(length).last().unwrap_or(0.0);
+    while let Some(&next) = targets.peek() {
+        let goal = if ends_on_output { next } else { end };
+        let remaining = goal - gamma;
+        // No short step is left over at the end.
+        let parts = (remaining / h * (1.0 - 1e-12)).ceil().max(1.0);
+        let step = if parts <= 2.0 { remaining / parts } else { h };
+        attempts += 1;
+        if attempts > MOST_STEPS || step < LEAST_STEP * length {
+            return Err(Failure::TooManySteps);
         }
-        Ok(Trajectory { states: points.points, evaluations: equations.evaluations, steps: accepted })
+        let Some(error) = walker.attempt(&mut equations, step) else {
+            h = step * after_failure;
+            continue;
+        };
+        let change = (SAFETY * error.powf(-exponent)).clamp(least, most);
+        if error > 1.0 {
+            h = step * change.min(1.0);
+            continue;
+        }
+        // A step that was cut is no argument against longer ones.
+        h = if step < h { (step * change).max(h) } else { step * change };
+        walker.accept(&mut equations);
+        accepted += 1;
+        let here = if parts == 1.0 { goal } else { gamma + step };
+        while let Some(target) = targets.next_if(|&target| target <= here) {
+            points.fractions.push((target - gamma) / step);
+        }
+        gamma = here;
+        points.read(&mut walker, &mut equations)?;
     }
+    Ok(Trajectory { states: points.points, evaluations: equations.evaluations, steps: accepted })
 }

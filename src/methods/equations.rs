@@ -94,15 +94,6 @@ pub(super) trait Equations {
     fn smooth(&mut self, diagonal: f64, right: &mut Self::Rows<f64>);
 }
 
-/// Work that is compiled for every kind of equations.
-pub(super) trait Work {
-    /// Its result.
-    type Output;
-
-    /// Does it.
-    fn with<E: Equations>(self, equations: E) -> Self::Output;
-}
-
 /// Equations that count how often they are evaluated.
 pub(super) struct Counted<E> {
     pub(super) equations: E,

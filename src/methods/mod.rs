@@ -14,17 +14,9 @@
 //! [`Composition`] needs that.
 //!
 //! [`PEERS`] lists the methods. Each is a [`Peer`]: it says what it is, where it comes from and how it takes a step.
-//! What is around the steps is the same for all.
-//!
-//! The module knows a metric or a geometry, and initial data, but no case and no file. All but Taylor are written here
-//! and compiled for the vector instructions of the machine, as this program's own iteration is: the point is to be fair
-//! to them. In one coordinate each evaluates g00 and g00′ and nothing else, once a stage; in a scene it runs the
-//! program of Hamilton's equations.
-//!
-//! Between the ends of their steps RK4, Gauss and DOP853 have a dense output: the cubic through both ends, the
-//! integrals of the polynomials through the stages, and Hairer's polynomial of degree 7 with three stages more;
-//! [`Taylor`] has its polynomials. [`Composition`] divides the intervals between the points asked for, and [`Radau5`]
-//! ends a step on each of them.
+//! What is around the steps is the same for all. All but Taylor are compiled for the vector instructions of the machine,
+//! as this program's own iteration is: the point is to be fair to them. In one coordinate each evaluates g00 and g00′
+//! and nothing else, once a stage; in a scene it runs the program of Hamilton's equations.
 //!
 //! ```
 //! use geodesic_ivp::Case;
@@ -42,10 +34,8 @@ mod composition;
 mod dop853;
 mod driver;
 mod equations;
-mod force;
-mod linear;
-mod one;
 mod peer;
+mod potential;
 mod radau5;
 mod rk4;
 mod scene;
@@ -60,7 +50,7 @@ pub use radau5::Radau5;
 pub use rk4::Rk4;
 pub use states::{State, States};
 pub use taylor::Taylor;
-pub use windows::{Gauss, Windows};
+pub use windows::Windows::{self, Gauss};
 
 use std::sync::Arc;
 

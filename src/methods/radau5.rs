@@ -1,6 +1,6 @@
 //! Radau IIA of order 5, the implicit method for stiff problems.
 
-use super::driver::{AdaptiveSteps, BeginAdaptive, Control, Walker, adaptive_steps};
+use super::driver::{AdaptiveSteps, Control, Method, Task, Walker, adaptive_steps};
 use super::equations::{Counted, Equations, Parts, copy, take};
 use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
 
@@ -44,33 +44,29 @@ impl Peer for Radau5 {
     }
 
     fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        adaptive_steps(problem, output, setting.tolerance, self)
+        Task { problem, output, setting }.by(self)
     }
 }
 
-impl BeginAdaptive for Radau5 {
-    const CONTROL: Control = Control { exponent: 0.25, change: [0.2, 8.0], after_failure: 0.5, ends_on_output: true };
-
-    type Walk<E: Equations> = Walk<E>;
-
+impl Method for Radau5 {
     #[inline(always)]
-    fn begin<E: Equations>(&self, equations: &E, tolerance: f64) -> Walk<E> {
+    fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
+        const CONTROL: Control =
+            Control { exponent: 0.25, change: [0.2, 8.0], after_failure: 0.5, ends_on_output: true };
         let (here, nodes) = (equations.start(), equations.rows([0.0; 3]));
-        Walk {
-            tolerance,
-            square: square(),
-            next: here.clone(),
+        let trial: Trial<E> = Trial {
+            h: 0.0,
             at: here.clone(),
             out: here.clone(),
-            rates: here.clone(),
+            next: here.clone(),
             here,
-            known: nodes.clone(),
             tried: nodes.clone(),
             z: nodes.clone(),
-            change: nodes,
-            h: 0.0,
-            before: None,
-        }
+            change: nodes.clone(),
+        };
+        let (tolerance, rates) = (task.setting.tolerance, trial.here.clone());
+        let walk = Walk { tolerance, square: square(), trial, rates, known: nodes, before: None };
+        adaptive_steps(equations, task, CONTROL, walk)
     }
 }
 
@@ -96,19 +92,26 @@ fn extrapolate(a: [f64; 3], ratio: f64) -> [f64; 3] {
     })
 }
 
-pub(super) struct Walk<E: Equations> {
+struct Walk<E: Equations> {
     tolerance: f64,
     square: [[f64; 3]; 3],
-    here: E::Rows<f64>,
+    /// The step that was tried last. It begins where the method is, or has just left.
+    trial: Trial<E>,
     /// The derivatives there.
     rates: E::Rows<f64>,
     /// The rates at the nodes of the step before, and its length.
     known: E::Rows<[f64; 3]>,
     before: Option<f64>,
-    /// The same of the step that was tried last, its end, and its length.
-    tried: E::Rows<[f64; 3]>,
-    next: E::Rows<f64>,
+}
+
+/// A step that is tried.
+struct Trial<E: Equations> {
     h: f64,
+    /// Its start and its end.
+    here: E::Rows<f64>,
+    next: E::Rows<f64>,
+    /// The rates at the nodes.
+    tried: E::Rows<[f64; 3]>,
     /// Room for what the unknowns at the nodes are away from the start of the step, and for their changes.
     z: E::Rows<[f64; 3]>,
     change: E::Rows<[f64; 3]>,
@@ -117,19 +120,17 @@ pub(super) struct Walk<E: Equations> {
     out: E::Rows<f64>,
 }
 
-/// A step that is tried.
-struct Trial<E: Equations> {
-    h: f64,
-    here: E::Rows<f64>,
-    /// The rates at the nodes.
-    tried: E::Rows<[f64; 3]>,
-    z: E::Rows<[f64; 3]>,
-    change: E::Rows<[f64; 3]>,
-    at: E::Rows<f64>,
-    out: E::Rows<f64>,
-}
-
 impl<E: Equations> Trial<E> {
+    /// Takes it out of its place, to keep its rows in registers.
+    #[inline(always)]
+    fn take(&mut self) -> Self {
+        let [here, next, at, out] =
+            [&mut self.here, &mut self.next, &mut self.at, &mut self.out].map(|rows| take::<E, f64>(rows, 0.0));
+        let [tried, z, change] =
+            [&mut self.tried, &mut self.z, &mut self.change].map(|rows| take::<E, [f64; 3]>(rows, [0.0; 3]));
+        Self { h: self.h, here, next, tried, z, change, at, out }
+    }
+
     /// The change of the unknown with index k from the start to the nodes, by the rates.
     #[inline(always)]
     fn image(&self, square: &[[f64; 3]; 3], parts: Parts, k: usize) -> [f64; 3] {
@@ -196,16 +197,10 @@ impl<E: Equations> Trial<E> {
 
     /// The end of the step, and its error in units of the tolerance, where `rates` are those at the start.
     #[inline(always)]
-    fn finish(
-        &mut self,
-        equations: &mut Counted<E>,
-        tolerance: f64,
-        rates: &E::Rows<f64>,
-        next: &mut E::Rows<f64>,
-    ) -> f64 {
+    fn finish(&mut self, equations: &mut Counted<E>, tolerance: f64, rates: &E::Rows<f64>) -> f64 {
         self.evaluate(equations);
         let (parts, h) = (equations.equations.parts(), self.h);
-        let Self { here, tried, z, out: right, .. } = self;
+        let Self { here, tried, z, out: right, next, .. } = self;
         let (here, rates, tried, z) = (here.as_ref(), rates.as_ref(), tried.as_ref(), z.as_ref());
         let sum = |weights: [f64; 3], v: [f64; 3]| (0..3).map(|i| weights[i] * v[i]).sum::<f64>();
         for k in 0..parts.quadratures {
@@ -232,8 +227,8 @@ impl<E: Equations> Trial<E> {
 
 impl<E: Equations> Walker<E> for Walk<E> {
     #[inline(always)]
-    fn state(&self, state: &mut E::Rows<f64>) {
-        copy(state, &self.here);
+    fn state(&mut self) -> &E::Rows<f64> {
+        &self.trial.here
     }
 }
 
@@ -241,50 +236,44 @@ impl<E: Equations> AdaptiveSteps<E> for Walk<E> {
     #[inline(always)]
     fn begin(&mut self, equations: &mut Counted<E>, rates: &E::Rows<f64>) {
         copy(&mut self.rates, rates);
-        equations.linearise(&self.here);
+        equations.linearise(&self.trial.here);
     }
 
     #[inline(always)]
     fn attempt(&mut self, equations: &mut Counted<E>, h: f64) -> Option<f64> {
+        let mut trial = self.trial.take();
+        trial.h = h;
         for k in equations.equations.parts().driving() {
-            self.tried.as_mut()[k] = match self.before {
+            trial.tried.as_mut()[k] = match self.before {
                 Some(length) => extrapolate(self.known.as_ref()[k], h / length),
                 None => [self.rates.as_ref()[k]; 3],
             };
         }
-        let [here, at, out, mut next] =
-            [&mut self.here, &mut self.at, &mut self.out, &mut self.next].map(|rows| take::<E, f64>(rows, 0.0));
-        let [tried, z, change] =
-            [&mut self.tried, &mut self.z, &mut self.change].map(|rows| take::<E, [f64; 3]>(rows, [0.0; 3]));
-        let mut trial: Trial<E> = Trial { h, here, tried, z, change, at, out };
         let is_solved = trial.solve(equations, &self.square, self.tolerance);
-        let error = if is_solved { trial.finish(equations, self.tolerance, &self.rates, &mut next) } else { f64::NAN };
-        let Trial { here, tried, z, change, at, out, .. } = trial;
-        (self.here, self.at, self.out, self.next) = (here, at, out, next);
-        (self.tried, self.z, self.change) = (tried, z, change);
+        let error = if is_solved { trial.finish(equations, self.tolerance, &self.rates) } else { f64::NAN };
+        self.trial = trial;
         if !error.is_finite() {
             self.before = None;
             return None;
         }
-        self.h = h;
         Some(error)
     }
 
     #[inline(always)]
     fn accept(&mut self, equations: &mut Counted<E>) {
-        let parts = equations.equations.parts();
-        self.before = Some(self.h);
-        self.known.as_mut().copy_from_slice(self.tried.as_ref());
-        copy(&mut self.here, &self.next);
+        let (parts, trial) = (equations.equations.parts(), &mut self.trial);
+        self.before = Some(trial.h);
+        self.known.as_mut().copy_from_slice(trial.tried.as_ref());
+        copy(&mut trial.here, &trial.next);
         // The last node is the end of the step.
         for k in parts.driving() {
-            self.rates.as_mut()[k] = self.tried.as_ref()[k][2];
+            self.rates.as_mut()[k] = trial.tried.as_ref()[k][2];
         }
         if parts.is_second_order {
             for k in parts.unknowns() {
-                self.rates.as_mut()[k] = self.here.as_ref()[k + parts.behind()];
+                self.rates.as_mut()[k] = trial.here.as_ref()[k + parts.behind()];
             }
         }
-        equations.linearise(&self.here);
+        equations.linearise(&trial.here);
     }
 }

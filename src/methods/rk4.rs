@@ -1,6 +1,6 @@
 //! The classical Runge–Kutta method of order 4.
 
-use super::driver::{BeginEqual, EqualSteps, Walker, equal_steps};
+use super::driver::{EqualSteps, Method, Task, Walker, equal_steps};
 use super::equations::{Counted, Equations, copy, step};
 use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
 
@@ -23,26 +23,22 @@ impl Peer for Rk4 {
     }
 
     fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        let h = problem.length / setting.count as f64;
-        equal_steps(problem, output, setting.count, &Length(h))
+        Task { problem, output, setting }.by(self)
     }
 }
 
-/// The increment of a step.
-struct Length(f64);
-
-impl BeginEqual for Length {
-    type Walk<'m, E: Equations> = Walk<E>;
-
+impl Method for Rk4 {
     #[inline(always)]
-    fn begin<E: Equations>(&self, equations: &E) -> Walk<E> {
+    fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
+        let h = task.problem.length / task.setting.count as f64;
         let (here, zero) = (equations.start(), equations.rows(0.0));
         let stages = std::array::from_fn(|_| zero.clone());
-        Walk { h: self.0, from: here.clone(), at: zero, here, stages, next: None }
+        let walk = Walk { h, from: here.clone(), at: zero, here, stages, next: None };
+        equal_steps(equations, task, walk)
     }
 }
 
-pub(super) struct Walk<E: Equations> {
+struct Walk<E: Equations> {
     h: f64,
     here: E::Rows<f64>,
     /// Where the last step began.
@@ -64,24 +60,26 @@ fn cubic(s: f64, v: [f64; 2], d: [f64; 2]) -> f64 {
 
 impl<E: Equations> Walker<E> for Walk<E> {
     #[inline(always)]
-    fn state(&self, state: &mut E::Rows<f64>) {
-        copy(state, &self.here);
+    fn state(&mut self) -> &E::Rows<f64> {
+        &self.here
     }
 
     #[inline(always)]
-    fn inside(&mut self, equations: &mut Counted<E>, fractions: &[f64], states: &mut Vec<E::Rows<f64>>) {
+    fn inside(&mut self, equations: &mut Counted<E>, fractions: &[f64]) -> Vec<E::Rows<f64>> {
         let mut next = self.here.clone();
         equations.rates(&self.here, &mut next);
         let (h, from, to) = (self.h, self.from.as_ref(), self.here.as_ref());
         let (first, last) = (self.stages[0].as_ref(), next.as_ref());
-        for &s in fractions {
+        let at = |s: f64| {
             let mut state = self.here.clone();
             for (k, state) in state.as_mut().iter_mut().enumerate() {
                 *state = cubic(s, [from[k], to[k]], [h * first[k], h * last[k]]);
             }
-            states.push(state);
-        }
+            state
+        };
+        let states = fractions.iter().map(|&s| at(s)).collect();
         self.next = Some(next);
+        states
     }
 }
 

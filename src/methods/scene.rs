@@ -1,7 +1,8 @@
 //! The equations of a scene of n coordinates.
 
+use nalgebra::{DMatrix, DVectorViewMut, Dyn, LU};
+
 use super::equations::{Equations, Parts};
-use super::linear::Dense;
 use super::{Failure, Problem, States};
 use crate::geometry::{Geometry, Point, Start};
 
@@ -18,12 +19,18 @@ pub(super) struct SceneEquations<'p> {
     q: Vec<f64>,
     p: Vec<f64>,
     /// ∂(q̇, ṗ)/∂(q, p) of the active coordinates, and the derivatives of the driving rates by the unknowns.
-    jacobian: Vec<f64>,
-    driving: Vec<f64>,
-    /// The systems of [`Equations::correct`] and of [`Equations::smooth`], and room for right-hand sides.
-    nodes: Dense,
-    state: Dense,
-    right: Vec<f64>,
+    jacobian: DMatrix<f64>,
+    driving: DMatrix<f64>,
+    /// The system of [`Equations::correct`].
+    nodes: LU<f64, Dyn, Dyn>,
+}
+
+/// Replaces a right-hand side by the solution, which is not a number if there is none.
+fn solve(system: &LU<f64, Dyn, Dyn>, right: &mut [f64]) {
+    let count = right.len();
+    if !system.solve_mut(&mut DVectorViewMut::from_slice(right, count)) {
+        right.fill(f64::NAN);
+    }
 }
 
 impl<'p> SceneEquations<'p> {
@@ -32,7 +39,6 @@ impl<'p> SceneEquations<'p> {
         let (n, active) = (geometry.dimension(), geometry.active());
         let m = active.len();
         let parts = Parts { quadratures: n - m, positions: m, is_second_order: geometry.is_separable() };
-        let unknowns = parts.unknowns().len();
         Self {
             problem,
             parts,
@@ -41,11 +47,9 @@ impl<'p> SceneEquations<'p> {
             point: geometry.point(),
             q: start.q.clone(),
             p: start.p.clone(),
-            jacobian: vec![0.0; 4 * m * m],
-            driving: vec![0.0; unknowns * unknowns],
-            nodes: Dense::new(3 * unknowns),
-            state: Dense::new(2 * m),
-            right: vec![0.0; 3 * unknowns.max(2 * m)],
+            jacobian: DMatrix::zeros(2 * m, 2 * m),
+            driving: DMatrix::zeros(0, 0),
+            nodes: DMatrix::zeros(0, 0).lu(),
         }
     }
 
@@ -58,22 +62,6 @@ impl<'p> SceneEquations<'p> {
             // The momenta of a separable geometry do not act on the others.
             if !self.parts.is_second_order {
                 self.p[a] = rest[place];
-            }
-        }
-    }
-
-    /// ∂(driving rates)/∂(unknowns) from the whole Jacobian.
-    fn derive(&mut self) {
-        let m = self.parts.positions;
-        if !self.parts.is_second_order {
-            self.driving.copy_from_slice(&self.jacobian);
-            return;
-        }
-        // q̈ = g ṗ with g = ∂q̇/∂p.
-        let entry = |row: usize, column: usize| self.jacobian[row * 2 * m + column];
-        for a in 0..m {
-            for b in 0..m {
-                self.driving[a * m + b] = (0..m).map(|c| entry(a, m + c) * entry(m + c, b)).sum();
             }
         }
     }
@@ -172,44 +160,37 @@ impl Equations for SceneEquations<'_> {
         self.place(state);
         let Self { jacobian, point, q, p, parts, .. } = self;
         jacobian.fill(0.0);
-        let columns = 2 * parts.positions;
-        point.jacobian(q, p, |row, column, value| jacobian[row * columns + column] = value);
-        self.derive();
+        point.jacobian(q, p, |row, column, value| jacobian[(row, column)] = value);
+        let m = parts.positions;
+        self.driving = match parts.is_second_order {
+            // q̈ = g ṗ with g = ∂q̇/∂p.
+            true => jacobian.view((0, m), (m, m)) * jacobian.view((m, 0), (m, m)),
+            false => jacobian.clone(),
+        };
     }
 
     fn factor(&mut self, matrix: &[[f64; 3]; 3], scale: f64) {
-        let unknowns = self.parts.unknowns().len();
-        let driving = &self.driving;
-        self.nodes.factor(|row, column| {
+        let (driving, size) = (&self.driving, 3 * self.parts.unknowns().len());
+        let entry = |row: usize, column: usize| {
             let one = f64::from(u8::from(row == column));
-            one - scale * matrix[row % 3][column % 3] * driving[row / 3 * unknowns + column / 3]
-        });
+            one - scale * matrix[row % 3][column % 3] * driving[(row / 3, column / 3)]
+        };
+        self.nodes = DMatrix::from_fn(size, size, entry).lu();
     }
 
     fn correct(&mut self, right: &mut Vec<[f64; 3]>) {
-        let unknowns = &mut right[self.parts.unknowns()];
-        let flat = &mut self.right[..3 * unknowns.len()];
-        for (flat, values) in flat.chunks_exact_mut(3).zip(&*unknowns) {
-            flat.copy_from_slice(values);
-        }
-        self.nodes.solve(flat);
-        for (flat, values) in flat.chunks_exact(3).zip(unknowns) {
-            values.copy_from_slice(flat);
-        }
+        solve(&self.nodes, right[self.parts.unknowns()].as_flattened_mut());
     }
 
     fn smooth(&mut self, diagonal: f64, right: &mut Vec<f64>) {
-        let (m, driving, jacobian) = (self.parts.positions, &self.driving, &self.jacobian);
-        let is_second_order = self.parts.is_second_order;
-        self.state.factor(|row, column| {
-            let derivative = match is_second_order {
-                false => jacobian[row * 2 * m + column],
-                true if row < m => f64::from(u8::from(column == row + m)),
-                true if column < m => driving[(row - m) * m + column],
-                true => 0.0,
-            };
-            diagonal * f64::from(u8::from(row == column)) - derivative
-        });
-        self.state.solve(&mut right[self.parts.moving()]);
+        let m = self.parts.positions;
+        let derivative = |row: usize, column: usize| match self.parts.is_second_order {
+            false => self.jacobian[(row, column)],
+            true if row < m => f64::from(u8::from(column == row + m)),
+            true if column < m => self.driving[(row - m, column)],
+            true => 0.0,
+        };
+        let entry = |row, column| diagonal * f64::from(u8::from(row == column)) - derivative(row, column);
+        solve(&DMatrix::from_fn(2 * m, 2 * m, entry).lu(), &mut right[self.parts.moving()]);
     }
 }

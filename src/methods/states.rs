@@ -19,11 +19,11 @@ pub struct States {
 
 impl States {
     /// None so far, of so many coordinates, with room for `capacity`.
-    pub(super) fn new(dimension: usize, capacity: usize) -> Self {
+    pub(crate) fn new(dimension: usize, capacity: usize) -> Self {
         Self { dimension, values: Vec::with_capacity(2 * dimension * capacity) }
     }
 
-    pub(super) fn push(&mut self, q: &[f64], p: &[f64]) {
+    pub(crate) fn push(&mut self, q: &[f64], p: &[f64]) {
         self.values.extend_from_slice(q);
         self.values.extend_from_slice(p);
     }

@@ -6,33 +6,32 @@ use super::{Failure, Marks, Output, Problem, States, Trajectory};
 use crate::engine::{self, Accuracy, Engine, POINTS, Window};
 use crate::geometry::{Geometry, Start};
 
-/// The Gauss–Legendre Runge–Kutta method, symplectic, symmetric and of order 2s, as it is written for q̈ = a(q),
-///
-/// ```text
-/// Q = q + h c q̇ + h² A² a(Q),    q⁺ = q + h q̇ + h² Σ b_j (1 − c_j) a_j,    q̇⁺ = q̇ + h Σ b_j a_j,
-/// ```
-///
-/// and as Y = y + h A f(Y), y⁺ = y + h Σ b_j f_j for equations of the first order. It is this program's own engine with
-/// other tables: sweeps from the polynomial of the step before, sums without loss and weights of 30 digits, as in
-/// Hairer, McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods". Between the
-/// ends of steps the motion is the integral of the polynomial through the slopes at the stages.
-///
-/// The iteration ends when the error of the unknowns is below the tolerance, relative to their size; 0 goes to
-/// rounding.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Gauss {
-    /// Number of stages s, from 1 to 16.
-    pub stages: usize,
-}
-
-/// The weak scheme of this program, without its tables in files.
+/// What the engine does as a method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Windows {
-    /// Windows of one length with so many nodes, from 2 to 24. The tolerance is that of sweeps, as for [`Gauss`].
+    /// The Gauss–Legendre Runge–Kutta method, symplectic, symmetric and of order 2s, as it is written for q̈ = a(q),
+    ///
+    /// ```text
+    /// Q = q + h c q̇ + h² A² a(Q),    q⁺ = q + h q̇ + h² Σ b_j (1 − c_j) a_j,    q̇⁺ = q̇ + h Σ b_j a_j,
+    /// ```
+    ///
+    /// and as Y = y + h A f(Y), y⁺ = y + h Σ b_j f_j for equations of the first order. The engine has other tables for
+    /// it: sweeps from the polynomial of the step before, sums without loss and weights of 30 digits, as in Hairer,
+    /// McLachlan, Razakarivony (2008), "Achieving Brouwer's law with implicit Runge–Kutta methods". Between the ends of
+    /// steps the motion is the integral of the polynomial through the slopes at the stages.
+    ///
+    /// The iteration ends when the error of the unknowns is below the tolerance, relative to their size; 0 goes to
+    /// rounding.
+    Gauss {
+        /// Number of stages s, from 1 to 16.
+        stages: usize,
+    },
+    /// The weak scheme of this program, without its tables in files, in windows of one length with so many nodes, from
+    /// 2 to 24. The tolerance is that of sweeps, as for Gauss' method.
     Equal(usize),
-    /// Windows for an accuracy of the whole run, certified, with an estimate of their error.
+    /// Its windows for an accuracy of the whole run, certified, with an estimate of their error.
     Accuracy,
-    /// Windows for a tolerance of each of them.
+    /// Its windows for a tolerance of each of them.
     Tolerance,
 }
 
@@ -137,48 +136,33 @@ fn choose(
     Ok(Trajectory { states: output_points.states, evaluations: engine.sweeps() * POINTS, steps: windows * POINTS })
 }
 
-/// For a start outside the domain.
-fn outside<'p>() -> Prepared<'p> {
-    Box::new(|| Err(Failure::OutsideDomain))
-}
-
-impl Peer for Gauss {
-    fn about(&self) -> About {
-        About {
-            name: format!("Gauss {}", self.stages),
-            curve: "Gauss–Legendre",
-            order: Some(2 * self.stages),
-            step: Step::Iterated,
-            has_dense_output: true,
-            needs_second_order: false,
-            coarsest: 0.05,
-            source: "Hairer, McLachlan, Razakarivony, BIT 48 (2008) 231",
-        }
-    }
-
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        self.prepared(problem, output.clone(), setting)()
-    }
-
-    fn prepared<'p>(&'p self, problem: &'p Problem, output: Output, setting: Setting) -> Prepared<'p> {
+impl Windows {
+    /// A run to be made many times.
+    pub(crate) fn windows(self, problem: &Problem, output: Output, setting: Setting) -> Prepared<'_> {
         let Problem { space: geometry, start, length, .. } = problem;
         let Setting { count, tolerance } = setting;
-        let engine = Engine::gauss(geometry, start, *length, count, self.stages, tolerance);
-        let Ok(mut engine) = engine else { return outside() };
-        Box::new(move || drive((geometry, start), &mut engine, &output, (count, self.stages)))
+        let accurate = |accuracy| Engine::accurate(geometry, start, *length, accuracy, POINTS);
+        let engine = match self {
+            Self::Gauss { stages } => Engine::gauss(geometry, start, *length, count, stages, tolerance),
+            Self::Equal(points) => Engine::lobatto(geometry, start, *length, count, points, tolerance),
+            Self::Accuracy => accurate(Accuracy::Promised(tolerance)),
+            Self::Tolerance => accurate(Accuracy::Local(tolerance)),
+        };
+        let Ok(mut engine) = engine else { return Box::new(|| Err(Failure::OutsideDomain)) };
+        Box::new(move || match self {
+            Self::Gauss { stages } => drive((geometry, start), &mut engine, &output, (count, stages)),
+            Self::Equal(points) => {
+                let trajectory = drive((geometry, start), &mut engine, &output, (count, points))?;
+                Ok(Trajectory { steps: trajectory.steps * points, ..trajectory })
+            }
+            _ => choose((geometry, start), &mut engine, &output, (*length, self == Self::Accuracy)),
+        })
     }
 }
 
 impl Peer for Windows {
     fn about(&self) -> About {
-        let (name, curve, order, step) = match self {
-            Self::Equal(points) => {
-                (format!("GLL{points} march"), "GLL march (library)", Some(2 * points - 2), Step::Iterated)
-            }
-            Self::Accuracy => ("accuracy".to_owned(), "accuracy", None, Step::Adaptive),
-            Self::Tolerance => ("tolerance".to_owned(), "tolerance", None, Step::Adaptive),
-        };
-        About {
+        let about = |name, curve, order, step| About {
             name,
             curve,
             order,
@@ -187,28 +171,25 @@ impl Peer for Windows {
             needs_second_order: false,
             coarsest: 0.05,
             source: "this program",
+        };
+        match self {
+            Self::Gauss { stages } => About {
+                source: "Hairer, McLachlan, Razakarivony, BIT 48 (2008) 231",
+                ..about(format!("Gauss {stages}"), "Gauss–Legendre", Some(2 * stages), Step::Iterated)
+            },
+            Self::Equal(points) => {
+                about(format!("GLL{points} march"), "GLL march (library)", Some(2 * points - 2), Step::Iterated)
+            }
+            Self::Accuracy => about("accuracy".to_owned(), "accuracy", None, Step::Adaptive),
+            Self::Tolerance => about("tolerance".to_owned(), "tolerance", None, Step::Adaptive),
         }
     }
 
     fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        self.prepared(problem, output.clone(), setting)()
+        self.windows(problem, output.clone(), setting)()
     }
 
     fn prepared<'p>(&'p self, problem: &'p Problem, output: Output, setting: Setting) -> Prepared<'p> {
-        let Problem { space: geometry, start, length, .. } = problem;
-        let Setting { count, tolerance } = setting;
-        let engine = match *self {
-            Self::Equal(points) => Engine::lobatto(geometry, start, *length, count, points, tolerance),
-            Self::Accuracy => Engine::accurate(geometry, start, *length, Accuracy::Promised(tolerance), POINTS),
-            Self::Tolerance => Engine::accurate(geometry, start, *length, Accuracy::Local(tolerance), POINTS),
-        };
-        let Ok(mut engine) = engine else { return outside() };
-        Box::new(move || match *self {
-            Self::Equal(points) => {
-                let trajectory = drive((geometry, start), &mut engine, &output, (count, points))?;
-                Ok(Trajectory { steps: trajectory.steps * points, ..trajectory })
-            }
-            _ => choose((geometry, start), &mut engine, &output, (*length, *self == Self::Accuracy)),
-        })
+        self.windows(problem, output, setting)
     }
 }

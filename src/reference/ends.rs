@@ -19,15 +19,6 @@ pub enum EndReason {
     },
 }
 
-/// The quantities that the words for a reason speak of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Words {
-    /// The formula that may have no series.
-    pub(super) formula: &'static str,
-    /// The value that may not be reached.
-    pub(super) value: &'static str,
-}
-
 /// The error that a reference trajectory ends before the end of the requested range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReferenceEnds {
@@ -37,7 +28,8 @@ pub struct ReferenceEnds {
     pub gamma: f64,
     /// The coordinates there, with their names; in one coordinate x and g00.
     pub place: Vec<(String, f64)>,
-    pub(super) words: Words,
+    /// True in one coordinate, where messages speak of the potential and of time.
+    pub(super) is_of_x: bool,
 }
 
 impl fmt::Display for ReferenceEnds {
@@ -46,11 +38,12 @@ impl fmt::Display for ReferenceEnds {
         for (name, value) in &self.place {
             write!(f, ", {name} = {value:.6e}")?;
         }
-        let Words { formula, value } = self.words;
         match self.reason {
             EndReason::OutsideDomain => f.write_str(": the geodesic leaves the domain"),
-            EndReason::Singular => write!(f, ": {formula} has no Taylor series"),
-            EndReason::TimeNotReached => write!(f, ": {value} is not reached"),
+            EndReason::Singular if self.is_of_x => f.write_str(": the potential has no Taylor series"),
+            EndReason::Singular => f.write_str(": a formula has no Taylor series"),
+            EndReason::TimeNotReached if self.is_of_x => f.write_str(": the physical time t_f is not reached"),
+            EndReason::TimeNotReached => f.write_str(": the value of the coordinate is not reached"),
             EndReason::TooLong { most_steps } => {
                 let limit = "Taylor steps, the limit for so many digits";
                 write!(f, ": the whole run would take more than {most_steps} {limit}")

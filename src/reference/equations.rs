@@ -5,9 +5,7 @@
 //! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a,    ˙ = d/dγ
 //! ```
 
-use super::polynomials::{increment, slope};
-use super::series::ProgramSeries;
-use super::size::gap;
+use super::series::{ProgramSeries, increment, slope};
 use crate::geometry::{Geometry, Hamiltonian, Point, Start};
 use crate::number::Real;
 
@@ -153,4 +151,10 @@ impl<S: Real> Equations<'_, S> {
             here < edge * start || start < edge * here
         })
     }
+}
+
+/// |a − b|, or infinity if that is not a number.
+fn gap<S: Real>(a: S, b: S) -> S {
+    let gap = (a - b).abs();
+    if gap.is_nan() { S::from(f64::INFINITY) } else { gap }
 }

@@ -8,11 +8,8 @@
 //! different orders and steps, and the difference is the reported error estimate. The number of steps is limited, and
 //! the limit is lower for more digits, because their steps cost more.
 
-mod begun;
-mod crossings;
 mod ends;
 mod equations;
-mod polynomials;
 mod series;
 mod size;
 mod steps;

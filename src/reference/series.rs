@@ -114,6 +114,16 @@ impl<S: Real> ProgramSeries<S> {
     }
 }
 
+/// Σ_{j≥1} c_j s^j, the polynomial without c_0. It is small, and is added to c_0 at the end to lose less to rounding.
+pub(super) fn increment<S: Real>(c: &[S], s: S) -> S {
+    c[1..].iter().rev().fold(S::ZERO, |sum, &c| (sum + c) * s)
+}
+
+/// The derivative dc/ds of the polynomial.
+pub(super) fn slope<S: Real>(c: &[S], s: S) -> S {
+    c.iter().enumerate().skip(1).rev().fold(S::ZERO, |sum, (j, &c)| sum * s + S::from(j as f64) * c)
+}
+
 /// Makes coefficient k of one value after the other.
 struct Coefficient<S> {
     k: usize,
@@ -183,11 +193,8 @@ fn quotient<S: Real>(u: &[S], v: &[S], earlier: &[S], k: usize) -> S {
     (u[k] - known) / v[0]
 }
 
-/// (√u)_k.
+/// (√u)_k for k > 0.
 fn square_root<S: Real>(u_k: S, earlier: &[S], k: usize) -> S {
-    if k == 0 {
-        return u_k.sqrt();
-    }
     let known = sum((1..k).map(|j| earlier[j] * earlier[k - j]));
     (u_k - known) / (earlier[0] + earlier[0])
 }
@@ -236,70 +243,56 @@ fn composed<S: Real>(c: &[S; 6], u: &[S], partner: &mut [S], k: usize) -> S {
     cubic + c[4] * fourth(k) + c[5] * sum((1..k).map(|j| u[j] * fourth(k - j)))
 }
 
-/// Coefficient `k` of sin, cos, sinh or cosh, with its counterpart as `partner`.
-fn circular<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut [S], k: usize) -> S {
-    if k == 0 {
-        let (value, other) = match function {
-            Function::Sin => (u[0].sin(), u[0].cos()),
-            Function::Cos => (u[0].cos(), u[0].sin()),
-            Function::Sinh => (u[0].sinh(), u[0].cosh()),
-            _ => (u[0].cosh(), u[0].sinh()),
-        };
-        partner[0] = other;
-        return value;
-    }
-    let (value, other) = (chain(u, partner, k), chain(u, y, k));
-    // sin′ = cos, cos′ = −sin, and both hyperbolic derivatives are positive.
-    partner[k] = if function == Function::Sin { -other } else { other };
-    if function == Function::Cos { -value } else { value }
-}
-
 /// f(u)_k. Also makes coefficient k of the partner series of the function.
 fn call<S: Real>(function: Function, u: &[S], y: &[S], partner: &mut [S], k: usize) -> S {
-    let unit = if k == 0 { S::ONE } else { S::ZERO };
+    if let Function::Table(table) = function {
+        return composed(&table.expansion(u[0]), u, partner, k);
+    }
+    if k == 0 {
+        let (u, value) = (u[0], function.apply(u[0]));
+        partner[0] = match function {
+            Function::Sin => u.cos(),
+            Function::Cos => u.sin(),
+            Function::Sinh => u.cosh(),
+            Function::Cosh => u.sinh(),
+            Function::Tan => S::ONE + value * value,
+            Function::Tanh => S::ONE - value * value,
+            Function::Asin | Function::Acos => (S::ONE - u * u).sqrt(),
+            Function::Atan => S::ONE + u * u,
+            _ => u.signum(),
+        };
+        return value;
+    }
     match function {
-        Function::Sin | Function::Cos | Function::Sinh | Function::Cosh => circular(function, u, y, partner, k),
+        Function::Sin | Function::Cos | Function::Sinh | Function::Cosh => {
+            let (value, other) = (chain(u, partner, k), chain(u, y, k));
+            // sin′ = cos, cos′ = −sin, and both hyperbolic derivatives are positive.
+            partner[k] = if function == Function::Sin { -other } else { other };
+            if function == Function::Cos { -value } else { value }
+        }
         Function::Tan | Function::Tanh => {
             // y′ = (1 ± y²) u′ with the partner 1 ± y².
-            let value = if k == 0 { function.apply(u[0]) } else { chain(u, partner, k) };
-            let known = sum((1..k).map(|j| y[j] * y[k - j]));
-            let square = if k == 0 { value * value } else { known + (y[0] + y[0]) * value };
-            partner[k] = if function == Function::Tan { unit + square } else { unit - square };
+            let value = chain(u, partner, k);
+            let square = sum((1..k).map(|j| y[j] * y[k - j])) + (y[0] + y[0]) * value;
+            partner[k] = if function == Function::Tan { square } else { -square };
             value
         }
         Function::Asin | Function::Acos => {
             // y′ = ±u′/r with the partner r = √(1 − u²).
-            partner[k] = square_root(unit - product(u, u, k), partner, k);
-            if k == 0 {
-                return function.apply(u[0]);
-            }
+            partner[k] = square_root(-product(u, u, k), partner, k);
             let slope = if function == Function::Asin { u[k] } else { -u[k] };
             (slope - weighted(y, partner, k) / number(k)) / partner[0]
         }
         Function::Atan => {
-            partner[k] = unit + product(u, u, k);
-            if k == 0 { u[0].atan() } else { from_derivative(u, partner, y, k) }
+            partner[k] = product(u, u, k);
+            from_derivative(u, partner, y, k)
         }
-        Function::Exp => match k {
-            0 => u[0].exp(),
-            _ => chain(u, y, k),
-        },
-        Function::Ln => match k {
-            0 => u[0].ln(),
-            _ => from_derivative(u, u, y, k),
-        },
-        Function::Log10 => match k {
-            0 => u[0].log10(),
-            _ => (u[k] / S::LN_10 - weighted(y, u, k) / number(k)) / u[0],
-        },
+        Function::Exp => chain(u, y, k),
+        Function::Ln => from_derivative(u, u, y, k),
+        Function::Log10 => (u[k] / S::LN_10 - weighted(y, u, k) / number(k)) / u[0],
         Function::Sqrt => square_root(u[k], y, k),
-        Function::Table(table) => composed(&table.expansion(u[0]), u, partner, k),
-        Function::Abs | Function::Sign | Function::Step => {
-            if k == 0 {
-                partner[0] = u[0].signum();
-                return function.apply(u[0]);
-            }
-            if function == Function::Abs { partner[0] * u[k] } else { S::ZERO }
-        }
+        Function::Abs => partner[0] * u[k],
+        Function::Sign | Function::Step => S::ZERO,
+        Function::Table(_) => unreachable!("its value is composed"),
     }
 }

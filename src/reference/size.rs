@@ -1,7 +1,7 @@
 //! The size of a step of the Taylor method.
 
 use super::equations::{Equations, Series};
-use super::polynomials::{increment, slope};
+use super::series::{increment, slope};
 use crate::number::Real;
 
 /// The most corrections of the scale of the first step.
@@ -75,12 +75,6 @@ pub(super) fn seen<S: Real>(equations: &mut Equations<'_, S>, series: &Series<S>
         (h, missed_by_it) = (h.half(), of_half);
     }
     h
-}
-
-/// |a − b|, or infinity if that is not a number.
-pub(super) fn gap<S: Real>(a: S, b: S) -> S {
-    let gap = (a - b).abs();
-    if gap.is_nan() { S::from(f64::INFINITY) } else { gap }
 }
 
 /// The first s in (0, h) at which the argument of a function with kinks has just passed one; h if there is none.

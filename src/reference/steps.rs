@@ -2,7 +2,7 @@
 
 use super::EndReason;
 use super::equations::{Equations, Series};
-use super::polynomials::{Polynomial, Step, increment, slope};
+use super::series::{increment, slope};
 use super::size::{first_radius, radius, seen, smaller, step_to_kink};
 use crate::number::{Compensated, Real};
 
@@ -20,6 +20,32 @@ const SHRUNK: f64 = 1e-6;
 /// A value is not reached if, at the present rate, it is further away than this many times the length that the start
 /// suggested.
 const FAR_TOO_LONG: f64 = 1e6;
+
+/// A component of the state over one step, as a polynomial in the parameter counted from the start of the step.
+#[derive(Debug, Clone)]
+pub(super) struct Polynomial<S> {
+    coefficients: Vec<S>,
+    /// The rounding error of the first coefficient of the compensated sum.
+    low: S,
+}
+
+impl<S: Real> Polynomial<S> {
+    pub(super) fn value(&self, s: S) -> S {
+        self.coefficients[0] + (self.low + increment(&self.coefficients, s))
+    }
+
+    pub(super) fn slope(&self, s: S) -> S {
+        slope(&self.coefficients, s)
+    }
+}
+
+/// One step.
+#[derive(Debug, Clone)]
+struct Step<S> {
+    start: Compensated<S>,
+    /// The coefficients of the components that are kept.
+    components: Vec<Polynomial<S>>,
+}
 
 /// The accuracy of an integration.
 #[derive(Debug, Clone, Copy)]
@@ -226,7 +252,7 @@ impl<S: Real> Steps<S> {
     pub(super) fn at(&self, gamma: S) -> (&[Polynomial<S>], S) {
         let next = self.steps.partition_point(|step| step.start.high <= gamma);
         let step = &self.steps[next.saturating_sub(1)];
-        (&step.components, step.since_start(gamma))
+        (&step.components, (gamma - step.start.high) - step.start.low)
     }
 
     /// For each of the first `components` the largest difference to `other` and the largest value, at the ends of the

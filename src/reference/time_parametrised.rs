@@ -1,6 +1,9 @@
 //! The motion with time as its parameter, with which the figures of the paper compare the world-line formulation.
 
+use std::convert::Infallible;
+
 use crate::geometry::{Geometry, Start};
+use crate::number::runge_kutta::runge_kutta;
 
 /// A point of the time-parametrised motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,29 +28,24 @@ pub fn time_parametrised(geometry: &Geometry, start: &Start, duration: f64, poin
     let [_, first, _] = geometry.sources_of_g00();
     const STEPS: usize = 64;
     let h = duration / ((points - 1) * STEPS) as f64;
-    let acceleration = |x: f64, v: f64| {
+    let mut rates = |state: &[f64], rates: &mut [f64]| {
+        let (x, v) = (state[0], state[1]);
         // V′/m = g00′/2.
         let squeeze = (1.0 - v * v / c_squared).max(0.0);
-        -0.5 * geometry.at(&[0.0, x]).at(first, 0) * squeeze * squeeze.sqrt()
+        (rates[0], rates[1]) = (v, -0.5 * geometry.at(&[0.0, x]).at(first, 0) * squeeze * squeeze.sqrt());
+        Ok::<(), Infallible>(())
     };
-    let (mut x, mut v) = (start.q[1], start.q_dot[1] / start.q_dot[0]);
-    let mut states = vec![TimeState { elapsed: 0.0, x, velocity: v }];
+    let mut state = [start.q[1], start.q_dot[1] / start.q_dot[0]];
+    let point = |elapsed: f64, [x, velocity]: [f64; 2]| TimeState { elapsed, x, velocity };
+    let mut states = vec![point(0.0, state)];
     for k in 1..points {
         for _ in 0..STEPS {
-            let a1 = acceleration(x, v);
-            let v2 = v + 0.5 * h * a1;
-            let a2 = acceleration(x + 0.5 * h * v, v2);
-            let v3 = v + 0.5 * h * a2;
-            let a3 = acceleration(x + 0.5 * h * v2, v3);
-            let v4 = v + h * a3;
-            let a4 = acceleration(x + h * v3, v4);
-            x += h * (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0;
-            v += h * (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0;
+            let Ok(()) = runge_kutta(&mut state, h, &mut rates);
         }
-        if !(x.is_finite() && v.is_finite()) {
+        if !state.iter().all(|value| value.is_finite()) {
             break;
         }
-        states.push(TimeState { elapsed: (k * STEPS) as f64 * h, x, velocity: v });
+        states.push(point((k * STEPS) as f64 * h, state));
     }
     states
 }

@@ -8,6 +8,7 @@
 use std::sync::Arc;
 
 use super::errors::{RunError, chain_error};
+use super::subject::in_f64;
 use crate::case::Case;
 use crate::engine::{Accuracy, Handed};
 use crate::geometry::Start;
@@ -16,7 +17,7 @@ use crate::solve::{
     Arithmetic, Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Quantity, Setup, Status,
     Until, WorldLine, solve,
 };
-use crate::trajectory::Sampler;
+use crate::trajectory::{Sample, Sampler};
 
 /// The accuracy of the windows of the second chain.
 const SECOND: f64 = 1e-13;
@@ -93,21 +94,14 @@ pub fn solve_acting<S: Arithmetic>(case: &Case, setup: &Setup<S>) -> Result<Acte
         accuracy /= TIGHTER;
         let tighter =
             if accuracy < LEAST { None } else { chain(case, setup, Accuracy::Promised(accuracy), false).ok() };
-        let Some(tighter) = tighter else { return Err(refused(setup, &pieces, (wanted.value(), least))) };
+        let Some(tighter) = tighter else {
+            let last = pieces.iter().rev().find_map(|piece| piece.acted.last().copied());
+            let failure = failed(setup, Status::AccuracyNotReached, &pieces, last);
+            let failure = NoSolution { residual: least, needed: least, asked: wanted.value(), ..failure };
+            return Err(Box::new(Stopped { failure, pieces: Vec::new(), next: None }));
+        };
         pieces = tighter;
     }
-}
-
-/// The refusal of an accuracy that events do not leave.
-fn refused<S: Real>(setup: &Setup<S>, pieces: &[Piece<S>], (asked, least): (f64, f64)) -> Box<Stopped<S>> {
-    let line = &pieces.last().expect("a chain has pieces").line;
-    let q: Vec<f64> = line.end().q.iter().map(|q| q.to_f64()).collect();
-    let (name, count) = (last_name(setup, pieces), acting_events(pieces));
-    let event = LastEvent { name, count };
-    let geometry = &setup.rough.geometry;
-    let failure = NoSolution::at_event(Status::AccuracyNotReached, geometry, line.gamma_f().to_f64(), &q, event);
-    let failure = NoSolution { residual: least, needed: least, asked, ..failure };
-    Box::new(Stopped { failure, pieces: Vec::new(), next: None })
 }
 
 /// The number of events that acted.
@@ -115,11 +109,13 @@ pub fn acting_events<S: Real>(pieces: &[Piece<S>]) -> usize {
     pieces.iter().map(|piece| piece.acted.len()).sum()
 }
 
-/// The name of the event that acted last.
-fn last_name<S: Real>(setup: &Setup<S>, pieces: &[Piece<S>]) -> String {
-    let last = pieces.iter().rev().find_map(|piece| piece.acted.last());
-    let change = last.and_then(|&place| setup.until[place].change.as_ref());
-    change.map_or_else(String::new, |change| change.name.clone())
+/// The failure of a run at the end of its last piece, where the event `place` was the last one.
+fn failed<S: Real>(setup: &Setup<S>, status: Status, pieces: &[Piece<S>], place: Option<usize>) -> NoSolution {
+    let line = &pieces.last().expect("a chain has pieces").line;
+    let change = place.and_then(|place| setup.until[place].change.as_ref());
+    let name = change.map_or_else(String::new, |change| change.name.clone());
+    let event = LastEvent { name, count: acting_events(pieces) };
+    NoSolution::at_event(status, &setup.rough.geometry, line.gamma_f().to_f64(), &in_f64(&line.end()).q, event)
 }
 
 /// The pieces of a run to an accuracy. A chain that `is_shaken` is off by its last digits at every event.
@@ -163,7 +159,10 @@ fn chain<S: Arithmetic>(
                 count += event.acted.len();
                 piece.acted = event.acted;
             }
-            Err(status) => return Err(stopped(setup, status, pieces, first)),
+            Err(status) => {
+                let failure = failed(setup, status, &pieces, Some(first));
+                return Err(Box::new(Stopped { failure, pieces, next: None }));
+            }
         }
     }
 }
@@ -181,16 +180,6 @@ fn rest_of<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<Limit<S>> {
             is_left(value - line.last_joint().q[coordinate], value).then_some(setup.limit)
         }
     }
-}
-
-/// A run that ends at the event `place`, which was the last one.
-fn stopped<S: Real>(setup: &Setup<S>, status: Status, pieces: Vec<Piece<S>>, place: usize) -> Box<Stopped<S>> {
-    let line = &pieces.last().expect("it ends with a piece").line;
-    let q: Vec<f64> = line.end().q.iter().map(|q| q.to_f64()).collect();
-    let name = setup.until[place].change.as_ref().map_or_else(String::new, |change| change.name.clone());
-    let event = LastEvent { name, count: acting_events(&pieces) };
-    let failure = NoSolution::at_event(status, &setup.rough.geometry, line.gamma_f().to_f64(), &q, event);
-    Box::new(Stopped { failure, pieces, next: None })
 }
 
 /// The length of γ that the start is looked at with.
@@ -224,18 +213,10 @@ fn is_low<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, place: usize) -> bool 
     let norm = setup.rough.geometry.norm(&setup.rough.start.q, &setup.rough.start.q_dot);
     let at_end = Beginning::new((&setup.rough.geometry, &end), &mut formula, norm, (line.length.to_f64(), 0.0));
     let middle = Sampler::new(line).at_gamma(line.gamma_i + line.length.half());
-    middle.is_ok_and(|middle| {
-        let [q, q_dot, p] = [&middle.q, &middle.q_dot, &middle.p].map(|row| numbers(row));
+    middle.is_ok_and(|Sample { q, q_dot, p, .. }| {
+        let Start { q, q_dot, p } = in_f64(&Start { q, q_dot, p });
         formula.at(&q, &q_dot, &p, norm).abs() <= LOW * at_end.noise
     })
-}
-
-fn numbers<S: Real>(row: &[S]) -> Vec<f64> {
-    row.iter().map(|value| value.to_f64()).collect()
-}
-
-fn in_f64<S: Real>(start: &Start<S>) -> Start {
-    Start { q: numbers(&start.q), q_dot: numbers(&start.q_dot), p: numbers(&start.p) }
 }
 
 /// The state after an event.

@@ -12,7 +12,7 @@ use crate::number::Real;
 use crate::solve::{Arithmetic, NoSolution, Setup, WorldLine, solve, solve_window_by_window};
 use crate::study::acting::{Acted, Piece, Stopped, acting_events, solve_acting};
 use crate::study::errors::{RunError, reference_error, run_error};
-use crate::study::verdict::of_run;
+use crate::study::verdict::facts_of_run;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
 
 /// Conserved sums are looked at on so many nodes of a run.
@@ -314,7 +314,8 @@ impl<S: Real> Run<S> {
             None => None,
         };
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
-        let mut verdict = of_run(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
+        let facts = facts_of_run(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
+        let mut verdict = Verdict::new(&facts);
         let is_reason = |warning: &String| verdict.reasons.iter().any(|reason| reason.to_string() == *warning);
         let newtonian = diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
         let mut suspicions: Vec<String> =

@@ -1,12 +1,12 @@
-//! The [`Verdict`] on a run.
+//! The verdict on a run.
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
 //! use geodesic_ivp::diagnostics::Diagnostics;
-//! use geodesic_ivp::diagnostics::verdict::Grade;
+//! use geodesic_ivp::diagnostics::verdict::{Grade, Verdict};
 //! use geodesic_ivp::solve::Setup;
 //! use geodesic_ivp::study::errors::run_error;
-//! use geodesic_ivp::study::verdict::of_run;
+//! use geodesic_ivp::study::verdict::facts_of_run;
 //! use geodesic_ivp::{Case, Solution, solve};
 //!
 //! let text = builtin::text("quartic").expect("it is built in");
@@ -14,30 +14,20 @@
 //!     let case = Case::parse("quartic", text, &[format!("grid.n_gamma={nodes}")])?;
 //!     let solution: Solution = solve(&case)?;
 //!     let found = Diagnostics::new(&solution);
-//!     let verdict = of_run(&solution, &found, run_error(&Setup::from(&case), &solution, &[]).as_ref(), None);
-//!     assert_eq!(verdict.grade, grade);
+//!     let error = run_error(&Setup::from(&case), &solution, &[]);
+//!     assert_eq!(Verdict::new(&facts_of_run(&solution, &found, error.as_ref(), None)).grade, grade);
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 use super::errors::RunError;
-use crate::diagnostics::verdict::{CoordinateError, Facts, Verdict, largest};
+use crate::diagnostics::verdict::{CoordinateError, Facts, largest};
 use crate::diagnostics::{Diagnostics, Reach};
 use crate::number::Real;
 use crate::solve::WorldLine;
 
-/// The verdict on `line`, from what was measured on it and its error, if that is known. The estimate of a run to an
-/// accuracy may be contradicted by a reference, if there is one.
-pub fn of_run<S: Real>(
-    line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S>,
-    error: Option<&RunError>,
-    reference: Option<&RunError>,
-) -> Verdict {
-    Verdict::new(&facts_of_run(line, diagnostics, error, reference))
-}
-
-/// The facts that [`of_run`] judges.
+/// The facts that a [`Verdict`](crate::diagnostics::verdict::Verdict) on `line` is found from, with what was measured on it and its error, if that is known.
+/// The estimate of a run to an accuracy may be contradicted by a reference, if there is one.
 pub fn facts_of_run<S: Real>(
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S>,

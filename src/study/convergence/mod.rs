@@ -22,7 +22,7 @@ mod slope;
 mod sweep;
 
 pub use slope::Slope;
-pub use sweep::{Sweep, errors, sweep};
+pub use sweep::{Sweep, sweep};
 
 use crate::case::{Form, SbpName};
 use crate::number::norm::larger;

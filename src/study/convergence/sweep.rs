@@ -1,28 +1,26 @@
 //! The grids of a sweep, solved in parallel and measured.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::{Convergence, ConvergencePoint, Errors, ReferenceInfo, SweepError};
 use crate::case::{Form, SbpName, on_grid};
+use crate::diagnostics::Diagnostics;
+use crate::number::Real;
 use crate::number::norm::larger;
 use crate::reference::ReferenceTrajectory;
-use crate::solve::Arithmetic;
-use crate::solve::{Settings, Setup, Status, WorldLine, solve};
-use crate::study::space::{self, Deviations, distance};
+use crate::solve::{Arithmetic, Settings, Setup, Status, WorldLine, solve};
+use crate::study::subject::{distance, length_of, rows, timed};
 
 /// A sweep that is ready to run: every grid is possible, and there is a reference.
-pub struct Sweep<S = f64> {
-    /// The grids, by their numbers of nodes: operators in the requested order, then N ascending.
-    nodes: Vec<usize>,
-    /// Solves the grid with that index and measures its errors.
-    measure: Box<dyn Fn(usize) -> ConvergencePoint + Send + Sync>,
-    info: ReferenceInfo<S>,
-    coordinates: Vec<String>,
-    charges: Vec<String>,
-    digits: u32,
+pub struct Sweep<S: Real = f64> {
+    /// The grids: operators in the requested order, then N ascending.
+    setups: Vec<Setup<S>>,
+    length: S,
+    reference: ReferenceTrajectory<S>,
+    /// What is known before a grid is solved.
+    empty: Convergence<S>,
 }
 
 /// Solves `setup` for every operator with its form and every number of nodes, in parallel. The order of the results
@@ -54,10 +52,10 @@ impl<S: Arithmetic> Sweep<S> {
     /// status.
     pub fn new(setup: impl Into<Setup<S>>, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Result<Self, SweepError> {
         let setup = setup.into();
-        let length = space::length_of(&setup)?;
+        let length = length_of(&setup)?;
         let setups = grids(&setup, schemes, n_gamma, length)?;
         let (place, digits) = (&setup.place, setup.settings.digits);
-        let reference = space::reference(place, length, digits)?;
+        let reference = ReferenceTrajectory::new(&place.geometry, &place.start, length, digits)?;
         let coordinates = place.geometry.names().to_vec();
         let samples = n_gamma.iter().max().copied().unwrap_or(2).clamp(2, 4096);
         let mut sizes = vec![f64::MIN_POSITIVE; coordinates.len()];
@@ -67,23 +65,23 @@ impl<S: Arithmetic> Sweep<S> {
                 *size = larger(*size, distance(place, a, point.q[a]));
             }
         }
-        let end = reference.at(length);
+        let end = reference.at(length).q;
         let info = ReferenceInfo {
             error_estimate: reference.error_estimate(),
             steps: reference.steps(),
             gamma_final: setup.gamma_i + length,
-            end: (0..coordinates.len()).map(|a| setup.origin_of(a) + end.q[a]).collect(),
+            end: end.into_iter().enumerate().map(|(a, q)| setup.origin_of(a) + q).collect(),
             sizes: place.geometry.shared(&place.start.q, &sizes),
         };
-        let charges = space::charges(&place.geometry);
-        let nodes = setups.iter().map(|setup| setup.settings.n_gamma * setup.settings.windows).collect();
-        let measure = move |grid: usize| measure(&setups[grid], length, &reference);
-        Ok(Self { nodes, measure: Box::new(measure), info, coordinates, charges, digits })
+        let charges = place.geometry.ignorable().map(|a| coordinates[a].clone()).collect();
+        let empty =
+            Convergence { points: Vec::new(), reference: info, coordinates, charges, digits, interrupted: true };
+        Ok(Self { setups, length, reference, empty })
     }
 
     /// Number of grids.
     pub fn grids(&self) -> usize {
-        self.nodes.len()
+        self.setups.len()
     }
 
     /// Solves all grids. `finished` is called for each when it is done, with its index in the order. Once `cancel` is
@@ -91,12 +89,15 @@ impl<S: Arithmetic> Sweep<S> {
     pub fn run(&self, cancel: &AtomicBool, finished: &(dyn Fn(usize, &ConvergencePoint) + Sync)) -> Convergence<S> {
         // The largest grids are started first, so that no core is still busy with one when the others have finished.
         let mut jobs: Vec<usize> = (0..self.grids()).collect();
-        jobs.sort_by_key(|&place| std::cmp::Reverse(self.nodes[place]));
+        jobs.sort_by_key(|&place| {
+            let Settings { n_gamma, windows, .. } = self.setups[place].settings;
+            std::cmp::Reverse(n_gamma * windows)
+        });
         let points = jobs.into_par_iter().with_max_len(1).filter_map(|place| {
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            let point = (self.measure)(place);
+            let point = measure(&self.setups[place], self.length, &self.reference);
             finished(place, &point);
             Some((place, point))
         });
@@ -106,14 +107,8 @@ impl<S: Arithmetic> Sweep<S> {
     /// The sweep with these points, each given with its index in the order.
     pub fn gathered(&self, mut points: Vec<(usize, ConvergencePoint)>) -> Convergence<S> {
         points.sort_by_key(|(place, _)| *place);
-        Convergence {
-            interrupted: points.len() < self.nodes.len(),
-            digits: self.digits,
-            points: points.into_iter().map(|(_, point)| point).collect(),
-            reference: self.info.clone(),
-            coordinates: self.coordinates.clone(),
-            charges: self.charges.clone(),
-        }
+        let (interrupted, found) = (points.len() < self.grids(), points.into_iter().map(|(_, point)| point));
+        Convergence { interrupted, points: found.collect(), ..self.empty.clone() }
     }
 }
 
@@ -143,9 +138,7 @@ fn grids<S: Arithmetic>(
 fn measure<S: Arithmetic>(setup: &Setup<S>, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
     let Settings { sbp, form, n_gamma, windows, .. } = setup.settings;
     let intervals = windows * (n_gamma - 1);
-    let start = Instant::now();
-    let result = solve(setup);
-    let seconds = start.elapsed().as_secs_f64();
+    let (result, seconds) = timed(|| solve(setup));
     let (status, iterations, errors) = match &result {
         Ok(line) => (Status::Converged, line.iterations.count, Some(errors(line, reference))),
         Err(failure) => (failure.status, failure.iterations.history.len(), None),
@@ -155,8 +148,8 @@ fn measure<S: Arithmetic>(setup: &Setup<S>, length: S, reference: &ReferenceTraj
 }
 
 /// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.
-pub fn errors<S: Arithmetic>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S>) -> Errors {
-    let rows = space::rows(line);
+fn errors<S: Arithmetic>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S>) -> Errors {
+    let rows = rows(line);
     let (mut at_end, mut squared) = (vec![0.0; rows.len()], vec![0.0; rows.len()]);
     for grid in line.grids() {
         for ((k, node), weight) in grid.nodes().enumerate().zip(grid.sbp().weights()) {
@@ -168,6 +161,14 @@ pub fn errors<S: Arithmetic>(line: &WorldLine<S>, reference: &ReferenceTrajector
             }
         }
     }
-    let Deviations { charges_last, delta_k_max, .. } = space::deviations(line, false);
-    Errors { at_end, l2: squared.into_iter().map(f64::sqrt).collect(), charges_last, delta_k_max }
+    let Diagnostics { charges, norm, .. } = Diagnostics::new(line);
+    // In one coordinate it is that of the run's last node, as the paper has it.
+    let is_of_x = line.geometry().c_squared().is_some();
+    let last = charges.iter().map(|charge| (if is_of_x { charge.last } else { charge.max_last }).to_f64());
+    Errors {
+        at_end,
+        l2: squared.into_iter().map(f64::sqrt).collect(),
+        charges_last: last.collect(),
+        delta_k_max: norm.max_interior.to_f64(),
+    }
 }

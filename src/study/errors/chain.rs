@@ -1,7 +1,7 @@
 //! The error of a run with events that act, by a second one.
 
-use super::run_error::{Judge, RunError};
 use super::stepped_over::own_windows;
+use super::{Judge, RunError};
 use crate::engine::GOOD_DIGITS;
 use crate::number::Real;
 use crate::solve::{Limit, WorldLine};

@@ -6,16 +6,12 @@
 //! which that is wanted.
 
 mod chain;
-mod points;
-mod run_error;
-mod second_solve;
+mod compare;
 mod stepped_over;
-mod taylor;
 
 pub(crate) use chain::chain_error;
-pub use run_error::{Judge, RunError};
 
-use self::points::Points;
+use self::compare::{Points, with_second_solve, with_taylor};
 use self::stepped_over::own_windows;
 use crate::number::Real;
 use crate::solve::{Limit, Setup, WorldLine};
@@ -24,6 +20,75 @@ use crate::trajectory::Sample;
 /// If the errors of an extended run are below this, relative to the sizes of the coordinates, they are measured in
 /// extended precision.
 const BEYOND_F64: f64 = 1e-11;
+
+/// The distance of a run from the world-line of the continuum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RunError {
+    /// By how much each coordinate is off at the last node. If the value of a coordinate ended the run, points with
+    /// that value are compared, and it has no error there.
+    pub end: Vec<f64>,
+    /// The largest of the same over the nodes, of which the last is compared as for `end`.
+    pub largest: Vec<f64>,
+    /// By how much the judge may be off itself, in the unit of each coordinate.
+    pub own: Vec<f64>,
+    /// The judge that the run was compared with.
+    pub judge: Judge,
+    /// The share of its way by which the motion may be off because the judge stepped over a feature. In scenes it is 0
+    /// where a force acts, which changes K, and in extended precision.
+    pub stepped_over: f64,
+}
+
+/// The judge that a run is compared with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Judge {
+    /// A second solve with this estimated relative error.
+    SecondSolve(f64),
+    /// A Taylor trajectory with this estimated relative error.
+    Taylor(f64),
+    /// The estimate that every run to an accuracy makes on its way.
+    OwnEstimate,
+}
+
+impl Judge {
+    /// A phrase for display.
+    pub fn describe(self) -> String {
+        match self {
+            // Its last digits depend on the order of sums.
+            Self::SecondSolve(error) => format!("from a second solve to {:.0e}", 10.0_f64.powf(error.log10().ceil())),
+            Self::Taylor(error) => format!("from a Taylor series good to {error:.0e}"),
+            Self::OwnEstimate => "from the run's own estimate".to_owned(),
+        }
+    }
+
+    /// Its relative error.
+    pub fn relative_error(self) -> f64 {
+        match self {
+            Self::SecondSolve(error) | Self::Taylor(error) => error,
+            Self::OwnEstimate => 0.0,
+        }
+    }
+
+    /// The error of a Taylor trajectory.
+    pub fn reference_error(self) -> Option<f64> {
+        if let Self::Taylor(error) = self { Some(error) } else { None }
+    }
+}
+
+impl RunError {
+    /// Upper estimates of the absolute errors of the coordinates at the last node.
+    pub fn at_most_at_end(&self) -> Vec<f64> {
+        self.with_own(&self.end)
+    }
+
+    /// Upper estimates of the largest absolute errors of the coordinates over the nodes.
+    pub fn at_most(&self) -> Vec<f64> {
+        self.with_own(&self.largest)
+    }
+
+    fn with_own(&self, found: &[f64]) -> Vec<f64> {
+        found.iter().zip(&self.own).map(|(found, own)| found + own).collect()
+    }
+}
 
 /// The error of the run of `setup`, of which only its last part, `line`, and `samples` of all of it may be kept; `None`
 /// if no second solve reaches the end.
@@ -36,21 +101,17 @@ pub fn run_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Samp
         return Some(RunError { end, largest, own, judge: Judge::OwnEstimate, stepped_over: own_windows(setup, line) });
     }
     let points = Points::new(line, samples, clock(setup, line));
-    let found = second_solve::compare(&setup.rough, &points);
+    let found = with_second_solve(&setup.rough, &points);
     let is_beyond = |error: &RunError| {
         let sizes = points.sizes();
         error.at_most().iter().zip(&sizes).all(|(most, size)| *most <= BEYOND_F64 * size)
     };
-    if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) {
-        taylor::compare(line, &points).or(found)
-    } else {
-        found
-    }
+    if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) { with_taylor(line, &points).or(found) } else { found }
 }
 
 /// The same against a Taylor reference of as many digits; `None` if that does not reach the end.
 pub fn reference_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    taylor::compare(line, &Points::new(line, samples, clock(setup, line)))
+    with_taylor(line, &Points::new(line, samples, clock(setup, line)))
 }
 
 /// The coordinate whose value ended the run, if one did.

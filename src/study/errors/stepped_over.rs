@@ -10,18 +10,21 @@ use std::ops::ControlFlow;
 use crate::engine::{Dense, Engine, POINTS, Window};
 use crate::geometry::{Geometry, Motion, OnNodes, Start};
 use crate::number::Real;
+use crate::reference::ReferenceTrajectory;
 use crate::solve::{Setup, WorldLine};
 
 /// So many points are looked at, spread evenly over the run.
-pub(super) const PROBES: usize = 8192;
-/// The least number of these in every window.
+const PROBES: usize = 8192;
+/// The number of probes that are evaluated at a time.
+const TOGETHER: usize = 256;
+/// The least number of probes in every window.
 const IN_A_WINDOW: usize = 8;
 /// A deviation of K below this share of the largest term of K can be rounding.
 const ROUNDING: f64 = 1e4 * f64::EPSILON;
 
 /// The deviations of K at points between nodes.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Between {
+struct Between {
     /// The integral of |ΔK| over γ.
     drift: f64,
     /// The largest contribution of motion to K.
@@ -33,7 +36,7 @@ pub(super) struct Between {
 impl Between {
     /// Takes a point into account, for this `length` of γ around it: the deviation of K there, the largest term of K,
     /// and what motion contributes to K.
-    pub(super) fn see(&mut self, length: f64, delta_k: f64, largest_term: f64, motion: f64) {
+    fn see(&mut self, length: f64, delta_k: f64, largest_term: f64, motion: f64) {
         self.motion = self.motion.max(motion);
         self.length += length.abs();
         // NaN is no rounding.
@@ -45,25 +48,25 @@ impl Between {
 
     /// The share of its way by which a motion may be off. Where K is off by ΔK, the velocity is by half the share that
     /// ΔK is of the motion.
-    pub(super) fn share(self) -> f64 {
+    fn share(self) -> f64 {
         if self.drift == 0.0 { 0.0 } else { 0.5 * self.drift / (self.motion * self.length) }
     }
 }
 
 /// The deviation of K along a motion without a force, which would change K.
-pub(super) struct Gaps<'g, S: Real> {
+struct Gaps<'g, S: Real> {
     geometry: &'g Geometry<S>,
     k: S,
     between: Between,
 }
 
 impl<'g, S: Real> Gaps<'g, S> {
-    pub(super) fn new(geometry: &'g Geometry<S>, start: &Start<S>) -> Self {
+    fn new(geometry: &'g Geometry<S>, start: &Start<S>) -> Self {
         Self { geometry, k: geometry.norm(&start.q, &start.q_dot), between: Between::default() }
     }
 
     /// Takes points into account, for this `length` of γ around each: rows of positions and velocities.
-    pub(super) fn see(&mut self, length: f64, q: &[Vec<S>], q_dot: &[Vec<S>]) {
+    fn see(&mut self, length: f64, q: &[Vec<S>], q_dot: &[Vec<S>]) {
         let [q, q_dot] = [q, q_dot].map(|rows| rows.iter().map(Vec::as_slice).collect::<Vec<_>>());
         let [norm, motion] = self.geometry.norm_and_motion(&q, &q_dot);
         for (k, (here, motion)) in norm.into_iter().zip(motion).enumerate() {
@@ -82,9 +85,26 @@ impl<'g, S: Real> Gaps<'g, S> {
         2.0 * forces.iter().zip(q).map(|(force, q)| (*force * *q).to_f64().abs()).sum::<f64>()
     }
 
-    pub(super) fn share(&self) -> f64 {
+    fn share(&self) -> f64 {
         if self.geometry.has_force() { 0.0 } else { self.between.share() }
     }
+}
+
+/// The share of its way by which the motion may be off because of what the reference does not know.
+pub(super) fn along_reference<S: Real>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S>) -> f64 {
+    let (geometry, start, length) = (line.geometry(), &line.place.start, line.length.to_f64());
+    if S::IS_EXTENDED {
+        return 0.0;
+    }
+    let mut gaps = Gaps::new(geometry, start);
+    let places: Vec<f64> = fractions(PROBES).collect();
+    for places in places.chunks(TOGETHER) {
+        let points: Vec<_> = places.iter().map(|&place| reference.at(line.length * S::from(place))).collect();
+        let row = |of: fn(&Start<S>) -> &[S], a: usize| points.iter().map(|point| of(point)[a]).collect();
+        let rows = |of: fn(&Start<S>) -> &[S]| (0..start.q.len()).map(|a| row(of, a)).collect::<Vec<Vec<S>>>();
+        gaps.see(length / PROBES as f64, &rows(|point| &point.q), &rows(|point| &point.q_dot));
+    }
+    gaps.share()
 }
 
 /// The same along windows of the engine.
@@ -164,12 +184,12 @@ pub(super) fn own_windows<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> f64
 }
 
 /// The number of points in a window that is this share of the run.
-pub(super) fn points_in(share: f64) -> usize {
+fn points_in(share: f64) -> usize {
     (((PROBES as f64) * share).ceil() as usize).clamp(IN_A_WINDOW, PROBES)
 }
 
 /// The places of that many points in a window, as fractions of it.
-pub(super) fn fractions(points: usize) -> impl Iterator<Item = f64> {
+fn fractions(points: usize) -> impl Iterator<Item = f64> {
     (0..points).map(move |k| (k as f64 + 0.5) / points as f64)
 }
 
@@ -178,22 +198,6 @@ mod tests {
     use super::*;
     use crate::engine::Accuracy;
     use crate::geometry::PotentialText;
-
-    #[test]
-    fn a_wrong_k_makes_the_way_wrong_by_that_share() {
-        // ẋ² is 4 but for a quarter of the run, in which K is off, and ẋ² with it.
-        let (delta, v) = (1e-6, 2.0_f64);
-        let off = 0.25 * ((v * v + delta).sqrt() / v - 1.0);
-        for sign in [1.0, -1.0] {
-            // In both directions of γ; the motion counts by its largest value.
-            let mut between = Between::default();
-            for k in 0..400 {
-                let (here, motion) = (if k < 100 { sign * delta } else { 0.0 }, if k % 2 == 0 { v * v } else { 1.0 });
-                between.see(sign * 0.005, here, -7.0, motion);
-            }
-            assert!((between.share() / off - 1.0).abs() < 1e-6, "{} and {off}", between.share());
-        }
-    }
 
     #[test]
     fn rounding_of_k_moves_nothing_and_a_nan_is_not_rounding() {

@@ -17,26 +17,12 @@ const EXPECTED: &str = "expected KEY=VALUE,VALUE,… or KEY=START:STOP:COUNT, fo
 /// `0.1:0.3:3` has 0.2 and not a neighbour of it. Between whole ends whole values stay whole numbers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Axis {
-    text: String,
-    key: String,
-    values: Vec<String>,
-}
-
-impl Axis {
-    /// The key, dotted.
-    pub fn key(&self) -> &str {
-        &self.key
-    }
-
-    /// The values, in order; there is at least one.
-    pub fn values(&self) -> &[String] {
-        &self.values
-    }
-
     /// The text that it was read from.
-    pub fn text(&self) -> &str {
-        &self.text
-    }
+    pub text: String,
+    /// The key, dotted.
+    pub key: String,
+    /// The values, in order; there is at least one.
+    pub values: Vec<String>,
 }
 
 impl FromStr for Axis {

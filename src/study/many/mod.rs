@@ -48,7 +48,7 @@ impl ManyRuns {
     /// # Errors
     /// [`CaseError`] of the first run, if no run at all is a valid case, or if there are more than ten million.
     pub fn new(name: &str, text: &str, overrides: &[String], axes: Vec<Axis>) -> Result<Self, CaseError> {
-        let runs = axes.iter().map(|axis| axis.values().len()).try_fold(1, usize::checked_mul);
+        let runs = axes.iter().map(|axis| axis.values.len()).try_fold(1, usize::checked_mul);
         if runs.is_none_or(|runs| runs > MOST_RUNS) {
             let runs = runs.map_or_else(|| "too many".to_owned(), |runs| runs.to_string());
             let message = format!("{runs} runs: a table has at most {MOST_RUNS}");
@@ -106,14 +106,14 @@ impl ManyRuns {
 }
 
 fn product(axes: &[Axis]) -> usize {
-    axes.iter().map(|axis| axis.values().len()).product()
+    axes.iter().map(|axis| axis.values.len()).product()
 }
 
 fn values(axes: &[Axis], mut run: usize) -> Vec<&str> {
     let mut values: Vec<&str> = Vec::with_capacity(axes.len());
     for axis in axes.iter().rev() {
-        let count = axis.values().len();
-        values.push(&axis.values()[run % count]);
+        let count = axis.values.len();
+        values.push(&axis.values[run % count]);
         run /= count;
     }
     values.reverse();
@@ -121,7 +121,7 @@ fn values(axes: &[Axis], mut run: usize) -> Vec<&str> {
 }
 
 fn parse(name: &str, text: &str, overrides: &[String], axes: &[Axis], run: usize) -> Result<Case, CaseError> {
-    let varied = axes.iter().zip(values(axes, run)).map(|(axis, value)| format!("{}={value}", axis.key()));
+    let varied = axes.iter().zip(values(axes, run)).map(|(axis, value)| format!("{}={value}", axis.key));
     let all: Vec<String> = overrides.iter().cloned().chain(varied).collect();
     Case::parse(name, text, &all)
 }

@@ -2,13 +2,14 @@
 
 use std::f64::consts::TAU;
 
-use super::chart::Chart;
+use super::frequency::rates;
 use super::status::Sizes;
-use super::task::Reference;
 use crate::case::Case;
-use crate::reference::{EndReason, ReferenceEnds};
-use crate::study::line::Line;
-use crate::study::space::Point;
+use crate::geometry::{Geometry, Start};
+use crate::number::Real;
+use crate::reference::{EndReason, ReferenceEnds, ReferenceTrajectory};
+use crate::solve::Place;
+use crate::study::subject::{Subject, in_f64, length_of};
 
 /// Number of points on the reference at which sizes and frequencies are measured, per step of it, and the largest
 /// number in all.
@@ -20,7 +21,7 @@ const MOST_SAMPLES: usize = 200_000;
 /// precision takes its place. If that is not better, no cell is called accurate.
 const GOOD_REFERENCE: f64 = 1e-4;
 /// Digits of the reference in extended precision.
-pub(super) const DIGITS: u32 = 40;
+const DIGITS: u32 = 40;
 /// If the world-line leaves the domain, the reference ends at this share of its length.
 const SHORT_OF_THE_END: f64 = 0.9;
 
@@ -44,12 +45,44 @@ impl Pace {
     }
 }
 
+/// The trajectory to compare with, in any precision.
+struct Reference {
+    /// The point at γ − γ_i, which must be in its range.
+    at: Box<dyn Fn(f64) -> Start + Send + Sync>,
+    /// The estimate of its own error, relative to the largest values of the coordinates.
+    error: f64,
+    /// Number of Taylor steps.
+    steps: usize,
+    /// γ − γ_i at its end.
+    reached: f64,
+}
+
+impl Reference {
+    fn new<S: Real>(place: &Place<S>, reached: f64, digits: u32) -> Result<Self, ReferenceEnds> {
+        let reference = ReferenceTrajectory::new(&place.geometry, &place.start, reached.into(), digits)?;
+        let (error, steps) = (reference.error_estimate(), reference.steps());
+        Ok(Self { at: Box::new(move |gamma| in_f64(&reference.at(gamma.into()))), error, steps, reached })
+    }
+
+    /// One in `f64` of this length, or one as long as the geodesic allows, but at least as long as `least`; with the
+    /// end of the geodesic, if it has one.
+    fn up_to(place: &Place, length: f64, least: f64) -> Result<(Self, Option<ReferenceEnds>), ReferenceEnds> {
+        let of_length = |length| Self::new(place, length, f64::MOST_DIGITS);
+        match of_length(length) {
+            Ok(reference) => Ok((reference, None)),
+            Err(end) if end.reason == EndReason::OutsideDomain => {
+                Ok((of_length((SHORT_OF_THE_END * end.gamma).max(least))?, Some(end)))
+            }
+            Err(end) => Err(end),
+        }
+    }
+}
+
 /// The world-line of a case or of a scene, with its reference.
 pub struct Arena {
-    pub(super) chart: Chart,
-    reference: Option<Box<dyn Reference>>,
-    /// γ − γ_i at the end of the reference.
-    reached: f64,
+    pub(super) subject: Subject,
+    reference: Reference,
+    /// True if a wrong trajectory cannot pass for an accurate one.
     trusted: bool,
     ends: Option<ReferenceEnds>,
     pace: Pace,
@@ -64,49 +97,38 @@ impl Arena {
     /// [`ReferenceEnds`] if V has no Taylor series at some point of the geodesic, or the geodesic does not reach t_f of
     /// the case: then nothing could be judged. A geodesic that leaves the domain is not an error; the atlas shows it.
     pub fn new(case: &Case, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
-        Self::of(Chart::new(Line::new(case)), lengths)
-    }
-
-    fn of(chart: Chart, lengths: &[f64]) -> Result<Self, ReferenceEnds> {
-        let own_length = match chart.own_length() {
+        let subject = Subject::new(case);
+        let own_length = match length_of(&subject.own) {
             Ok(length) => length,
             Err(end) if end.reason == EndReason::OutsideDomain => 2.0 * end.gamma,
             Err(end) => return Err(end),
         };
-        let pace = Pace::Length(1.0);
-        let mut arena = Self { chart, reference: None, reached: 0.0, trusted: false, ends: None, pace, own_length };
-        arena.refer(own_length)?;
+        let (reference, ends) = Reference::up_to(&subject.plain.place, own_length, 0.0)?;
+        let mut arena = Self { subject, reference, trusted: false, ends, pace: Pace::Length(1.0), own_length };
+        arena.look()?;
         let wanted = match lengths {
             [] => arena.default_lengths(),
             lengths => lengths.to_vec(),
         };
-        let longest = wanted.into_iter().fold(0.0, f64::max);
-        if longest > arena.reached {
-            arena.refer(longest)?;
+        let (longest, reached) = (wanted.into_iter().fold(0.0, f64::max), arena.reference.reached);
+        if longest > reached {
+            let (reference, ends) = Reference::up_to(arena.place(), longest, reached)?;
+            (arena.reference, arena.ends) = (reference, ends.or(arena.ends));
+            arena.look()?;
         }
         Ok(arena)
     }
 
-    /// Computes a reference of the given `length`, or as long as the geodesic allows.
-    fn refer(&mut self, length: f64) -> Result<(), ReferenceEnds> {
-        let (reference, reached) = match self.chart.reference(length, false) {
-            Ok(reference) => (reference, length),
-            Err(end) if end.reason == EndReason::OutsideDomain => {
-                let short = (SHORT_OF_THE_END * end.gamma).max(self.reached);
-                self.ends = Some(end);
-                (self.chart.reference(short, false)?, short)
-            }
-            Err(end) => return Err(end),
-        };
-        self.reached = reached;
-        self.reference = Some(reference);
+    /// Measures the rates along the reference, which is replaced by a better one if it is not good.
+    fn look(&mut self) -> Result<(), ReferenceEnds> {
+        let reached = self.reference.reached;
         let mut points = self.sampled(reached);
         if !self.is_good(&points) {
-            self.reference = Some(self.chart.reference(reached, true)?);
+            self.reference = Reference::new(&self.subject.exact.place, reached, DIGITS)?;
             points = self.sampled(reached);
         }
         self.trusted = self.is_good(&points);
-        let [omega, growth] = self.chart.rates(&points);
+        let [omega, growth] = rates(self.geometry(), &points);
         self.pace = match TAU / self.own_length {
             _ if omega > 0.0 => Pace::Frequency(omega),
             _ if growth > 0.0 => Pace::Growth(growth),
@@ -116,59 +138,89 @@ impl Arena {
         Ok(())
     }
 
+    fn place(&self) -> &Place {
+        &self.subject.plain.place
+    }
+
+    pub(super) fn geometry(&self) -> &Geometry {
+        &self.place().geometry
+    }
+
     /// Points of the reference over [0, `length`], which must not go beyond its end.
-    fn sampled(&self, length: f64) -> Vec<Point> {
-        let steps = self.reference.as_ref().map_or(0, |reference| reference.steps());
-        let count = (steps * SAMPLES_A_STEP).clamp(400, MOST_SAMPLES);
+    fn sampled(&self, length: f64) -> Vec<Start> {
+        let count = (self.reference.steps * SAMPLES_A_STEP).clamp(400, MOST_SAMPLES);
         (0..=count).filter_map(|k| self.at(length * (k as f64 / count as f64))).collect()
     }
 
-    /// The reference at γ − γ_i = `gamma`; `None` beyond its end.
-    pub(super) fn at(&self, gamma: f64) -> Option<Point> {
-        if gamma > self.reached * (1.0 + 1e-12) {
-            return None;
-        }
-        Some(self.reference.as_ref()?.at(gamma.min(self.reached)))
+    /// The reference at γ − γ_i = `gamma`; `None` beyond its end. In one coordinate t is counted from the start.
+    pub(super) fn at(&self, gamma: f64) -> Option<Start> {
+        let Reference { at, reached, .. } = &self.reference;
+        if gamma > reached * (1.0 + 1e-12) { None } else { Some(at(gamma.min(*reached))) }
     }
 
     /// Returns true if the reference is accurate enough over its whole length that a wrong trajectory cannot pass for
     /// an accurate one. `points` are on it.
-    fn is_good(&self, points: &[Point]) -> bool {
-        if points.len() < 2 {
-            return false;
-        }
-        let (sizes, origin) = (self.chart.sizes(points, self.reached), self.chart.origin());
+    fn is_good(&self, points: &[Start]) -> bool {
+        let mut origin = self.place().start.q.clone();
+        self.geometry().active().iter().for_each(|&a| origin[a] = 0.0);
         // The estimated error is relative to the largest values, whereas the rules are relative to the sizes.
         let far = |a: usize| largest(points, |point| point.q[a] - origin[a]).max(f64::MIN_POSITIVE);
-        let share = sizes.q.iter().enumerate().map(|(a, size)| size / far(a)).fold(1.0, f64::min);
-        self.reference_error() <= GOOD_REFERENCE * share
+        let sizes = self.sizes_of(points, self.reference.reached).q;
+        let share = sizes.iter().enumerate().map(|(a, size)| size / far(a)).fold(1.0, f64::min);
+        self.reference.error <= GOOD_REFERENCE * share
     }
 
     /// The sizes by which trajectories over [0, `length`] are judged; `None` beyond the end of the reference, or if
     /// that is not accurate enough.
     pub(super) fn sizes(&self, length: f64) -> Option<Sizes> {
         self.at(length).filter(|_| self.trusted)?;
-        Some(self.chart.sizes(&self.sampled(length), length))
+        Some(self.sizes_of(&self.sampled(length), length))
+    }
+
+    /// The sizes by which trajectories with these points are judged. `points` are at least two, ends included.
+    /// Coordinates of one unit share their size. The range of γ in which the motion is felt is the shortest in which an
+    /// active coordinate moves by its amplitude.
+    fn sizes_of(&self, points: &[Start], length: f64) -> Sizes {
+        let (geometry, start) = (self.geometry(), &self.place().start);
+        let all = 0..geometry.dimension();
+        let is_active = |a: usize| geometry.active().contains(&a);
+        let half = all.clone().map(|a| if is_active(a) { half_range(points, a) } else { 0.0 }).collect::<Vec<_>>();
+        let speeds: Vec<f64> = all.clone().map(|a| largest(points, |point| point.q_dot[a])).collect();
+        let [half, speeds] = [half, speeds].map(|row| geometry.shared(&start.q, &row));
+        // At rest there is no amplitude, and the largest value takes its place.
+        let amplitude = |a: usize| match largest(points, |point| point.q[a]) {
+            largest if half[a] > 1e-12 * largest => half[a],
+            largest => largest.max(f64::MIN_POSITIVE),
+        };
+        let moved = geometry.active().iter().filter(|&&a| speeds[a] > 0.0).map(|&a| amplitude(a) / speeds[a]);
+        let felt = moved.fold(length, f64::min);
+        let size = |a: usize| if is_active(a) { amplitude(a) } else { (speeds[a] * felt).max(f64::MIN_POSITIVE) };
+        let motion = points.iter().map(|point| geometry.motion(&point.q, &point.q_dot)).fold(0.0, f64::max);
+        let k = if motion > 0.0 { motion } else { geometry.norm(&start.q, &start.q_dot).abs() };
+        if geometry.c_squared().is_some() {
+            return Sizes { q: vec![time(points, amplitude(1)), amplitude(1)], k };
+        }
+        Sizes { q: all.map(size).collect(), k }
     }
 
     /// Returns true if it is that of a scene.
     pub fn is_scene(&self) -> bool {
-        self.chart.is_scene()
+        self.subject.is_scene
     }
 
     /// Returns true if it is that of a scene that is the lift of Newton's law, which has an energy.
     pub fn has_energy(&self) -> bool {
-        self.chart.has_energy()
+        self.subject.is_lifted
     }
 
     /// The names of the coordinates: t and x, or those of a scene.
     pub fn coordinates(&self) -> &[String] {
-        self.chart.coordinates()
+        self.geometry().names()
     }
 
     /// The coordinates whose momenta are charges, by their places.
     pub fn charges(&self) -> impl Iterator<Item = usize> + '_ {
-        (0..self.coordinates().len()).filter(|a| !self.chart.active().contains(a))
+        self.geometry().ignorable()
     }
 
     /// The largest local frequency along the reference; 0 if nothing oscillates. In one coordinate ω² = −dẍ/dx where
@@ -185,7 +237,8 @@ impl Arena {
 
     /// ṫ_i of the case; `None` in a scene without a coordinate t.
     pub fn t_dot(&self) -> Option<f64> {
-        self.chart.t_dot()
+        let t = self.coordinates().iter().position(|name| name == "t")?;
+        Some(self.place().start.q_dot[t])
     }
 
     /// Where and why the geodesic ends, if it does.
@@ -195,7 +248,7 @@ impl Arena {
 
     /// The reference's own estimate of its relative error.
     pub fn reference_error(&self) -> f64 {
-        self.reference.as_ref().map_or(f64::INFINITY, |reference| reference.error_estimate())
+        self.reference.error
     }
 
     /// The case's own length, and 1, 2, 5, 10, … from two radians of the fastest oscillation to a thousand.
@@ -217,20 +270,21 @@ impl Arena {
 }
 
 /// The largest absolute value at these points.
-pub(super) fn largest(points: &[Point], of: impl Fn(&Point) -> f64) -> f64 {
+fn largest(points: &[Start], of: impl Fn(&Start) -> f64) -> f64 {
     points.iter().map(|point| of(point).abs()).fold(0.0, f64::max)
 }
 
 /// Half the range of a coordinate.
-pub(super) fn half_range(points: &[Point], a: usize) -> f64 {
+fn half_range(points: &[Start], a: usize) -> f64 {
     let values = || points.iter().map(|point| point.q[a]);
     0.5 * (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min))
 }
 
-/// The amplitude of a coordinate, from half its range and its largest absolute value. At rest there is no amplitude,
-/// and the largest value takes its place.
-pub(super) fn amplitude(half_range: f64, largest: f64) -> f64 {
-    if half_range > 1e-12 * largest { half_range } else { largest.max(f64::MIN_POSITIVE) }
+/// The size of t in one coordinate: the time in which x moves by its amplitude at its largest speed.
+fn time(points: &[Start], amplitude: f64) -> f64 {
+    let speed = largest(points, |point| point.q_dot[1] / point.q_dot[0]);
+    let duration = points.last().map_or(0.0, |end| end.q[0].abs());
+    if speed > 0.0 { duration.min(amplitude / speed) } else { duration }
 }
 
 /// The numbers between two others that are one of `digits` times a power of ten.

@@ -2,8 +2,7 @@
 
 use nalgebra::{DMatrix, Schur};
 
-use crate::geometry::Geometry;
-use crate::study::space::Point;
+use crate::geometry::{Geometry, Start};
 
 /// The largest number of points at which eigenvalues are computed.
 const MOST_POINTS: usize = 5_000;
@@ -13,37 +12,21 @@ const ROUNDING: f64 = 1e-6;
 /// Iterations allowed for the eigenvalues of a point. A point whose eigenvalues need more is left out.
 const MOST_ITERATIONS: usize = 1_000;
 
-/// The equations of the active coordinates and their momenta, linearised.
-pub(super) struct Linearised<'g> {
-    geometry: &'g Geometry,
-}
-
-impl<'g> Linearised<'g> {
-    pub(super) fn new(geometry: &'g Geometry) -> Self {
-        Self { geometry }
-    }
-
-    /// The largest |Im λ| and the largest |Re λ| of the eigenvalues λ of ∂(q̇, ṗ)/∂(q, p) at these points; 0 where all
-    /// are rounding. In one coordinate λ² = dẍ/dx.
-    pub(super) fn rates(&self, points: &[Point]) -> [f64; 2] {
-        let every = points.len().div_ceil(MOST_POINTS).max(1);
-        let mut at = self.geometry.point();
-        let (mut largest, mut all) = ([0.0_f64; 2], 0.0_f64);
-        for point in points.iter().step_by(every) {
-            let mut jacobian = DMatrix::zeros(2 * self.active(), 2 * self.active());
-            let see = |row: usize, column: usize, value: f64| jacobian[(row, column)] = value;
-            at.jacobian(&point.q, &point.p, see);
-            for [re, im] in eigenvalues(jacobian) {
-                largest = [largest[0].max(im.abs()), largest[1].max(re.abs())];
-                all = all.max(re.hypot(im));
-            }
+/// The largest |Im λ| and the largest |Re λ| of the eigenvalues λ of ∂(q̇, ṗ)/∂(q, p) of the active coordinates and
+/// their momenta, at these points; 0 where all are rounding. In one coordinate λ² = dẍ/dx.
+pub(super) fn rates(geometry: &Geometry, points: &[Start]) -> [f64; 2] {
+    let every = points.len().div_ceil(MOST_POINTS).max(1);
+    let (mut at, size) = (geometry.point(), 2 * geometry.active().len());
+    let (mut largest, mut all) = ([0.0_f64; 2], 0.0_f64);
+    for point in points.iter().step_by(every) {
+        let mut jacobian = DMatrix::zeros(size, size);
+        at.jacobian(&point.q, &point.p, |row, column, value| jacobian[(row, column)] = value);
+        for [re, im] in eigenvalues(jacobian) {
+            largest = [largest[0].max(im.abs()), largest[1].max(re.abs())];
+            all = all.max(re.hypot(im));
         }
-        largest.map(|rate| if rate > ROUNDING * all { rate } else { 0.0 })
     }
-
-    fn active(&self) -> usize {
-        self.geometry.active().len()
-    }
+    largest.map(|rate| if rate > ROUNDING * all { rate } else { 0.0 })
 }
 
 /// Real and imaginary parts of the eigenvalues of ((A, B), (C, D)); none if a number is not finite.

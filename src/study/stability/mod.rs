@@ -12,14 +12,10 @@
 //! instead, and the Δγ that results from it.
 
 mod arena;
-mod chart;
 mod frequency;
 mod method;
-
 mod run;
-mod sizes;
 pub mod status;
-mod task;
 mod track;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,9 +24,10 @@ use rayon::prelude::*;
 
 pub use arena::{Arena, Pace};
 pub use method::{Limit, Method, WINDOW};
-pub use status::{ACCURATE, CellStatus, DIVERGED, DRIFTING, Evidence, ROUGHER, SAWTOOTH, Sizes, judge};
+pub use status::{ACCURATE, CellStatus, DIVERGED, DRIFTING, ROUGHER, SAWTOOTH};
 
 use self::run::Job;
+use self::status::Sizes;
 
 /// Tolerances of adaptive methods.
 pub const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
@@ -49,7 +46,7 @@ pub struct Plan {
 }
 
 /// The numbers that were measured on a result.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Numbers {
     /// max |ΔK|.
     pub delta_k_max: f64,

@@ -1,26 +1,35 @@
 //! One method on one grid: its run, and the measurements on its result.
 
-use std::time::Instant;
-
 use super::arena::Arena;
 use super::method::{Method, WINDOW};
-use super::status::{Evidence, Sizes, judge, rough_above};
-use super::task::{Failed, Grid, Range, Task};
+use super::status::{Sizes, judge, rough_above};
 use super::track::Track;
 use super::{Cell, CellStatus, Numbers};
-use crate::case::SbpName;
-use crate::methods::{Output, Setting, Windows};
-use crate::study::space::Point;
+use crate::case::{Form, SbpName, on_grid};
+use crate::engine::Accuracy;
+use crate::geometry::Start;
+use crate::methods::{Output, Peer, Problem, Setting, Windows};
+use crate::solve::{Limit, NoSolution, Setup, System, bytes_needed, solve};
+use crate::study::subject::timed;
 
 /// As the numbers of elements and windows are whole, the spacing can differ from the one that was asked for. If it does
 /// by more than this factor, there is no cell.
 const SAME_SPACING: f64 = 1.25;
+/// A grid whose linear systems need more bytes than this is left out: several cells are computed at once.
+const MOST_BYTES: f64 = 1e9;
 /// The doubled action without the regularisation is tried on at most this many nodes.
 const MOST_UNREGULARISED: usize = 200;
 /// The distance of the points at which adaptive methods are measured, in radians of the fastest oscillation, and the
 /// largest number of these points.
 const OUTPUT_EVERY: f64 = 2.0;
 const MOST_OUTPUTS: f64 = 10_000.0;
+
+/// A run, ready to be timed.
+enum Ready {
+    /// A scheme of this program.
+    Scheme(Box<Setup>),
+    Other(&'static dyn Peer, Problem, Output, Setting),
+}
 
 /// A method, and the grid that is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,16 +50,27 @@ impl Job {
 
     /// Runs and measures the cell of this grid; `None` if the method has no such grid.
     pub(super) fn measure(&self, arena: &Arena, sizes: Option<&Sizes>) -> Option<Cell> {
-        let Task { intervals, run } = self.task(arena)?;
-        let start = Instant::now();
-        let result = run();
-        let seconds = start.elapsed().as_secs_f64();
-        let (status, numbers, intervals, iterations) = match result {
-            Err(Failed { status, iterations }) => (status, None, intervals, iterations),
-            Ok(measured) => {
-                let track = measured();
-                let (status, numbers) = self.judged(arena, &track, sizes);
-                (status, Some(numbers), track.intervals, track.iterations)
+        let is_lifted = arena.subject.is_lifted;
+        let (track, grid, seconds) = match self.ready(arena)? {
+            Ready::Scheme(setup) => {
+                let (line, seconds) = timed(|| solve(&*setup));
+                let failed = |failure: NoSolution| {
+                    (CellStatus::of_solve(failure.status), Some(failure.iterations.history.len()))
+                };
+                (line.map(|line| Track::of_line(&line, is_lifted)).map_err(failed), intervals(&setup), seconds)
+            }
+            Ready::Other(peer, problem, output, setting) => {
+                let (found, seconds) = timed(|| peer.run(&problem, &output, setting));
+                let track = found.map(|found| Track::of_states(&problem, &found, setting.count > 0, is_lifted));
+                (track.map_err(|failure| (CellStatus::of_method(failure), None)), setting.count, seconds)
+            }
+        };
+        let (status, numbers, intervals, iterations) = match track {
+            Err((status, iterations)) => (status, None, grid, iterations),
+            Ok(track) => {
+                let (intervals, iterations) = (track.intervals, track.iterations);
+                let (status, numbers) = self.judged(arena, track, sizes);
+                (status, Some(numbers), intervals, iterations)
             }
         };
         let delta_gamma = (intervals > 0).then(|| self.length / intervals as f64);
@@ -69,69 +89,65 @@ impl Job {
         })
     }
 
-    fn judged(&self, arena: &Arena, track: &Track, sizes: Option<&Sizes>) -> (CellStatus, Numbers) {
-        let active = arena.chart.active();
-        let reference: Option<Vec<Point>> = track.gamma.iter().map(|gamma| arena.at(gamma * self.tangent)).collect();
-        let (mut evidence, mut from) = (Evidence { k_drift: track.k_drift(), ..Evidence::default() }, None);
-        if let (Some(reference), Some(sizes)) = (&reference, sizes) {
-            evidence.errors = Some(track.errors(reference));
+    /// The status of a track, and all that is measured on it.
+    fn judged(&self, arena: &Arena, mut track: Track, sizes: Option<&Sizes>) -> (CellStatus, Numbers) {
+        let active = arena.geometry().active();
+        let (mut status, mut numbers) = (CellStatus::Inaccurate, std::mem::take(&mut track.numbers));
+        numbers.sawtooth = track.roughest(active, sizes).and_then(|a| track.sawtooth(&track.q[a]));
+        let reference: Option<Vec<Start>> = track.gamma.iter().map(|gamma| arena.at(gamma * self.tangent)).collect();
+        if let (Some(reference), Some(sizes)) = (reference, sizes) {
+            let (errors, mut sawtooth) = (track.errors(&reference), Vec::new());
             for &a in active {
                 let smooth: Vec<f64> = reference.iter().map(|point| point.q[a]).collect();
                 let Some(both) = track.sawtooth(&track.q[a]).zip(track.sawtooth(&smooth)) else { continue };
-                evidence.sawtooth.push((a, both.into()));
+                sawtooth.push((a, both.into()));
                 let here = track.sawtooth_from(a, rough_above(sizes.q[a], both.1));
-                from = [from, here].into_iter().flatten().reduce(f64::min);
+                numbers.sawtooth_from = [numbers.sawtooth_from, here].into_iter().flatten().reduce(f64::min);
             }
+            let sizes = Sizes { k: sizes.k * self.tangent * self.tangent, ..sizes.clone() };
+            status = judge(&errors, &sawtooth, track.k_drift(), &sizes, active);
+            numbers.errors = Some(errors);
         }
-        let status = match sizes {
-            Some(sizes) => {
-                let sizes = Sizes { k: sizes.k * self.tangent * self.tangent, ..sizes.clone() };
-                judge(&evidence, &sizes, active)
-            }
-            None => CellStatus::Inaccurate,
-        };
-        let numbers = Numbers {
-            delta_k_max: track.delta_k_max,
-            delta_energy_max: track.delta_energy_max,
-            charges: track.charges.clone(),
-            errors: evidence.errors,
-            sawtooth: track.roughest(active, sizes).and_then(|a| track.sawtooth(&track.q[a])),
-            sawtooth_from: from,
-            last_node: track.last_node.clone(),
-        };
         (status, numbers)
     }
 
-    /// The task to be run; `None` if there is no such grid.
-    fn task<'a>(&self, arena: &'a Arena) -> Option<Task<'a>> {
-        let range = Range { length: self.length, tangent: self.tangent };
+    /// The run; `None` if there is no such grid.
+    fn ready(&self, arena: &Arena) -> Option<Ready> {
+        let (subject, place) = (&arena.subject, arena.subject.stretched(self.tangent));
         let wanted = (self.length / self.setting).round().max(1.0) as usize;
         let whole = |nodes: usize| (wanted as f64 / nodes as f64).round().max(1.0) as usize;
-        let grid = match self.method {
-            Method::Peer(peer) => {
-                let (output, setting) = self.output(arena, wanted);
-                return Some(arena.chart.other(peer, range, output, setting));
+        let other = |peer: &'static dyn Peer| {
+            let (output, setting) = self.output(arena, wanted);
+            Some(Ready::Other(peer, subject.problem(&place, self.length), output, setting))
+        };
+        let mut setup = Setup { place: place.clone(), rough: place.clone(), ..subject.plain.clone() };
+        let is_affordable = |setup: &Setup| !subject.is_scene || bytes_needed(setup, false, 0) <= MOST_BYTES;
+        let (scheme, nodes) = match self.method {
+            Method::Peer(peer) => return other(peer),
+            Method::Tolerance => return other(&Windows::Tolerance),
+            Method::Accuracy => {
+                (setup.limit, setup.until) = (Limit::Length(self.length), Vec::new());
+                setup.settings.accuracy = Some(Accuracy::Promised(self.setting));
+                return is_affordable(&setup).then(|| Ready::Scheme(setup.into()));
             }
-            Method::Tolerance => {
-                let (output, setting) = self.output(arena, wanted);
-                return Some(arena.chart.other(&Windows::Tolerance, range, output, setting));
-            }
-            Method::Accuracy => return arena.chart.scheme(&Grid::Accuracy(self.setting), range),
-            Method::Block(sbp, form) => Grid::Nodes { scheme: (sbp, form), nodes: wanted + 1, windows: 1 },
+            Method::Block(sbp, form) => ((sbp, form), wanted + 1),
             Method::Windows(sbp, form) => {
-                Grid::Nodes { scheme: (sbp, form), nodes: WINDOW + 1, windows: whole(WINDOW) }
+                setup.settings.windows = whole(WINDOW);
+                ((sbp, form), WINDOW + 1)
             }
-            Method::Elements(nodes, form) => {
-                let scheme = (SbpName::Gll(nodes as u8), form);
-                Grid::Nodes { scheme, nodes: whole(nodes - 1) * (nodes - 1) + 1, windows: 1 }
+            Method::Elements(nodes, form) => ((SbpName::Gll(nodes as u8), form), whole(nodes - 1) * (nodes - 1) + 1),
+            Method::Unregularised(sbp) if wanted < MOST_UNREGULARISED && !subject.is_scene => {
+                ((sbp, Form::Strong), wanted + 1)
             }
-            Method::Unregularised(sbp) if wanted < MOST_UNREGULARISED => Grid::Unregularised(sbp, wanted + 1),
             Method::Unregularised(_) => return None,
         };
-        let task = arena.chart.scheme(&grid, range)?;
-        let spacing = self.length / task.intervals as f64;
+        let mut setup = on_grid(&setup, scheme, nodes, self.length).ok()?;
+        if matches!(self.method, Method::Unregularised(_)) {
+            (setup.settings.system, setup.regularised) = (System::Doubled, false);
+        }
+        let spacing = self.length / intervals(&setup) as f64;
         let ratio = (spacing / self.setting).max(self.setting / spacing);
-        (ratio <= SAME_SPACING).then_some(task)
+        (is_affordable(&setup) && ratio <= SAME_SPACING).then(|| Ready::Scheme(setup.into()))
     }
 
     /// Where one of [`crate::methods`] is measured, and its setting: constant steps at the ends of all of them.
@@ -143,4 +159,10 @@ impl Job {
         let output = Output::even((self.length / every).ceil().clamp(8.0, MOST_OUTPUTS) as usize);
         (output, Setting::tolerance(self.setting))
     }
+}
+
+/// The intervals of a grid; 0 where it is chosen for an accuracy.
+fn intervals(setup: &Setup) -> usize {
+    let settings = &setup.settings;
+    if settings.accuracy.is_some() { 0 } else { settings.windows * (settings.n_gamma - 1) }
 }

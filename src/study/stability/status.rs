@@ -10,25 +10,11 @@
 //! of the |g_ab q̇^a q̇^b| without the largest of them. In the rules x stands for every active coordinate, and t for
 //! every ignorable one.
 //!
-//! The rules, of which the first that holds gives the status:
-//!
-//! 1. no critical point: the solve ends without one; an implicit step of another method does not converge, or has too
-//!    many steps
-//! 2. leaves the domain: the solve, or another method, meets g00 ≤ 0, or a determinant of the metric that changes its
-//!    sign
-//! 3. diverged: an error of x above [`DIVERGED`]·A, which is twice the distance of any two points of the motion; or a
-//!    number is not finite
-//! 4. accurate: errors of x ≤ [`ACCURATE`]·A and of t ≤ [`ACCURATE`]·T at every node, so that the curves cannot be told
-//!    apart by eye
-//! 5. sawtooth: the amplitude of the (−1)^k component of x is above [`SAWTOOTH`]·A and [`ROUGHER`] times that of the
-//!    reference on the same nodes
-//! 6. drifting: the mean of K over the last quarter of the nodes differs from that over the first by more than
-//!    [`DRIFTING`]·W²
-//! 7. inaccurate: anything else: the orbit is right, but the time is wrong
-//!
-//! If the geodesic itself leaves the domain before the end, there is no trajectory to compare with. A result is then
-//! called inaccurate, and its errors are empty.
+//! The first rule that holds gives the status; `docs/trust.md` lists them in words. If the geodesic itself leaves the
+//! domain before the end, there is no trajectory to compare with. A result is then called inaccurate, and its errors are
+//! empty.
 
+use crate::methods::Failure;
 use crate::solve::Status;
 
 /// Largest error of an accurate trajectory, relative to A and T.
@@ -64,8 +50,17 @@ pub enum CellStatus {
 
 impl CellStatus {
     /// The status of a solve that ended without a solution.
-    pub(super) fn of(status: Status) -> Self {
+    pub(super) fn of_solve(status: Status) -> Self {
         if status == Status::OutsideDomain { Self::OutsideDomain } else { Self::NoCriticalPoint }
+    }
+
+    /// The status of another method that has failed.
+    pub(super) fn of_method(failure: Failure) -> Self {
+        match failure {
+            Failure::OutsideDomain => Self::OutsideDomain,
+            Failure::Diverged => Self::Diverged,
+            _ => Self::NoCriticalPoint,
+        }
     }
 
     /// All of them, from best to worst.
@@ -103,24 +98,12 @@ impl CellStatus {
 }
 
 /// The sizes by which a trajectory is judged.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Sizes {
+#[derive(Debug, Clone)]
+pub(super) struct Sizes {
     /// A of active coordinates and T of ignorable ones, in the order of the coordinates.
-    pub q: Vec<f64>,
+    pub(super) q: Vec<f64>,
     /// W².
-    pub k: f64,
-}
-
-/// The measurements by which a result is judged.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Evidence {
-    /// Largest error of every coordinate over the nodes; `None` without a reference.
-    pub errors: Option<Vec<f64>>,
-    /// Amplitude of the (−1)^k component of active coordinates, and that of the reference on the same nodes; none if
-    /// the nodes are not equidistant, or too few.
-    pub sawtooth: Vec<(usize, [f64; 2])>,
-    /// Mean ΔK over the last quarter of the nodes minus that over the first.
-    pub k_drift: f64,
+    pub(super) k: f64,
 }
 
 /// The amplitude of a sawtooth of a coordinate of this size that is attributed to the computational mode, where the
@@ -129,9 +112,16 @@ pub(super) fn rough_above(size: f64, smooth: f64) -> f64 {
     (SAWTOOTH * size).max(ROUGHER * smooth)
 }
 
-/// The status of a result; `active` are the coordinates that have an amplitude.
-pub fn judge(evidence: &Evidence, sizes: &Sizes, active: &[usize]) -> CellStatus {
-    let Some(errors) = &evidence.errors else { return CellStatus::Inaccurate };
+/// The status of a result, from the largest error of every coordinate; from the amplitude of the (−1)^k component of
+/// active coordinates, and that of the reference on the same nodes; and from the drift of K: its mean over the last
+/// quarter of the nodes minus that over the first. `active` are the coordinates that have an amplitude.
+pub(super) fn judge(
+    errors: &[f64],
+    sawtooth: &[(usize, [f64; 2])],
+    k_drift: f64,
+    sizes: &Sizes,
+    active: &[usize],
+) -> CellStatus {
     // Written so that a NaN is never accurate.
     if errors.iter().any(|error| error.is_nan()) || active.iter().any(|&a| errors[a] > DIVERGED * sizes.q[a]) {
         return CellStatus::Diverged;
@@ -139,10 +129,10 @@ pub fn judge(evidence: &Evidence, sizes: &Sizes, active: &[usize]) -> CellStatus
     if errors.iter().zip(&sizes.q).all(|(&error, &size)| error <= ACCURATE * size) {
         return CellStatus::Accurate;
     }
-    if evidence.sawtooth.iter().any(|&(a, [amplitude, smooth])| amplitude > rough_above(sizes.q[a], smooth)) {
+    if sawtooth.iter().any(|&(a, [amplitude, smooth])| amplitude > rough_above(sizes.q[a], smooth)) {
         return CellStatus::Sawtooth;
     }
-    if evidence.k_drift.abs() > DRIFTING * sizes.k { CellStatus::Drifting } else { CellStatus::Inaccurate }
+    if k_drift.abs() > DRIFTING * sizes.k { CellStatus::Drifting } else { CellStatus::Inaccurate }
 }
 
 #[cfg(test)]
@@ -152,38 +142,35 @@ mod tests {
     #[test]
     fn every_status_has_its_rule() {
         let sizes = Sizes { q: vec![2.0, 1.0], k: 4.0 };
-        let judge = |evidence: &Evidence| judge(evidence, &sizes, &[1]);
-        let errors = |x, t| Evidence { errors: Some(vec![t, x]), ..Evidence::default() };
-        assert_eq!(judge(&errors(1e-2, 2e-2)), CellStatus::Accurate);
-        assert_eq!(judge(&errors(1e-2, 3e-2)), CellStatus::Inaccurate, "t counts as much as x");
-        assert_eq!(judge(&errors(2e-2, 0.0)), CellStatus::Inaccurate);
-        assert_eq!(judge(&errors(4.1, 0.0)), CellStatus::Diverged);
-        assert_eq!(judge(&errors(0.0, 9.0)), CellStatus::Inaccurate, "time has no amplitude");
-        assert_eq!(judge(&errors(f64::NAN, 0.0)), CellStatus::Diverged);
-        assert_eq!(judge(&errors(0.0, f64::NAN)), CellStatus::Diverged);
-        assert_eq!(judge(&Evidence::default()), CellStatus::Inaccurate, "nothing to be accurate against");
-        let rough = |amplitude, smooth| Evidence { sawtooth: vec![(1, [amplitude, smooth])], ..errors(0.5, 0.0) };
-        assert_eq!(judge(&rough(0.02, 0.001)), CellStatus::Sawtooth);
-        assert_eq!(judge(&rough(0.02, 0.01)), CellStatus::Inaccurate, "the motion itself is as rough");
-        assert_eq!(judge(&Evidence { k_drift: -0.05, ..errors(0.5, 0.0) }), CellStatus::Drifting);
-        assert_eq!(judge(&Evidence { k_drift: 0.03, ..errors(0.5, 0.0) }), CellStatus::Inaccurate, "of W² = 4");
-        assert_eq!(judge(&Evidence { k_drift: -0.05, ..rough(0.02, 0.0) }), CellStatus::Sawtooth);
-        // A small error is enough for an accurate trajectory, even with a sawtooth.
-        let small = Evidence { sawtooth: vec![(1, [0.02, 0.0])], ..errors(5e-3, 0.0) };
-        assert_eq!(judge(&small), CellStatus::Accurate);
-    }
-
-    #[test]
-    fn every_active_coordinate_is_judged_by_its_own_size() {
+        let rough = |amplitude, smooth| vec![(1, [amplitude, smooth])];
+        for (errors, sawtooth, k_drift, status, why) in [
+            ([2e-2, 1e-2], vec![], 0.0, CellStatus::Accurate, ""),
+            ([3e-2, 1e-2], vec![], 0.0, CellStatus::Inaccurate, "t counts as much as x"),
+            ([0.0, 2e-2], vec![], 0.0, CellStatus::Inaccurate, ""),
+            ([0.0, 4.1], vec![], 0.0, CellStatus::Diverged, ""),
+            ([9.0, 0.0], vec![], 0.0, CellStatus::Inaccurate, "time has no amplitude"),
+            ([0.0, f64::NAN], vec![], 0.0, CellStatus::Diverged, ""),
+            ([f64::NAN, 0.0], vec![], 0.0, CellStatus::Diverged, ""),
+            ([0.0, 0.5], rough(0.02, 0.001), 0.0, CellStatus::Sawtooth, ""),
+            ([0.0, 0.5], rough(0.02, 0.01), 0.0, CellStatus::Inaccurate, "the motion itself is as rough"),
+            ([0.0, 0.5], vec![], -0.05, CellStatus::Drifting, ""),
+            ([0.0, 0.5], vec![], 0.03, CellStatus::Inaccurate, "of W² = 4"),
+            ([0.0, 0.5], rough(0.02, 0.0), -0.05, CellStatus::Sawtooth, ""),
+            ([0.0, 5e-3], rough(0.02, 0.0), 0.0, CellStatus::Accurate, "a small error is enough"),
+        ] {
+            assert_eq!(judge(&errors, &sawtooth, k_drift, &sizes, &[1]), status, "{errors:?} {sawtooth:?}: {why}");
+        }
+        // Every active coordinate is judged by its own size.
         let sizes = Sizes { q: vec![1.0, 100.0], k: 1.0 };
-        let judge = |evidence: &Evidence| judge(evidence, &sizes, &[0, 1]);
-        let errors = |errors: [f64; 2]| Evidence { errors: Some(errors.to_vec()), ..Evidence::default() };
-        assert_eq!(judge(&errors([1e-2, 1.0])), CellStatus::Accurate);
-        assert_eq!(judge(&errors([1.1e-2, 0.0])), CellStatus::Inaccurate);
-        assert_eq!(judge(&errors([4.1, 0.0])), CellStatus::Diverged);
-        assert_eq!(judge(&errors([0.0, 401.0])), CellStatus::Diverged);
-        let rough = |a, amplitude| Evidence { sawtooth: vec![(a, [amplitude, 0.0])], ..errors([0.5, 0.0]) };
-        assert_eq!(judge(&rough(0, 0.02)), CellStatus::Sawtooth);
-        assert_eq!(judge(&rough(1, 0.02)), CellStatus::Inaccurate);
+        for (errors, sawtooth, status) in [
+            ([1e-2, 1.0], vec![], CellStatus::Accurate),
+            ([1.1e-2, 0.0], vec![], CellStatus::Inaccurate),
+            ([4.1, 0.0], vec![], CellStatus::Diverged),
+            ([0.0, 401.0], vec![], CellStatus::Diverged),
+            ([0.5, 0.0], vec![(0, [0.02, 0.0])], CellStatus::Sawtooth),
+            ([0.5, 0.0], vec![(1, [0.02, 0.0])], CellStatus::Inaccurate),
+        ] {
+            assert_eq!(judge(&errors, &sawtooth, 0.0, &sizes, &[0, 1]), status, "{errors:?} {sawtooth:?}");
+        }
     }
 }

@@ -2,11 +2,15 @@
 
 use std::ops::Range;
 
+use super::Numbers;
 use super::status::Sizes;
-use crate::diagnostics::sawtooth;
-use crate::number::norm::larger;
-use crate::solve::WindowGrid;
-use crate::study::space::Point;
+use crate::action::Form;
+use crate::diagnostics::{Diagnostics, energy_off, sawtooth};
+use crate::geometry::Start;
+use crate::methods::{Problem, Trajectory};
+use crate::number::norm::{larger, max_abs};
+use crate::solve::WorldLine;
+use crate::study::subject::{norm_and_first_rate, rows};
 
 /// A trajectory on its nodes, window by window.
 pub(super) struct Track {
@@ -14,30 +18,25 @@ pub(super) struct Track {
     pub(super) gamma: Vec<f64>,
     /// The coordinates, a row for each.
     pub(super) q: Vec<Vec<f64>>,
-    pub(super) delta_k: Vec<f64>,
+    delta_k: Vec<f64>,
     /// Equidistant stretches of nodes.
-    pub(super) stretches: Vec<Range<usize>>,
+    stretches: Vec<Range<usize>>,
     pub(super) intervals: usize,
-    pub(super) delta_k_max: f64,
-    pub(super) delta_energy_max: Option<f64>,
-    /// max |Δp_a| of every charge.
-    pub(super) charges: Option<Vec<f64>>,
-    /// Δp_a at the last node, and with the multiplier correction, of every charge.
-    pub(super) last_node: Option<Vec<[f64; 2]>>,
     pub(super) iterations: Option<usize>,
+    /// What needs no reference.
+    pub(super) numbers: Numbers,
 }
 
 impl Track {
-    /// The track of a run in windows with these grids, where ΔK is `ends` for what the windows are continued with, and
-    /// `delta_k_max` at most on the way.
-    pub(super) fn of_windows<'g>(
-        grids: impl Iterator<Item = WindowGrid<'g, f64>>,
-        gamma: Vec<f64>,
-        (q, mut delta_k): (Vec<Vec<f64>>, Vec<f64>),
-        (ends, delta_k_max): (&[f64], f64),
-    ) -> Self {
-        let (mut stretches, mut intervals) = (Vec::new(), 0);
-        for (grid, &at_end) in grids.zip(ends) {
+    /// The track of a run of this program, which is the lift of Newton's law if `is_lifted`.
+    pub(super) fn of_line(line: &WorldLine, is_lifted: bool) -> Self {
+        let Diagnostics { charges, norm, energy, .. } = Diagnostics::of(line, &[], &mut [], is_lifted);
+        let delta_energy_max = energy.map(|energy| {
+            let inside = line.grids().map(|grid| max_abs(&energy.delta[grid.exact()])).fold(0.0, larger);
+            larger(inside, energy.max_ends)
+        });
+        let (mut delta_k, mut stretches, mut intervals) = (norm.delta, Vec::new(), 0);
+        for (grid, &at_end) in line.grids().zip(&norm.ends) {
             // In the strong form Dq is no velocity at the last node of a window.
             let nodes = grid.nodes();
             delta_k[nodes.end - 1] = at_end;
@@ -46,45 +45,55 @@ impl Track {
                 stretches.push(grid.exact());
             }
         }
-        Self {
-            gamma,
-            q,
-            delta_k,
-            stretches,
-            intervals,
-            delta_k_max,
-            delta_energy_max: None,
-            charges: None,
-            last_node: None,
-            iterations: None,
-        }
+        let is_block = line.form == Form::Strong && line.windows.len() == 1;
+        let last = |row: &[f64]| row.last().copied().unwrap_or(f64::NAN);
+        let last_node = charges.iter().map(|charge| [last(&charge.delta), last(&charge.corrected)]);
+        let numbers = Numbers {
+            delta_k_max: norm.max_interior,
+            delta_energy_max,
+            charges: Some(charges.iter().map(|charge| charge.max_interior).collect()),
+            last_node: is_block.then(|| last_node.collect()),
+            ..Numbers::default()
+        };
+        let (gamma, iterations) = (line.gamma_from_start().collect(), Some(line.iterations.count));
+        Self { gamma, q: rows(line), delta_k, stretches, intervals, iterations, numbers }
     }
 
-    /// The track of a method which took so many steps, and whose states are known at equal distances. Between the ends
-    /// of its steps, which have equal lengths only if `is_equidistant` says so, there is nothing of a sawtooth.
-    pub(super) fn of_steps(
-        length: f64,
-        (q, delta_k): (Vec<Vec<f64>>, Vec<f64>),
-        intervals: usize,
-        is_equidistant: bool,
-    ) -> Self {
+    /// The track of another method, whose states are known at equal distances. Between the ends of its steps, which
+    /// have equal lengths only if `is_equidistant` says so, there is nothing of a sawtooth.
+    pub(super) fn of_states(problem: &Problem, found: &Trajectory, is_equidistant: bool, is_lifted: bool) -> Self {
+        let Problem { space, start, length, .. } = problem;
+        let mut q: Vec<Vec<f64>> = start.q.iter().map(|&q| vec![q]).collect();
+        let k = space.norm(&start.q, &start.q_dot);
+        let (mut delta_k, mut energy) = (vec![0.0], 0.0);
+        for state in found.states.iter() {
+            let [k_here, first_rate] = norm_and_first_rate(problem, state);
+            let delta = k_here - k;
+            if is_lifted {
+                energy = larger(energy, energy_off(start, k + delta, first_rate).abs());
+            }
+            delta_k.push(delta);
+            q.iter_mut().zip(state.q).for_each(|(row, q)| row.push(*q));
+        }
         let count = delta_k.len();
+        let numbers = Numbers {
+            delta_k_max: delta_k.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
+            delta_energy_max: is_lifted.then_some(energy),
+            ..Numbers::default()
+        };
         Self {
             gamma: (0..count).map(|step| length * (step as f64 / (count - 1) as f64)).collect(),
             q,
-            delta_k_max: delta_k.iter().fold(0.0, |most: f64, value| most.max(value.abs())),
             delta_k,
             stretches: is_equidistant.then_some(0..count).into_iter().collect(),
-            intervals,
-            delta_energy_max: None,
-            charges: None,
-            last_node: None,
+            intervals: found.steps,
             iterations: None,
+            numbers,
         }
     }
 
     /// The largest error of each coordinate over the nodes.
-    pub(super) fn errors(&self, reference: &[Point]) -> Vec<f64> {
+    pub(super) fn errors(&self, reference: &[Start]) -> Vec<f64> {
         let largest = |(a, row): (usize, &Vec<f64>)| {
             row.iter().zip(reference).fold(0.0, |most, (here, exact)| larger(most, (here - exact.q[a]).abs()))
         };
@@ -127,8 +136,10 @@ mod tests {
 
     /// Coordinates 0 and 1 on five nodes, both with a sawtooth.
     fn track(delta_k: Vec<f64>) -> Track {
-        let sawtooth = |size: f64| (0..5).map(|k| if k % 2 == 0 { size } else { -size }).collect::<Vec<f64>>();
-        Track::of_steps(1.0, (vec![sawtooth(3.0), sawtooth(2.0)], delta_k), 4, true)
+        let sawtooth = |size: f64| (0..5).map(|k| if k % 2 == 0 { size } else { -size }).collect();
+        let (q, numbers) = (vec![sawtooth(3.0), sawtooth(2.0)], Numbers::default());
+        let gamma = vec![0.0, 0.25, 0.5, 0.75, 1.0];
+        Track { gamma, q, delta_k, stretches: std::iter::once(0..5).collect(), intervals: 4, iterations: None, numbers }
     }
 
     #[test]

@@ -1,16 +1,13 @@
 //! The arena of methods: the world-line over one length, and its reference.
 
-use super::course::Course;
-use super::family::Family;
-use super::run::{Place, Timed};
 use super::{OUTPUTS, RowErrors, RowStatus};
 use crate::case::Case;
-use crate::methods::{Output, Problem, Setting};
+use crate::methods::{Output, Problem, State, States};
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
-use crate::reference::ReferenceEnds;
-use crate::study::line::Line;
-use crate::study::space::distance;
+use crate::reference::{ReferenceEnds, ReferenceTrajectory};
+use crate::solve::{Limit, Setup};
+use crate::study::subject::{Subject, distance, in_f64, length_of, norm_and_first_rate};
 
 /// With an error above this share of the size of a coordinate, a setting has no result. The size is the largest |x|,
 /// and of t and the ignorable coordinates of a scene the largest distance from the start.
@@ -18,9 +15,18 @@ const INACCURATE: f64 = 0.1;
 
 /// The problem on which all methods are compared: the world-line over one length, and its reference.
 pub struct Arena {
-    course: Course,
+    pub(super) problem: Problem,
+    /// The settings of a solver, without those of one scheme only.
+    pub(super) setup: Setup,
+    reference: ReferenceTrajectory<Extended>,
     /// Largest values at the points of output.
     sizes: Vec<f64>,
+}
+
+/// Sixteen digits of the coordinates at the end, and four more to judge them. Errors of the phase grow with the square
+/// of the length.
+fn digits(length: f64) -> u32 {
+    (20.0 + (2.0 * length.max(1.0).log10()).ceil()) as u32
 }
 
 impl Arena {
@@ -29,68 +35,66 @@ impl Arena {
     /// # Errors
     /// [`ReferenceEnds`] if the geodesic does not go so far.
     pub fn new(case: &Case, length: Option<f64>) -> Result<Self, ReferenceEnds> {
-        Ok(Self::of(Course::new(Line::new(case), length)?))
-    }
-
-    fn of(course: Course) -> Self {
-        let Problem { space, start, length, .. } = &course.problem;
-        let mut sizes = vec![0.0_f64; space.dimension()];
-        for gamma in Output::even(OUTPUTS).gamma(*length) {
-            let (exact, _) = course.exact(gamma);
-            for (a, (size, exact)) in sizes.iter_mut().zip(exact).enumerate() {
-                *size = size.max(distance(&course.setup.place, a, exact.to_f64()));
+        let subject = Subject::new(case);
+        let mut exact = subject.exact.clone();
+        // The length in γ to a time is not known, but it is about as long as the time.
+        let extent = match (exact.limit, exact.origin) {
+            (Limit::Value { value, .. }, Some((_, origin))) => (value - origin).to_f64(),
+            _ => 1.0,
+        };
+        exact.settings.digits = digits(extent);
+        let length = length.map_or_else(|| length_of(&exact).map(|length| length.to_f64()), Ok)?;
+        let place = &exact.place;
+        let reference = ReferenceTrajectory::new(&place.geometry, &place.start, length.into(), digits(length))?;
+        let problem = subject.problem(&subject.plain.place, length);
+        let mut sizes = vec![0.0_f64; problem.space.dimension()];
+        for gamma in Output::even(OUTPUTS).gamma(length) {
+            for (a, (size, q)) in sizes.iter_mut().zip(reference.at(gamma.into()).q).enumerate() {
+                *size = size.max(distance(&subject.plain.place, a, q.to_f64()));
             }
         }
-        let sizes = space.shared(&start.q, &sizes);
-        Self { course, sizes }
-    }
-
-    /// A method in a setting.
-    pub(super) fn timed(&self, family: &Family, setting: Setting, output: Output) -> Timed<'_> {
-        Timed::new(&self.course, family, setting, output)
+        let sizes = problem.space.shared(&problem.start.q, &sizes);
+        Ok(Self { problem, setup: subject.plain, reference, sizes })
     }
 
     /// γ_f − γ_i.
     pub fn length(&self) -> f64 {
-        self.course.problem.length
+        self.problem.length
     }
 
     /// The names of the coordinates.
     pub fn coordinates(&self) -> &[String] {
-        self.course.problem.space.names()
+        self.problem.space.names()
     }
 
     /// The reference's own estimate of its relative error.
     pub fn reference_error(&self) -> f64 {
-        self.course.reference.error_estimate()
+        self.reference.error_estimate()
     }
 
     /// Number of Taylor steps of the reference, by which settings are scaled.
     pub(super) fn scale(&self) -> f64 {
-        self.course.reference.steps() as f64
+        self.reference.steps() as f64
     }
 
-    /// The largest size of a coordinate.
-    pub(super) fn size(&self) -> f64 {
-        self.sizes.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// The errors of `places` at the points of `output`.
-    pub(super) fn errors(&self, output: &Output, places: &[Place]) -> RowErrors {
+    /// The largest errors of states at the points of `output`.
+    pub(super) fn errors(&self, output: &Output, states: &States) -> RowErrors {
         let mut largest = RowErrors { q: vec![0.0; self.sizes.len()], delta_k: 0.0 };
-        for (gamma, place) in output.gamma(self.length()).zip(places) {
-            let RowErrors { q, delta_k } = self.error(gamma, place);
+        for (gamma, state) in output.gamma(self.length()).zip(states.iter()) {
+            let RowErrors { q, delta_k } = self.error(gamma, state);
             largest.q.iter_mut().zip(q).for_each(|(largest, q)| *largest = larger(*largest, q));
             largest.delta_k = larger(largest.delta_k, delta_k);
         }
         largest
     }
 
-    /// The errors of a place.
-    pub(super) fn error(&self, gamma: f64, place: &Place) -> RowErrors {
-        let (exact, k) = self.course.exact(gamma);
-        let error = |(&q, exact): (&f64, Extended)| (Extended::from(q) - exact).to_f64().abs();
-        RowErrors { q: place.q.iter().zip(exact).map(error).collect(), delta_k: (place.k - k).abs() }
+    /// The errors of a state.
+    pub(super) fn error(&self, gamma: f64, state: State<'_>) -> RowErrors {
+        let exact = self.reference.at(gamma.into());
+        let error = |(&q, &exact): (&f64, &Extended)| (Extended::from(q) - exact).to_f64().abs();
+        let q = state.q.iter().zip(&exact.q).map(error).collect();
+        let (exact, [k, _]) = (in_f64(&exact), norm_and_first_rate(&self.problem, state));
+        RowErrors { q, delta_k: (k - self.problem.space.norm(&exact.q, &exact.q_dot)).abs() }
     }
 
     /// The sizes of the coordinates, by which errors are judged: the largest |x|, and of t and the ignorable ones of a

@@ -4,10 +4,10 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::family::Family;
-use super::run::Outcome;
+use super::run::Timed;
 use super::{Arena, RowErrors};
 use crate::case::{Form, SbpName};
-use crate::methods::{Composition, Dop853, Gauss, Output, Rk4, Setting, Taylor};
+use crate::methods::{Composition, Dop853, Gauss, Output, Rk4, Setting, Taylor, Trajectory};
 
 /// Number of evaluations of the potential for each of the intervals into which a run is divided.
 const EVALUATIONS: f64 = 200.0;
@@ -67,18 +67,18 @@ pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<Drift
             break;
         }
         let run = |setting: Setting| {
-            let (_, outcome) = arena.timed(&family, setting, output.clone()).attempt(&output);
+            let (_, outcome) = Timed::new(arena, &family, setting, output.clone()).attempt(&output);
             outcome.ok().map(|outcome| (setting, outcome))
         };
         let Some((setting, outcome)) = in_budget(intervals, cost, run) else { continue };
         let evaluations = outcome.evaluations as f64 / arena.length();
         let label = format!("{evaluations:.0} evaluations a unit of gamma");
         let label = if setting.tolerance > 0.0 { format!("tol={:e}, {label}", setting.tolerance) } else { label };
-        points.extend(output.gamma(arena.length()).zip(&outcome.places).map(|(gamma, place)| DriftPoint {
+        points.extend(output.gamma(arena.length()).zip(outcome.states.iter()).map(|(gamma, state)| DriftPoint {
             family: family.clone(),
             setting: label.clone(),
             gamma,
-            errors: arena.error(gamma, place),
+            errors: arena.error(gamma, state),
         }));
     }
     points
@@ -89,10 +89,10 @@ pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<Drift
 fn in_budget(
     intervals: usize,
     cost: f64,
-    run: impl Fn(Setting) -> Option<(Setting, Outcome)>,
-) -> Option<(Setting, Outcome)> {
+    run: impl Fn(Setting) -> Option<(Setting, Trajectory)>,
+) -> Option<(Setting, Trajectory)> {
     if cost == 0.0 {
-        let distance = |outcome: &Outcome| (outcome.evaluations as f64 / intervals as f64 / EVALUATIONS).ln().abs();
+        let distance = |outcome: &Trajectory| (outcome.evaluations as f64 / intervals as f64 / EVALUATIONS).ln().abs();
         let all = (2..=15).filter_map(|digits| run(Setting::tolerance(10.0_f64.powi(-digits))));
         return all.min_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)));
     }

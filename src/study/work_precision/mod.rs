@@ -1,42 +1,26 @@
 //! Speed against accuracy: every scheme of this program beside other methods, on the world-line of one case or scene.
 //!
-//! # What is measured
-//!
-//! Every method has to return t, x and w = dx/dγ at [`OUTPUTS`] equally spaced values of γ, the end included. If it has
-//! a dense output, it uses that; otherwise its steps or windows divide the intervals between these values.
-//! ([`crate::methods`] says which methods have one; of this program, `march`, `accuracy` and `tolerance` have.) The
-//! errors are the largest absolute differences of t and x from the reference at these points. The reference is a Taylor
-//! trajectory in extended precision, with enough digits for the length of the run. |ΔK| is formed from x, w and Q_t.
-//! Q_t itself is *not* compared: it is a constant in the equations of the other methods, so that its drift would prove
-//! nothing.
-//!
-//! In a scene every method has to return all coordinates and momenta. Errors are those of every coordinate, and the
-//! largest of them ranks a setting. Charges are constants in the equations of the other methods, as Q_t is.
+//! Every method has to return t, x and w = dx/dγ, in a scene all coordinates and momenta, at [`OUTPUTS`] equally spaced
+//! values of γ, the end included. If it has a dense output, it uses that; otherwise its steps or windows divide the
+//! intervals between these values. The errors are the largest absolute differences of the coordinates from a Taylor
+//! trajectory in extended precision, and the largest of them ranks a setting. Charges are *not* compared: they are
+//! constants in the equations of the other methods, so that their drift would prove nothing.
 //!
 //! The schemes of this program are timed as [`crate::solve()`], with its certificate and everything that it stores.
 //! `accuracy` keeps its promise: windows of [`crate::engine`] with their certificates and the estimate of their errors,
 //! begun again where those are too large. `tolerance` and `march` are its windows alone, for a tolerance of each and of
 //! one length. What these three find at the points of output is kept, and nothing else.
 //!
-//! # How it is timed
-//!
 //! One process and one thread are used. Each setting is tried once, which warms up the machine and shows the cost and
 //! the accuracy. Then come rounds over all settings that succeeded. In each round they take turns, so that a
-//! disturbance affects all methods alike. Short runs are repeated within a round until the clock can resolve them. The
-//! minimum and the median over the rounds are reported; their difference shows the noise. A setting that failed or is
-//! inaccurate keeps the time of its trial and is never part of the front.
+//! disturbance affects all methods alike. The minimum and the median over the rounds are reported; their difference
+//! shows the noise. A setting that failed or is inaccurate keeps the time of its trial and is never part of the front.
 //!
-//! # Settings
-//!
-//! The numbers of steps, nodes and windows grow geometrically, and tolerances shrink. A family of settings ends when a
-//! setting costs more than [`Budget::longest`] or its errors have stopped falling. Methods whose iteration has a
-//! tolerance of its own (`march` and Gauss) get the loosest one that hardly changes the error of the same setting
-//! iterated to rounding. The tolerances that are tried are a hundredth of that error, a ten-thousandth, and so on,
-//! since errors of the iteration can accumulate. That is the best choice that a user could make, for both methods
-//! alike.
+//! A family of settings ends when a setting costs more than [`Budget::longest`] or its errors have stopped falling.
+//! Methods whose iteration has a tolerance of its own (`march` and Gauss) get the loosest one that hardly changes the
+//! error of the same setting iterated to rounding: the best choice that a user could make, for both alike.
 
 mod arena;
-mod course;
 mod drift;
 mod family;
 mod front;

@@ -1,9 +1,9 @@
 //! Trying settings one after the other, and timing those that succeed in turns.
 
 use super::family::Family;
-use super::run::{Outcome, Timed};
+use super::run::Timed;
 use super::{Arena, Budget, OUTPUTS, Progress, Row, RowStatus};
-use crate::methods::{Output, Setting, Step};
+use crate::methods::{Output, Setting, Step, Trajectory};
 
 /// Runs shorter than this many seconds are repeated within a round until they take that long.
 const BATCH: f64 = 5e-5;
@@ -43,7 +43,7 @@ pub(super) fn try_family<'a>(
     tried: &mut dyn FnMut(&Row),
 ) -> Vec<Trial<'a>> {
     let mut trials: Vec<Trial<'a>> = Vec::new();
-    let (mut least, mut stale) = (f64::INFINITY, 0);
+    let (mut least, mut stale, size) = (f64::INFINITY, 0, arena.sizes().iter().copied().fold(0.0, f64::max));
     for setting in family.settings(arena.scale()).take(budget.settings) {
         if is_cancelled() {
             break;
@@ -55,7 +55,7 @@ pub(super) fn try_family<'a>(
         if let Some(error) = rank {
             // A slightly smaller error is no progress, since settings differ by factors. Adaptive methods have only a
             // few tolerances, and may take the same steps for several of them, so that all of these are tried.
-            let rounding = error < ROUNDING * arena.size() && family.step() != Step::Adaptive;
+            let rounding = error < ROUNDING * size && family.step() != Step::Adaptive;
             stale = if error < 0.8 * least || !rounding { 0 } else { stale + 1 };
             least = least.min(error);
         }
@@ -84,12 +84,12 @@ fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial
 
 fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
     let output = Output::even(OUTPUTS);
-    let job = arena.timed(family, setting, output.clone());
+    let mut job = Timed::new(arena, family, setting, output.clone());
     let (seconds, result) = job.attempt(&output);
     let (status, errors, evaluations, points) = match result {
-        Ok(Outcome { places, evaluations, points }) => {
-            let errors = arena.errors(&output, &places);
-            (arena.judge(&errors), Some(errors), evaluations, points)
+        Ok(Trajectory { states, evaluations, steps }) => {
+            let errors = arena.errors(&output, &states);
+            (arena.judge(&errors), Some(errors), evaluations, steps)
         }
         Err(word) => (RowStatus::Failed(word), None, 0, 0),
     };
@@ -122,7 +122,7 @@ pub(super) fn time(
     let mut samples: Vec<Vec<f64>> = vec![Vec::new(); trials.len()];
     for round in 0..budget.rounds {
         let before: Vec<usize> = samples.iter().map(Vec::len).collect();
-        for (trial, samples) in trials.iter().zip(&mut samples) {
+        for (trial, samples) in trials.iter_mut().zip(&mut samples) {
             if trial.row.status != RowStatus::Converged || round >= rounds(trial.tried).max(3) {
                 continue;
             }
