@@ -14,9 +14,9 @@
 //! [`Composition`] needs that.
 //!
 //! [`PEERS`] lists the methods. Each is a [`Peer`]: it says what it is, where it comes from and how it takes a step.
-//! What is around the steps is the same for all. All but Taylor are compiled for the vector instructions of the machine,
-//! as this program's own iteration is: the point is to be fair to them. In one coordinate each evaluates g00 and g00′
-//! and nothing else, once a stage; in a scene it runs the program of Hamilton's equations.
+//! What is around the steps is the same for all. All but Taylor are compiled for the vector instructions of the
+//! machine, as this program's own iteration is: the point is to be fair to them. In one coordinate each evaluates g00
+//! and g00′ and nothing else, once a stage; in a scene it runs the program of Hamilton's equations.
 //!
 //! ```
 //! use geodesic_ivp::Case;

@@ -1,5 +1,5 @@
-//! The equations in a potential of x alone: one quadrature, one position, one velocity. The rates that drive the motion,
-//! u = Q_t/g00(x) and a = −½ g00′(x) u², are computed as fast as possible.
+//! The equations in a potential of x alone: one quadrature, one position, one velocity. The rates that drive the
+//! motion, u = Q_t/g00(x) and a = −½ g00′(x) u², are computed as fast as possible.
 
 use nalgebra::{Matrix3, Vector3};
 

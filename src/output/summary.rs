@@ -192,8 +192,6 @@ fn numbers_by_name<S: Real>(run: &Run<S>, events: &[Event], error: Option<&RunEr
     let names = line.geometry().names();
     let number = |value: S| json::number(value, line.digits);
     let all = |values: &[S]| -> ByName { names.iter().cloned().zip(values.iter().map(|&v| number(v))).collect() };
-    let errors =
-        |values: Vec<f64>| -> ByName { names.iter().cloned().zip(values.into_iter().map(Value::from)).collect() };
     let of_charges = |value: fn(&ChargeDeviation<S>) -> S| -> ByName {
         let charges = diagnostics.charges.iter();
         charges.map(|charge| (names[charge.terms[0].0].clone(), number(value(charge)))).collect()
@@ -243,10 +241,18 @@ fn numbers_by_name<S: Real>(run: &Run<S>, events: &[Event], error: Option<&RunEr
             "max_abs_delta_invariant_ends": of_invariants(|invariant| invariant.max_ends),
             "events": events.iter().enumerate().map(|(k, event)| (&event.name, count(k))).collect::<BTreeMap<_, _>>(),
             "branch_distance": diagnostics.branch_distance.map(number),
-            "error_final": error.map(|error| errors(error.at_most_at_end())),
-            "error_max": error.map(|error| errors(error.at_most())),
-            "error_from": error.map(|error| error.judge.describe()),
-            "reference_error": error.and_then(|error| error.judge.reference_error()),
         })),
+        error.map_or_else(|| json!({}), |error| errors_by_name(names, error)),
     ])
+}
+
+fn errors_by_name(names: &[String], error: &RunError) -> Value {
+    let by_name =
+        |values: Vec<f64>| -> ByName { names.iter().cloned().zip(values.into_iter().map(Value::from)).collect() };
+    present(json!({
+        "error_final": by_name(error.at_most_at_end()),
+        "error_max": by_name(error.at_most()),
+        "error_from": error.judge.describe(),
+        "reference_error": error.judge.reference_error(),
+    }))
 }

@@ -1,8 +1,8 @@
 //! Interpolation of a world-line in one window, as the parent module describes it.
 //!
 //! The error of the Hermite polynomial is O(Δγ⁸). In a spectral element of the weak form the rates at the nodes are
-//! integrated from the start, and Picard sweeps on twice as many nodes refine that. Their fixed point is the same method
-//! with 2n stages, so that the inside is as accurate as the ends.
+//! integrated from the start, and Picard sweeps on twice as many nodes refine that. Their fixed point is the same
+//! method with 2n stages, so that the inside is as accurate as the ends.
 
 use super::legendre::{Expansion, Tables, expansion, integral, series};
 use super::partition;

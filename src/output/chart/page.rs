@@ -93,8 +93,8 @@ impl Page {
         self.add(line);
     }
 
-    /// Writes labels below places along an abscissa, in order, but for those that would be nearer to the one before than
-    /// `space`.
+    /// Writes labels below places along an abscissa, in order, but for those that would be nearer to the one before
+    /// than `space`.
     pub(super) fn write_along(&mut self, labels: impl Iterator<Item = (f64, String)>, y: f64, size: f64, space: f64) {
         let mut free = f64::NEG_INFINITY;
         for (x, label) in labels {

@@ -60,8 +60,8 @@ impl Columns {
         [self.header(), events.filter(|_| self.has_events).collect()]
     }
 
-    /// The row of a run, which counts from 0, from its end or else the status in a word, the exit code that a single run
-    /// would have, and why it has none. Cells of what it does not have are empty.
+    /// The row of a run, which counts from 0, from its end or else the status in a word, the exit code that a single
+    /// run would have, and why it has none. Cells of what it does not have are empty.
     pub fn row(&self, runs: &ManyRuns, run: usize, outcome: Result<&End, (&str, u8, &str)>) -> RunRow {
         let (status, exit_code, message) = outcome.err().unwrap_or((Status::Converged.as_str(), 0, ""));
         let end = outcome.ok();
