@@ -56,7 +56,7 @@ def speed():
                     shutil.copy(chart.folder / "drift_k.svg", DOCS / "drift-quartic.svg")
     text = f"`{line}` and the like. A cell is the time of the fastest other method whose error "
     text += "is below the bound, over that of this program's library and over that of its certified `solve`: above 1 "
-    text += "this program is faster. The last column names the fastest others, and links lead to charts.\n\n"
+    text += "this program is faster. The last column names the others, and links lead to charts.\n\n"
     text += table(["error below", *(short(error, 0) for error in ERRORS), "fastest other"], rows)
     return text + "\n![K along a thousand units of the quartic](drift-quartic.svg)\n"
 
