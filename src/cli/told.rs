@@ -235,7 +235,8 @@ fn number<S: Real>(number: S, error: Option<f64>, digits: u32) -> String {
         (false, number) if is_readable(number) => format!("{number:.decimals$}"),
         (false, number) => format!("{number:.*e}", few as usize - 1),
     };
-    let is_plain = is_readable(size) && error >= 1e-7;
+    // In chaos an estimate may have thirty digits.
+    let is_plain = is_readable(size) && (1e-7..1e6).contains(&error);
     match significant < SURE_DIGITS {
         false => text,
         true if is_plain => format!("{text} ± {:.decimals$}", error.max(10.0_f64.powi(-(decimals as i32)))),
