@@ -136,7 +136,10 @@ pub fn stability_summary(
         let found = json!({"cells": counts, "accurate_up_to": borders(&atlas.cells, method)});
         merged([json!({"method": method.label()}), limit, found])
     };
-    let onset = |(cell, gamma): (&Cell, f64)| json!({"method": cell.method.label(), "delta_gamma_omega": cell.delta_gamma_omega, "gamma": gamma});
+    let onset = |(cell, gamma): (&Cell, f64)| {
+        let (method, delta_gamma_omega) = (cell.method.label(), cell.delta_gamma_omega);
+        json!({"method": method, "delta_gamma_omega": delta_gamma_omega, "gamma": gamma})
+    };
     let found = merged([
         json!({"omega": arena.omega(), "reference_error_estimate": arena.reference_error()}),
         present(json!({"geodesic_ends": arena.ends().map(|end| end.to_string())})),

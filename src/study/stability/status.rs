@@ -11,8 +11,8 @@
 //! every ignorable one.
 //!
 //! The first rule that holds gives the status; `docs/trust.md` lists them in words. If the geodesic itself leaves the
-//! domain before the end, there is no trajectory to compare with. A result is then called inaccurate, and its errors are
-//! empty.
+//! domain before the end, there is no trajectory to compare with. A result is then called inaccurate, and its errors
+//! are empty.
 
 use crate::methods::Failure;
 use crate::solve::Status;
