@@ -3,7 +3,7 @@
 use crate::number::Real;
 use crate::solve::WorldLine;
 
-/// The least and the largest value of a coordinate; of an ignorable one they count from the start.
+/// The least and the largest of some values; those of an ignorable coordinate count from the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
     /// The least one.

@@ -86,7 +86,7 @@ impl<'p, S: Real> Parser<'p, S> {
 
     /// Goes on after so many bytes and the white space behind them.
     fn pass(&mut self, bytes: usize) {
-        self.at = self.text.len() - self.rest()[bytes..].trim_ascii_start().len();
+        self.at = self.text.len() - self.rest()[bytes..].trim_start_matches([' ', '\t', '\r', '\n']).len();
     }
 
     /// Passes the next character if it is one of these.

@@ -120,8 +120,14 @@ pub fn join<W: Write>(parts: &mut [Part], tables: Vec<W>) -> anyhow::Result<()> 
         }
     }
     let total = parts[0].summary.runs;
-    let missing: Vec<usize> = (1..=total).filter(|row| !order.contains_key(row)).collect();
-    if !missing.is_empty() {
+    if let Some(row) = order.keys().find(|row| !(1..=total).contains(*row)) {
+        let folder = parts[order[row]].folder.display();
+        let message = format!("there is a row {row} in {folder}, but the whole table has {total} rows");
+        return Err(Refused::usage(message, "compute this part again").into());
+    }
+    if order.len() < total {
+        // No more than are named: a damaged summary may ask for any number of rows.
+        let missing: Vec<usize> = (1..=total).filter(|row| !order.contains_key(row)).take(MOST_NAMED + 1).collect();
         let named: Vec<Option<&str>> = parts.iter().map(|part| part.summary.part.as_deref()).collect();
         let message = format!("{} missing: {} of {total} rows are there", absent(&missing, &named), order.len());
         return Err(Refused::usage(message, "compute it with --part, and name all parts").into());

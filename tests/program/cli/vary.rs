@@ -141,7 +141,13 @@ fn parts_are_joined_to_the_table_of_one_run_byte_for_byte() {
     // Parts of other tables.
     folder.succeeds(&format!("{} --part 2/2 --out case", TABLE.replace("windows=8", "windows=9")));
     folder.succeeds(&format!("{TABLE} --vary grid.t_f=6.0 --part 2/2 --out keys"));
+    // A row that the table does not have.
+    folder.succeeds(&format!("{TABLE} --part 2/2 --out longer"));
+    let rows = folder.read("longer/runs.csv");
+    let (_, cells) = rows.lines().last().and_then(|row| row.split_once(',')).unwrap();
+    folder.write("longer/runs.csv", format!("{rows}11,{cells}\n"));
     folder.refuses(&[
+        ("merge p1of2 longer --out bad", 2, "a row 11 in longer, but the whole table has 9 rows"),
         ("merge p1of4 p2of4 p4of4 --out bad", 2, "part 3/4 is missing: 7 of 9 rows are there"),
         ("merge p1of2 p2of4 --out bad", 2, "rows 4, 8 are missing"),
         ("merge p1of2 p2of2 p3of4 --out bad", 2, "row 3 is both in p1of2 and in p3of4"),
