@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use crate::action::Form;
+use crate::action::{Form, Layout};
 use crate::geometry::{Contraction, Samples, Structure};
 use crate::number::Real;
 use crate::number::norm::max_abs;
-use crate::solve::{WindowGrid, WorldLine};
+use crate::solve::{Window, WindowNodes, WorldLine};
 
 /// The deviation of K, of Newton's energy or of an invariant of the user from its value at the start of the run.
 #[derive(Debug, Clone)]
@@ -100,7 +100,7 @@ impl<'r, S: Real> Fields<'r, S> {
         let (lagrangian, rows) = (run.geometry(), run.rows());
         let (structure, points) = (lagrangian.structure(), rows[0].len());
         let n = structure.dimension;
-        let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], run.starts(a))).collect();
+        let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], |view| view.first(a))).collect();
         let mut samples = lagrangian.room(points);
         // A second derivative that is not finite at a node is no matter here. Anything else that is not leaves NaN, and
         // a verdict doubts that.
@@ -138,8 +138,8 @@ impl<'r, S: Real> Fields<'r, S> {
     }
 
     /// The largest absolute value of a row over a part of every window; NaN if any value there is.
-    fn largest(&self, row: &[S], part: impl Fn(WindowGrid<'r, S>) -> Range<usize>) -> S {
-        self.run.grids().fold(S::ZERO, |largest, grid| max_abs(&[largest, max_abs(&row[part(grid)])]))
+    fn largest(&self, row: &[S], part: impl Fn(&Window<S>) -> Range<usize>) -> S {
+        self.run.windows.iter().fold(S::ZERO, |largest, window| max_abs(&[largest, max_abs(&row[part(window)])]))
     }
 
     /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a.
@@ -159,21 +159,21 @@ impl<'r, S: Real> Fields<'r, S> {
             delta.iter_mut().zip(&self.momenta[a]).for_each(|(sum, &p)| *sum += c * p);
         }
         delta.iter_mut().for_each(|delta| *delta -= value);
-        let mut ends = vec![-value; run.grids().len()];
-        for &(a, c) in &terms {
-            ends.iter_mut().zip(run.end_momenta(a)).for_each(|(sum, p)| *sum += c * p);
-        }
+        let sum_at_end =
+            |view: WindowNodes<'_, S>| terms.iter().fold(-value, |sum, &(a, c)| sum + c * view.end_momentum(a));
+        let ends: Vec<S> = run.views().map(sum_at_end).collect();
         let mut corrected = delta.clone();
         for &(a, c) in &terms {
-            for (grid, kappa) in run.grids().zip(run.kappas(a)) {
-                if let Some(kappa) = kappa {
-                    corrected[grid.nodes().end - 1] += c * kappa / grid.sbp().weights()[grid.points() - 1];
+            let place = Layout::new(run.q.len(), 0, Form::Strong).kappa(a);
+            for window in &run.windows {
+                if let Some(&kappa) = window.multipliers.get(place) {
+                    corrected[window.nodes().end - 1] += c * kappa / window.sbp().weights()[window.points() - 1];
                 }
             }
         }
         let deviation = ChargeDeviation {
-            max_interior: self.largest(&delta, |grid| grid.exact()),
-            max_last: self.largest(&delta, |grid| grid.last()),
+            max_interior: self.largest(&delta, Window::exact),
+            max_last: self.largest(&delta, |window| window.nodes().end - 1..window.nodes().end),
             last: delta.last().copied().unwrap_or(S::ZERO),
             max_corrected: max_abs(&corrected),
             max_ends: max_abs(&ends),
@@ -192,14 +192,15 @@ impl<'r, S: Real> Fields<'r, S> {
         let mut delta = self.zeros();
         self.contraction().add_norm(&mut delta);
         delta.iter_mut().for_each(|delta| *delta -= value);
-        let max_interior = self.largest(&delta, |grid| grid.exact());
-        Deviation { max_interior, ..Deviation::new(value, delta, run.end_norms().map(|norm| norm - value).collect()) }
+        let max_interior = self.largest(&delta, Window::exact);
+        let at_end = |view: WindowNodes<'_, S>| run.geometry().norm(view.end.q, &view.end_velocities()) - value;
+        Deviation { max_interior, ..Deviation::new(value, delta, run.views().map(at_end).collect()) }
     }
 
     /// ΔG_a = (Dp_a) − f_a − F_a on the nodes, in the weak form with D̄ and the initial momenta; divided by the
     /// constant g_aa if a is a coordinate of a potential, so that it is a deviation of d²q^a/dγ².
     pub(super) fn residual(&self, a: usize) -> Vec<S> {
-        let mut residual = derivative(self.run, &self.momenta[a], self.run.start_momenta(a));
+        let mut residual = derivative(self.run, &self.momenta[a], |view| view.start.p[a]);
         residual.iter_mut().zip(self.force(a)).for_each(|(residual, force)| *residual += -force);
         if let Some(inertia) = self.structure().inertia(a) {
             let scale = S::ONE / inertia;
@@ -211,7 +212,7 @@ impl<'r, S: Real> Fields<'r, S> {
 
     /// The largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
     pub(super) fn max_residual(&self, residual: &[S]) -> S {
-        self.largest(residual, |grid| grid.uncoupled())
+        self.largest(residual, Window::uncoupled)
     }
 
     /// The largest of Σ |g_ab Dq^a Dq^b| without its largest term, where charges are exact: what motion contributes to
@@ -219,15 +220,16 @@ impl<'r, S: Real> Fields<'r, S> {
     pub(super) fn motion(&self) -> f64 {
         let mut motion = self.zeros();
         self.contraction().add_motion(&mut motion);
-        self.largest(&motion, |grid| grid.exact()).to_f64()
+        self.largest(&motion, Window::exact).to_f64()
     }
 }
 
-/// d/dγ of a row as the form of the action means it; `starts` are its initial values in the windows.
-fn derivative<S: Real>(run: &WorldLine<S>, row: &[S], starts: impl Iterator<Item = S>) -> Vec<S> {
+/// d/dγ of a row as the form of the action means it; it is `start` where a window starts.
+fn derivative<S: Real>(run: &WorldLine<S>, row: &[S], start: impl Fn(&WindowNodes<'_, S>) -> S) -> Vec<S> {
     let mut slopes = vec![S::ZERO; row.len()];
-    for (grid, start) in run.grids().zip(starts) {
-        grid.derivative(&row[grid.nodes()], start, &mut slopes[grid.nodes()]);
+    for view in run.views() {
+        let nodes = view.window.nodes();
+        view.window.derivative(&row[nodes.clone()], start(&view), &mut slopes[nodes]);
     }
     slopes
 }
@@ -237,7 +239,7 @@ pub(super) fn tangent<'r, S: Real>(run: &WorldLine<S>, a: usize, velocity: &'r [
     let mut row = Cow::Borrowed(velocity);
     if run.form == Form::Strong {
         let row = row.to_mut();
-        run.grids().zip(run.end_velocities(a)).for_each(|(grid, end)| row[grid.nodes().end - 1] = end);
+        run.views().for_each(|view| row[view.window.nodes().end - 1] = view.end_velocities()[a]);
     }
     row
 }

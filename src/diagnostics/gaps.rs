@@ -83,11 +83,11 @@ impl Gap {
         let (view, nodes) = (line.view(hidden.window), [hidden.node, hidden.node + 1]);
         let names = line.geometry().names().iter().cloned().enumerate();
         let ends = |a: usize| {
-            let mut values = line.absolute_in(view, a, &line.q[a]).skip(hidden.node).map(S::to_f64);
+            let mut values = view.absolute(a, &line.q[a]).skip(hidden.node).map(S::to_f64);
             nodes.map(|_| values.next().expect("a gap has a node at both ends"))
         };
         Self {
-            gamma: nodes.map(|k| line.gamma_at(view.grid.gamma_at(k)).to_f64()),
+            gamma: nodes.map(|k| line.gamma_at(view.window.gamma_at(k)).to_f64()),
             coordinates: names.map(|(a, name)| (name, ends(a))).collect(),
         }
     }
@@ -127,7 +127,8 @@ impl Gaps {
         // A push at the start moves the end by twice what the same force does that grows with the way.
         let share = |change: f64, distance: f64| 2.0 * change * distance / length;
         for (window, view) in line.views().enumerate() {
-            let (nodes, distances) = (Nodes::new(line, &view), view.grid.distances());
+            let (nodes, sbp) = (Nodes::new(line, &view), view.window.sbp());
+            let distances: Vec<f64> = (1..sbp.points()).map(|k| (sbp.node(k) - sbp.node(k - 1)).to_f64()).collect();
             nodes.describe(rough, &distances, &mut enclosure.path);
             let tolerances = || {
                 let states = nodes.states.iter().map(Vec::as_slice);
@@ -197,15 +198,14 @@ struct Nodes {
 
 impl Nodes {
     fn new<S: Real>(line: &WorldLine<S>, view: &WindowNodes<'_, S>) -> Self {
-        let (geometry, grid, n) = (line.geometry(), view.grid, line.geometry().dimension());
-        let increments = line.increments(view);
+        let (geometry, n, increments) = (line.geometry(), line.geometry().dimension(), view.increments());
         let state = |k: usize| {
             let mut state: Vec<S> = view.start.q.iter().chain(view.start.p).copied().collect();
             let places = (0..n).chain(geometry.active().iter().map(|a| n + a));
             places.zip(&increments).for_each(|(place, row)| state[place] += row[k]);
             state.into_iter().map(S::to_f64).collect()
         };
-        Self { states: (0..grid.points()).map(state).collect() }
+        Self { states: (0..view.window.points()).map(state).collect() }
     }
 
     /// Describes the positions and momenta of active coordinates as a path. They bend as their rates at the nodes say.

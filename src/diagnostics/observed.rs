@@ -83,7 +83,7 @@ pub(super) fn work<S: Real>(fields: &Fields<'_, S>) -> Vec<WorkBalance<S>> {
     forced
         .map(|coordinate| {
             let force = &fields.forces[coordinate];
-            let work = sum(line.grids().map(|grid| grid.sbp().integrate(&force[grid.nodes()])));
+            let work = sum(line.windows.iter().map(|window| window.sbp().integrate(&force[window.nodes()])));
             let gained = line.last_joint().p[coordinate] - line.joint(0).p[coordinate];
             WorkBalance { coordinate, work: line.signed(work), defect: line.signed(gained - work) }
         })

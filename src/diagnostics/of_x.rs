@@ -131,15 +131,15 @@ impl<S: Real> Bound<S> {
         let (mut t_dot, mut x_dot) = (Vec::new(), Vec::new());
         let of_window = |view: WindowNodes<'_, S>| {
             for room in [&mut t_dot, &mut x_dot] {
-                room.resize(view.grid.points(), S::ZERO);
+                room.resize(view.window.points(), S::ZERO);
             }
-            RegularisedOperator::new(view.grid.sbp(), S::ZERO).apply(view.row(0), &mut t_dot);
-            RegularisedOperator::new(view.grid.sbp(), view.start.q[1]).apply(view.row(1), &mut x_dot);
-            for ((u, &w), node) in t_dot.iter_mut().zip(&x_dot).zip(view.grid.nodes()) {
+            RegularisedOperator::new(view.window.sbp(), S::ZERO).apply(view.row(0), &mut t_dot);
+            RegularisedOperator::new(view.window.sbp(), view.start.q[1]).apply(view.row(1), &mut x_dot);
+            for ((u, &w), node) in t_dot.iter_mut().zip(&x_dot).zip(view.window.nodes()) {
                 let [g, ..] = g00(node);
                 *u = (g * *u * *u + w * w).half();
             }
-            view.grid.sbp().integrate(&t_dot)
+            view.window.sbp().integrate(&t_dot)
         };
         let h_bvp = sum(solution.views().map(of_window));
         let begun = solution.joint(0).q[0];
@@ -171,11 +171,11 @@ impl Scales {
             let t_dot = q_t / g00;
             (t_dot * t_dot * (second.half() - first * first / g00)).to_f64()
         });
-        let exact = solution.views().flat_map(|view| x_dot[view.grid.exact()].iter());
+        let exact = solution.views().flat_map(|view| x_dot[view.window.exact()].iter());
         Self {
             x_dot: exact.map(|x_dot| x_dot.to_f64().abs()).fold(0.0, f64::max),
             omega: squares.fold(0.0, f64::max).sqrt(),
-            spacing: solution.views().map(|view| view.grid.sbp().spacing().to_f64()).fold(0.0, f64::max),
+            spacing: solution.views().map(|view| view.window.sbp().spacing().to_f64()).fold(0.0, f64::max),
             g00: nodes().map(|[g00, ..]| g00.to_f64() / c_squared).fold(f64::INFINITY, f64::min),
         }
     }
@@ -193,8 +193,8 @@ impl Newtonian {
         let v = begin.q_dot[1] / begin.q_dot[0];
         let mut found = Self { deviation: 0.0, speed_squared: 0.0, depth: f64::NEG_INFINITY };
         for view in solution.views() {
-            let last = view.grid.points() - 1;
-            for (k, node) in view.grid.nodes().enumerate() {
+            let last = view.window.points() - 1;
+            for (k, node) in view.window.nodes().enumerate() {
                 let [g00, first, _] = g00(node);
                 let w = if k == last { -view.end.p[1] } else { x_dot[node] };
                 if first != S::ZERO {

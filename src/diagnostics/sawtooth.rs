@@ -1,7 +1,7 @@
 //! A measure of the sawtooth, an oscillation in which even and odd nodes move apart.
 
 use crate::number::Real;
-use crate::solve::WindowGrid;
+use crate::solve::Window;
 
 /// The amplitude of the (−1)^k component of `u`: max_k |δ⁴u_k| / 16.
 ///
@@ -36,11 +36,11 @@ pub struct Sawtooth<S = f64> {
 
 impl<S: Real> Sawtooth<S> {
     /// The sawtooth of `row` in the windows that are equidistant; the last node of the strong form is left out.
-    pub(super) fn new<'g>(row: &[S], grids: impl Iterator<Item = WindowGrid<'g, S>> + Clone) -> Self
+    pub(super) fn new<'g>(row: &[S], grids: impl Iterator<Item = &'g Window<S>> + Clone) -> Self
     where
         S: 'g,
     {
-        let windows = || grids.clone().filter(WindowGrid::is_equidistant).map(|grid| &row[grid.exact()]);
+        let windows = || grids.clone().filter(|window| window.is_equidistant()).map(|grid| &row[grid.exact()]);
         Self {
             amplitude: windows().filter_map(sawtooth).reduce(S::max),
             sixth_difference: windows().filter_map(sixth_difference).map(S::to_f64).reduce(f64::max),

@@ -205,7 +205,7 @@ fn write_table<S: Real>(
         table.writer.write_record(std::iter::once("gamma").chain(names).chain(has_windows.then_some("window")))?;
     }
     let mut gammas = run.gamma();
-    for (window, grid) in (1 + run.window_count - run.windows.len()..).zip(run.grids()) {
+    for (window, grid) in (1 + run.window_count - run.windows.len()..).zip(&run.windows) {
         let last = grid.nodes().len() - 1;
         for (node, gamma) in gammas.by_ref().take(last + 1).enumerate() {
             let values = columns.iter_mut().filter_map(Iterator::next);

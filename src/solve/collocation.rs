@@ -1,12 +1,12 @@
 //! The collocation system of the active coordinates as a banded Newton iteration in (q, p*).
 
+use super::grid::FormDerivative;
 use super::guess::Guess;
-use super::limit::Limit;
 use super::newton::{self, Equations, Failure, NewtonSystem, Root, RoundingLevels};
+use super::piece::{Piece, Problem};
 use super::quadrature;
 use super::refinement;
 use super::status::{InitialGuess, IterationRecord};
-use super::window::{FormDerivative, Window};
 use crate::geometry::{Motion, OnNodes, OutsideGeometry};
 use crate::linalg::Singular;
 use crate::linalg::banded::solve_banded;
@@ -15,26 +15,31 @@ use crate::number::norm::max_abs;
 
 /// Solves the system of `window` from a guess, and integrates the ignorable coordinates; `rough` is the same in `f64`.
 pub(super) fn solve<S: Real>(
-    window: &Window<'_, S>,
-    rough: &Window<'_, f64>,
+    window: &Problem<'_, S>,
+    rough: &Problem<'_, f64>,
     guess: &Guess,
-) -> Result<Limit<S>, Failure> {
-    let (mut limit, steps) = of_active(window, rough, guess)?;
-    let active = window.geometry.active();
-    for (a, steps) in (0..limit.q.len()).filter(|a| !active.contains(a)).zip(steps) {
-        limit.q[a] = quadrature::integral(window, rough, |k| steps[k])?;
+) -> Result<Piece<S>, Failure> {
+    let (Solved { mut q, p, steps, history }, kind) = if window.is_at_rest() {
+        (System::new(window, Vec::new()).solved(&[], Vec::new())?, InitialGuess::None)
+    } else {
+        (of_active(window, rough, guess)?, guess.kind)
+    };
+    for (a, steps) in window.geometry.ignorable().zip(steps) {
+        q[a] = quadrature::integral(window, rough, |k| steps[k])?;
     }
-    Ok(limit)
+    Ok(Piece::in_limit(window, [q, p], history, kind))
 }
 
 /// The solution in which ignorable coordinates are still what they are at the start, and h q̇^a of them.
-type OfActive<S> = (Limit<S>, Vec<Vec<S>>);
+struct Solved<S> {
+    q: Vec<Vec<S>>,
+    p: Vec<Vec<S>>,
+    steps: Vec<Vec<S>>,
+    history: Vec<IterationRecord>,
+}
 
-fn of_active<S: Real>(window: &Window<'_, S>, rough: &Window<'_, f64>, guess: &Guess) -> Result<OfActive<S>, Failure> {
-    if window.is_at_rest() {
-        return System::new(window, Vec::new()).solved(&[], Vec::new(), InitialGuess::None);
-    }
-    let (mut linearised, initial_guess) = (System::new(rough, Vec::new()), guess.kind);
+fn of_active<S: Real>(window: &Problem<'_, S>, rough: &Problem<'_, f64>, guess: &Guess) -> Result<Solved<S>, Failure> {
+    let mut linearised = System::new(rough, Vec::new());
     let guess = linearised.unknowns(guess);
     let root = newton::solve(&mut linearised, guess, window.max_iterations)?;
     if S::IS_EXTENDED {
@@ -44,12 +49,12 @@ fn of_active<S: Real>(window: &Window<'_, S>, rough: &Window<'_, f64>, guess: &G
         let solve = |right: &mut [f64]| linearised.solve_linearised(right);
         let limits = (window.digits, window.max_iterations);
         let Root { unknowns, history } = refinement::refine(&mut system, solve, root, limits)?;
-        return system.solved(&unknowns, history, initial_guess);
+        return system.solved(&unknowns, history);
     }
     // The system was evaluated last at its root.
     let in_s = |rows: Vec<Vec<f64>>| rows.into_iter().map(|row| row.into_iter().map(S::from).collect()).collect();
     let steps = in_s(linearised.steps());
-    Ok((Limit { q: in_s(linearised.q), p: in_s(linearised.p), history: root.history, initial_guess }, steps))
+    Ok(Solved { q: in_s(linearised.q), p: in_s(linearised.p), steps, history: root.history })
 }
 
 /// Entries of the Jacobian, divided by this, stay far from overflow.
@@ -60,7 +65,7 @@ const OF_ROUNDING: f64 = 0.1;
 /// Rows (h du/dγ − h u̇)/s in the unknowns (q_1 … q_m, p_1 … p_m) of one node after the other: at nodes 1 … N−1 for
 /// nodes 2 … N in the strong form, at all nodes for all in the weak one.
 struct System<'w, S> {
-    window: Window<'w, S>,
+    window: Problem<'w, S>,
     /// Set at the first residual if they are not given.
     scales: Vec<f64>,
     // The fields on all N nodes, their rates and their slopes as evaluated last. They are kept, because at a million
@@ -73,7 +78,7 @@ struct System<'w, S> {
 }
 
 impl<'w, S: Real> System<'w, S> {
-    fn new(window: &Window<'w, S>, scales: Vec<f64>) -> Self {
+    fn new(window: &Problem<'w, S>, scales: Vec<f64>) -> Self {
         let (points, geometry) = (window.points(), window.geometry);
         let m = geometry.active().len();
         Self {
@@ -101,15 +106,10 @@ impl<'w, S: Real> System<'w, S> {
     }
 
     /// The solution with these unknowns.
-    fn solved(
-        mut self,
-        u: &[S],
-        history: Vec<IterationRecord>,
-        initial_guess: InitialGuess,
-    ) -> Result<OfActive<S>, Failure> {
+    fn solved(mut self, u: &[S], history: Vec<IterationRecord>) -> Result<Solved<S>, Failure> {
         self.evaluate(u).map_err(Failure::outside)?;
         let steps = self.steps();
-        Ok((Limit { q: self.q, p: self.p, history, initial_guess }, steps))
+        Ok(Solved { q: self.q, p: self.p, steps, history })
     }
 
     /// Updates the fields and their rates to the unknowns `u`.

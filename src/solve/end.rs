@@ -1,14 +1,14 @@
 //! Runs that end where a coordinate reaches a value or a formula changes its sign: the length of γ at which the last
 //! node is there.
 
-use super::failure::{At, NoSolution};
-use super::run::{Arithmetic, Observer};
+use super::failure::NoSolution;
+use super::run::Observer;
 use super::search::{Excess, NotFound, Search, search};
 use super::setup::{Limit, Setup};
 use super::solve_to;
 use super::status::{Iterations, Status};
 use super::sweeps;
-use super::world_line::{Joint, Place, WorldLine};
+use super::world_line::{Joint, WorldLine};
 use crate::engine::Accuracy;
 use crate::number::Real;
 
@@ -21,7 +21,7 @@ const NEAR: f64 = 1e-9;
 
 /// The run of `setup`, with what it ended by, where its length is to be searched for. Every run that is tried is shown
 /// to the observer.
-pub(super) fn solve<S: Arithmetic>(
+pub(super) fn solve<S: Real>(
     setup: &Setup<S>,
     mut observer: Option<Observer<'_, S>>,
 ) -> Result<WorldLine<S>, NoSolution> {
@@ -49,14 +49,14 @@ pub(super) fn solve<S: Arithmetic>(
 type SolveTo<'s, S> = &'s mut dyn FnMut(S) -> Result<WorldLine<S>, NoSolution>;
 
 /// The length of the same run in `f64`, where most of a search is cheapest.
-fn rough_length<S: Arithmetic>(setup: &Setup<S>) -> Result<S, NoSolution> {
+fn rough_length<S: Real>(setup: &Setup<S>) -> Result<S, NoSolution> {
     Ok(S::from(solve::<f64>(&setup.in_f64(), Some(&mut |_| ()))?.length))
 }
 
 /// The world-line that ends where `coordinate` is `value`, by Newton's method on γ_f with the velocity at the end of
 /// each solution: the coordinate grows, or falls, with γ_f. A share of the whole way counts as none of what counts from
 /// an origin, or else one of the length of γ.
-fn at_value<S: Arithmetic>(
+fn at_value<S: Real>(
     setup: &Setup<S>,
     coordinate: usize,
     value: S,
@@ -89,7 +89,7 @@ fn at_value<S: Arithmetic>(
 
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
 /// the length `whole`.
-fn until<S: Arithmetic>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Result<WorldLine<S>, NoSolution> {
+fn until<S: Real>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Result<WorldLine<S>, NoSolution> {
     let Some(Near { index, gamma, to_positive }) = near(setup, whole) else {
         return solve_to(whole);
     };
@@ -127,15 +127,15 @@ struct Near<S> {
 }
 
 /// The first change of sign within the length `whole`, by the engine; `None` if it finds none.
-fn near<S: Arithmetic>(setup: &Setup<S>, whole: S) -> Option<Near<S>> {
+fn near<S: Real>(setup: &Setup<S>, whole: S) -> Option<Near<S>> {
     let rough = Setup { limit: Limit::Length(whole.to_f64()), ..setup.in_f64() };
     let line = sweeps::to_accuracy(&rough, Accuracy::Local(NEAR), Some(&mut |_| ())).ok()?;
-    let (index, window, start) = (line.ended_by?, line.views().last()?, &rough.place.start);
+    let (index, view, start) = (line.ended_by?, line.views().last()?, &rough.place.start);
     // The node before the change.
-    let node = window.grid.points() - 2;
-    let q: Vec<f64> = (0..start.q.len()).filter_map(|a| line.absolute_in(window, a, &line.q[a]).nth(node)).collect();
-    let mut p = window.start.p.to_vec();
-    line.geometry().active().iter().zip(&line.p).for_each(|(&a, row)| p[a] = row[window.grid.nodes()][node]);
+    let node = view.window.points() - 2;
+    let q: Vec<f64> = (0..start.q.len()).filter_map(|a| view.absolute(a, &line.q[a]).nth(node)).collect();
+    let mut p = view.start.p.to_vec();
+    line.geometry().active().iter().zip(&line.p).for_each(|(&a, row)| p[a] = row[view.window.nodes()][node]);
     let q_dot = line.velocities(Joint { q: &q, p: &p });
     let k = line.geometry().norm(&start.q, &start.q_dot);
     let before = rough.until[index].formula.clone().at(&q, &q_dot, &p, k);
@@ -144,20 +144,19 @@ fn near<S: Arithmetic>(setup: &Setup<S>, whole: S) -> Option<Near<S>> {
 
 /// The failure of a search for the end of the run of `setup`.
 fn not_reached<S: Real>(error: NotFound<WorldLine<S>, NoSolution>, setup: &Setup<S>) -> NoSolution {
-    let closest = match error {
-        NotFound::Failed(failure) => return failure,
-        NotFound::Missed(closest) => closest,
-    };
-    let Some(closest) = closest else {
-        let Place { geometry, start } = &setup.place;
-        let at = At::new(geometry, setup.gamma_i.to_f64(), &start.q);
-        return NoSolution::new(Status::EndTimeNotReached, at);
-    };
-    let at = At::new(closest.geometry(), closest.gamma_f().to_f64(), closest.last_joint().q);
-    let Iterations { initial_guess, history, .. } = closest.iterations;
-    NoSolution {
-        iterations: Box::new(Iterations::of(initial_guess, history)),
-        residual: closest.gradient_norm.to_f64(),
-        ..NoSolution::new(Status::EndTimeNotReached, at)
+    let (geometry, status) = (&setup.place.geometry, Status::EndTimeNotReached);
+    match error {
+        NotFound::Failed(failure) => failure,
+        NotFound::Missed(None) => NoSolution::new(status, geometry, setup.gamma_i.to_f64(), &setup.place.start.q),
+        NotFound::Missed(Some(closest)) => {
+            let gamma = closest.gamma_f().to_f64();
+            let failure = NoSolution::new(status, geometry, gamma, closest.last_joint().q);
+            let Iterations { initial_guess, history, .. } = closest.iterations;
+            NoSolution {
+                iterations: Box::new(Iterations::of(initial_guess, history)),
+                residual: closest.gradient_norm.to_f64(),
+                ..failure
+            }
+        }
     }
 }

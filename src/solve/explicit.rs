@@ -1,10 +1,9 @@
 //! The two-step rule that SBP21's collocation system is, and steps that are long enough to leap over what lies outside
 //! the domain: a horizon and what is behind it. The nodes on both sides are inside, and say nothing.
 
-use super::limit::Limit;
 use super::newton::Failure;
+use super::piece::{Piece, Problem};
 use super::status::InitialGuess;
-use super::window::Window;
 use crate::geometry::{Geometry, OnNodes, OutsideGeometry};
 use crate::number::Real;
 
@@ -19,7 +18,7 @@ const MOST_PIECES: f64 = 1024.0;
 ///
 /// Exact charges say nothing about the rest here: the rule carries a computational (−1)^k mode, neutral only while
 /// hω < 1.
-pub(super) fn two_step<S: Real>(window: &Window<'_, S>) -> Result<Limit<S>, Failure> {
+pub(super) fn two_step<S: Real>(window: &Problem<'_, S>) -> Result<Piece<S>, Failure> {
     let (points, h, geometry) = (window.points(), window.sbp.spacing(), window.geometry);
     let active = geometry.active();
     let state = active.iter().map(|&a| window.start.q[a]).chain(active.iter().map(|&a| window.start.p[a]));
@@ -52,7 +51,7 @@ pub(super) fn two_step<S: Real>(window: &Window<'_, S>) -> Result<Limit<S>, Fail
     let left = left.map(|(index, point)| OutsideGeometry { index, ..point });
     match left.or_else(|| leap(geometry, &q)) {
         Some(point) => Err(Failure::outside(point)),
-        None => Ok(Limit { q, p, history: Vec::new(), initial_guess: InitialGuess::None }),
+        None => Ok(Piece::in_limit(window, [q, p], Vec::new(), InitialGuess::None)),
     }
 }
 

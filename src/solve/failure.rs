@@ -84,62 +84,12 @@ pub struct Reasons {
     pub event: Option<LastEvent>,
 }
 
-/// A place where a solve can fail.
-pub(super) struct At {
-    pub(super) gamma: f64,
-    pub(super) point: Vec<(String, f64)>,
-    pub(super) domain: Domain,
-}
-
-impl At {
-    /// The place at this γ where all coordinates are `q`.
-    pub(super) fn new<S: Real>(geometry: &Geometry<S>, gamma: f64, q: &[S]) -> Self {
-        if let Some(g00) = geometry.g00(q) {
-            return Self::x(gamma, q[1].to_f64(), g00.to_f64());
-        }
-        let named = |&a: &usize| (geometry.names()[a].clone(), q[a].to_f64());
-        Self { gamma, point: geometry.active().iter().map(named).collect(), domain: Domain::Scene }
-    }
-
-    /// The place at this γ of a node outside the domain.
-    pub(super) fn outside<S: Real>(geometry: &Geometry<S>, gamma: f64, outside: &OutsideGeometry) -> Self {
-        let q = [S::ZERO, S::from(outside.position)];
-        if geometry.g00(&q).is_some() {
-            return Self::new(geometry, gamma, &q);
-        }
-        Self { gamma, point: Vec::new(), domain: Domain::beyond(geometry, outside) }
-    }
-
-    /// The place at this γ where all coordinates are `q`, which is outside the domain.
-    pub(super) fn beyond<S: Real>(geometry: &Geometry<S>, gamma: f64, q: &[S], outside: &OutsideGeometry) -> Self {
-        let at = Self::new(geometry, gamma, q);
-        if geometry.g00(q).is_some() { at } else { Self { domain: Domain::beyond(geometry, outside), ..at } }
-    }
-
-    /// The place at this γ where a number of a window whose last node is at `q` is beyond the range of numbers.
-    pub(super) fn overflow<S: Real>(geometry: &Geometry<S>, gamma: f64, q: &[S]) -> Self {
-        match geometry.g00(q) {
-            Some(g00) => Self::x(gamma, q[1].to_f64(), g00.to_f64()).overflowing(),
-            None => Self { gamma, point: Vec::new(), domain: Domain::Scene },
-        }
-    }
-
-    /// A place in one coordinate.
-    pub(super) fn x(gamma: f64, x: f64, g00: f64) -> Self {
-        let domain = if g00 == f64::INFINITY { Domain::Overflow(g00) } else { Domain::G00(g00) };
-        Self { gamma, point: vec![("x".to_owned(), x)], domain }
-    }
-
-    /// The same place, where a number, maybe another than g00, is not finite. If g00 has no value, that is the reason.
-    pub(super) fn overflowing(self) -> Self {
-        match self.domain {
-            Domain::G00(g00) if !g00.is_nan() => Self { domain: Domain::Overflow(g00), ..self },
-            _ => self,
-        }
-    }
-}
-
 impl Domain {
+    /// That of a place where g00 has this value.
+    fn of_x(g00: f64) -> Self {
+        if g00 == f64::INFINITY { Self::Overflow(g00) } else { Self::G00(g00) }
+    }
+
     /// The reason why a point of a scene is outside.
     fn beyond<S: Real>(geometry: &Geometry<S>, outside: &OutsideGeometry) -> Self {
         let Some(block) = outside.block else { return Self::Scene };
@@ -147,7 +97,7 @@ impl Domain {
         Self::Determinant { coordinates, value: outside.determinant }
     }
 
-    fn is_of_x(&self) -> bool {
+    pub(super) fn is_of_x(&self) -> bool {
         matches!(self, Self::G00(_) | Self::Overflow(_))
     }
 }
@@ -165,8 +115,16 @@ fn place(gamma: f64, point: &[(String, f64)]) -> String {
 }
 
 impl NoSolution {
-    /// A failure that has nothing but a status and a place.
-    pub(super) fn new(status: Status, At { gamma, point, domain }: At) -> Self {
+    /// A failure that has nothing but a status, and a place where all coordinates are `q`.
+    pub(super) fn new<S: Real>(status: Status, geometry: &Geometry<S>, gamma: f64, q: &[S]) -> Self {
+        if let Some(g00) = geometry.g00(q) {
+            return Self::at_x(status, gamma, q[1].to_f64(), Domain::of_x(g00.to_f64()));
+        }
+        let named = |&a: &usize| (geometry.names()[a].clone(), q[a].to_f64());
+        Self::at(status, gamma, geometry.active().iter().map(named).collect(), Domain::Scene)
+    }
+
+    fn at(status: Status, gamma: f64, point: Vec<(String, f64)>, domain: Domain) -> Self {
         Self {
             status,
             gamma,
@@ -181,36 +139,62 @@ impl NoSolution {
         }
     }
 
-    /// A march that ended without a result.
-    pub(super) fn marched(status: Status, at: At) -> Self {
-        Self { iterations: Box::new(Iterations::from(InitialGuess::Extrapolation)), ..Self::new(status, at) }
+    fn at_x(status: Status, gamma: f64, x: f64, domain: Domain) -> Self {
+        Self::at(status, gamma, vec![("x".to_owned(), x)], domain)
     }
 
-    /// A march to an accuracy that ended without a result.
-    pub(super) fn adaptive(status: Status, at: At) -> Self {
-        Self { adaptive: true, ..Self::marched(status, at) }
+    /// The failure at a node outside the domain, where all coordinates are `q` if that is known.
+    pub(super) fn outside<S: Real>(
+        geometry: &Geometry<S>,
+        gamma: f64,
+        q: Option<&[S]>,
+        outside: &OutsideGeometry,
+    ) -> Self {
+        let (status, x) = (Status::OutsideDomain, [S::ZERO, S::from(outside.position)]);
+        if geometry.c_squared().is_some() {
+            return Self::new(status, geometry, gamma, q.unwrap_or(&x));
+        }
+        let place = q.map(|q| Self::new(status, geometry, gamma, q));
+        let place = place.unwrap_or_else(|| Self::at(status, gamma, Vec::new(), Domain::Scene));
+        Self { domain: Domain::beyond(geometry, outside), ..place }
+    }
+
+    /// The failure of a window whose last node is at `q`, in which a number, maybe another than g00, is beyond the
+    /// range of numbers. If g00 has no value, that is the reason.
+    pub(super) fn overflow<S: Real>(geometry: &Geometry<S>, gamma: f64, q: &[S]) -> Self {
+        let status = Status::OutsideDomain;
+        let Some(g00) = geometry.g00(q).map(S::to_f64) else {
+            return Self::at(status, gamma, Vec::new(), Domain::Scene);
+        };
+        let domain = if g00.is_nan() { Domain::G00(g00) } else { Domain::Overflow(g00) };
+        Self::at_x(status, gamma, q[1].to_f64(), domain)
+    }
+
+    /// The same of a march by the engine.
+    pub(super) fn marched(self) -> Self {
+        Self { iterations: Box::new(Iterations::from(InitialGuess::Extrapolation)), ..self }
+    }
+
+    /// The same of a march to an accuracy.
+    pub(super) fn adaptive(self) -> Self {
+        Self { adaptive: true, ..self.marched() }
     }
 
     /// The failure of a run at an event, at this γ and q^a.
     pub(crate) fn at_event(status: Status, geometry: &Geometry, gamma: f64, q: &[f64], event: LastEvent) -> Self {
-        let mut failure = Self::adaptive(status, At::new(geometry, gamma, q));
+        let mut failure = Self::new(status, geometry, gamma, q).adaptive();
         failure.reasons.event = Some(event);
         failure
     }
 }
 
-/// Says what the pace of a run beyond the limit of evaluations means for it.
-fn pace(needed: f64) -> String {
-    if needed.is_finite() {
-        format!("at this pace the run needs {needed:.1e} of them, above the limit of {MOST_SWEEPS:.0e}")
-    } else {
-        "the run makes no progress".to_owned()
-    }
-}
-
 impl fmt::Display for NoSolution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.message(f)?;
+        let message = match &self.reasons.event {
+            Some(event) => self.message_of(event),
+            None => self.message(),
+        };
+        f.write_str(&message)?;
         match self.reasons.towards_zero.as_slice() {
             [] => Ok(()),
             names => write!(f, "; {} → 0, where the formulas have no value", names.join(", ")),
@@ -219,60 +203,57 @@ impl fmt::Display for NoSolution {
 }
 
 impl NoSolution {
-    fn message(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { status, residual, needed, .. } = self;
-        let count = self.iterations.count;
-        let place = place(self.gamma, &self.point);
-        if let Some(event) = &self.reasons.event {
-            return self.message_of(event, &place, f);
-        }
+    fn message(&self) -> String {
+        let Self { status, residual, needed, asked, .. } = self;
+        let (count, place) = (self.iterations.count, place(self.gamma, &self.point));
         match (status, &self.domain) {
             (Status::OutsideDomain, Domain::G00(g00)) => {
-                write!(f, "the geodesic leaves the domain at {place}: g00 = {g00:.3e} (iteration {count}")?;
                 // Where the equations are explicit, or the first guess already leaves, there is no residual.
-                if residual.is_finite() { write!(f, ", residual {residual:.2e})") } else { write!(f, ")") }
+                let residual = if residual.is_finite() { format!(", residual {residual:.2e}") } else { String::new() };
+                format!("the geodesic leaves the domain at {place}: g00 = {g00:.3e} (iteration {count}{residual})")
             }
             (Status::OutsideDomain, Domain::Overflow(_)) => {
-                write!(f, "a number is beyond the range of numbers at {place}")
+                format!("a number is beyond the range of numbers at {place}")
             }
-            (Status::OutsideDomain, Domain::Determinant { coordinates, value }) => write!(
-                f,
+            (Status::OutsideDomain, Domain::Determinant { coordinates, value }) => format!(
                 "the geodesic leaves the domain at {place}: the determinant of the metric in ({}) is {value:.3e}",
                 coordinates.join(", ")
             ),
             (Status::OutsideDomain, Domain::Scene) => {
-                write!(f, "the geodesic leaves the domain at {place}: a number is not finite")
+                format!("the geodesic leaves the domain at {place}: a number is not finite")
             }
             (Status::EndTimeNotReached, domain) => {
                 let end = if domain.is_of_x() { "the physical time t_f" } else { "the end" };
-                write!(f, "{end} is not reached: the search ended at {place}")
+                format!("{end} is not reached: the search ended at {place}")
             }
             (Status::AccuracyNotReached, _) => {
-                write!(
-                    f,
-                    "the accuracy {:e} is not reached: at {place} the error is estimated at {residual:.1e}, and \
-                     rounding leaves room for {:.0e}",
-                    self.asked,
-                    rounded_up(*needed)
-                )?;
-                self.reasons.narrow.iter().try_for_each(|Narrow { share, gamma, point }| {
+                let narrow = self.reasons.narrow.iter().map(|Narrow { share, gamma, point }| {
                     let place = self::place(*gamma, point);
-                    write!(f, "; windows are shortest, {share:.0e} of the longest, at {place}")
-                })
+                    format!("; windows are shortest, {share:.0e} of the longest, at {place}")
+                });
+                format!(
+                    "the accuracy {asked:e} is not reached: at {place} the error is estimated at {residual:.1e}, and \
+                     rounding leaves room for {:.0e}{}",
+                    rounded_up(*needed),
+                    narrow.collect::<String>()
+                )
             }
             (Status::EvaluationLimit, _) => {
-                write!(f, "stopped after {count} evaluations of the force at {place}: {}", pace(*needed))
+                let pace = if needed.is_finite() {
+                    format!("at this pace the run needs {needed:.1e} of them, above the limit of {MOST_SWEEPS:.0e}")
+                } else {
+                    "the run makes no progress".to_owned()
+                };
+                format!("stopped after {count} evaluations of the force at {place}: {pace}")
             }
-            (Status::TooManyNodes, _) => write!(
-                f,
+            (Status::TooManyNodes, _) => format!(
                 "stopped at {place}: the run would have {needed:.1e} nodes, above the limit of {MOST_NODES:.0e} that \
                  are kept in memory"
             ),
             _ if self.adaptive => {
-                write!(f, "no critical point found ({status}): no window, however short, converges at {place}")
+                format!("no critical point found ({status}): no window, however short, converges at {place}")
             }
-            _ => write!(
-                f,
+            _ => format!(
                 "no critical point found ({status}) after {count} iterations: largest residual {residual:.2e} at \
                  {place}"
             ),
@@ -280,32 +261,24 @@ impl NoSolution {
     }
 
     /// Says why a run could not go on from an event, or not be trusted behind it.
-    fn message_of(
-        &self,
-        LastEvent { name, count }: &LastEvent,
-        place: &str,
-        f: &mut fmt::Formatter<'_>,
-    ) -> fmt::Result {
-        let Self { asked, residual, .. } = self;
+    fn message_of(&self, LastEvent { name, count }: &LastEvent) -> String {
+        let (Self { asked, residual, .. }, place) = (self, place(self.gamma, &self.point));
         match self.status {
             Status::OutsideDomain => {
-                write!(f, "the event '{name}' sets a state outside of the domain, or no number, at {place}")
+                format!("the event '{name}' sets a state outside of the domain, or no number, at {place}")
             }
-            Status::AccuracyNotReached if residual.is_finite() => write!(
-                f,
+            Status::AccuracyNotReached if residual.is_finite() => format!(
                 "the accuracy {asked:e} is not reached: through {count} events the error grows to {residual:.1e} at \
                  {place}"
             ),
-            Status::AccuracyNotReached => write!(
-                f,
+            Status::AccuracyNotReached => format!(
                 "the accuracy {asked:e} is not reached: on the way to {place} other events act if the last digits are \
                  others"
             ),
             _ if *count >= MOST_EVENTS => {
-                write!(f, "stopped at {place} by the event '{name}': {count} have acted, the most of a run")
+                format!("stopped at {place} by the event '{name}': {count} have acted, the most of a run")
             }
-            _ => write!(
-                f,
+            _ => format!(
                 "events do not end at {place}: '{name}' comes again sooner than rounding resolves, after {count} that \
                  have acted"
             ),
@@ -314,25 +287,3 @@ impl NoSolution {
 }
 
 impl std::error::Error for NoSolution {}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn limits_say_what_would_be_needed_in_scenes_too() {
-        let places =
-            [At::x(1.0, 2.0, 3.0), At { gamma: 1.0, point: vec![("r".to_owned(), 2.0)], domain: Domain::Scene }];
-        for (at, name) in places.into_iter().zip(["x", "r"]) {
-            let adaptive = NoSolution::adaptive(Status::TooManyNodes, at);
-            let at = |status, needed| NoSolution { status, needed, ..adaptive.clone() }.to_string();
-            let place = format!("at gamma = 1.000000, {name} = 2.000000: ");
-            let nodes = format!("stopped {place}the run would have 6.0e7 nodes, above the limit of 5e7 that");
-            assert!(at(Status::TooManyNodes, 6e7).starts_with(&nodes), "{}", at(Status::TooManyNodes, 6e7));
-            let pace = format!("evaluations of the force {place}at this pace the run needs 2.0e12 of them, above");
-            assert!(at(Status::EvaluationLimit, 2e12).contains(&pace), "{}", at(Status::EvaluationLimit, 2e12));
-            let stuck = at(Status::EvaluationLimit, f64::INFINITY);
-            assert!(stuck.ends_with("the run makes no progress"), "{stuck}");
-        }
-    }
-}

@@ -4,8 +4,8 @@
 //! that resolve the motion its tables would take longer than the rest of the solve: there one step of the method of
 //! Bogacki and Shampine (Appl. Math. Lett. 2, 1989) from node to node is enough.
 
+use super::piece::Problem;
 use super::status::InitialGuess;
-use super::window::Window;
 use crate::engine::{Accuracy, Engine, Failure, POINTS};
 use crate::geometry::OutsideGeometry;
 
@@ -35,7 +35,7 @@ pub(super) struct Guess {
 ///
 /// # Errors
 /// γ from the start of the window where the geodesic leaves the domain, and a point outside.
-pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, (f64, OutsideGeometry)> {
+pub(super) fn guess(window: &Problem<'_, f64>) -> Result<Guess, (f64, OutsideGeometry)> {
     let (geometry, start, sbp) = (window.geometry, window.start, window.sbp);
     let (points, length) = (window.points(), window.sbp.node(window.points() - 1));
     let row = |first: f64| {
@@ -70,7 +70,7 @@ pub(super) fn guess(window: &Window<'_, f64>) -> Result<Guess, (f64, OutsideGeom
 
 /// The geodesic on the nodes by one step from each to the next, if there are few and they resolve the motion: it then
 /// comes to no pole, which steps could leap over. Ignorable coordinates are left out.
-pub(super) fn by_steps(window: &Window<'_, f64>) -> Option<Guess> {
+pub(super) fn by_steps(window: &Problem<'_, f64>) -> Option<Guess> {
     let (active, start, sbp) = (window.geometry.active(), window.start, window.sbp);
     if window.points() > MOST_STEPS {
         return None;

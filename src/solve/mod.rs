@@ -31,13 +31,11 @@ mod continuation;
 mod critical_point;
 mod end;
 mod explicit;
-mod extremal;
 mod failure;
+mod grid;
 mod guess;
-mod limit;
 mod memory;
 mod newton;
-mod operator;
 mod piece;
 mod quadrature;
 mod refinement;
@@ -47,23 +45,23 @@ mod setup;
 mod solution;
 mod status;
 mod sweeps;
-mod window;
 mod world_line;
 
+pub use crate::number::Real as Arithmetic;
 pub(crate) use acting::Beginning;
 pub use acting::{Change, Quantity};
 pub use continuation::{Carried, Continuation};
 pub use failure::{Domain, LastEvent, Narrow, NoSolution, Reasons};
+pub use grid::Window;
 pub use memory::bytes_needed;
-pub(crate) use operator::WindowGrid;
-pub use run::Arithmetic;
 pub use setup::{Limit, Settings, Setup, System, Until};
 pub use solution::{EndState, Solution};
 pub(crate) use status::MOST_EVENTS;
 pub use status::{InitialGuess, IterationRecord, Iterations, Status};
-pub use world_line::{Joint, Place, Window, WindowNodes, WorldLine};
+pub use world_line::{Joint, Place, WindowNodes, WorldLine};
 
 use self::run::{Observer, Run};
+use crate::number::Real;
 
 /// Solves a setup, which a case makes, in the arithmetic of `S`: `f64`, or [`Extended`](crate::number::Extended) to the
 /// digits that it asks for (`Case::is_extended` says which of the two a case wants). More digits are obtained by
@@ -81,7 +79,7 @@ use self::run::{Observer, Run};
 ///
 /// # Panics
 /// If the setup is not valid, which one of a valid case is.
-pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S>>) -> Result<WorldLine<S>, NoSolution> {
+pub fn solve<S: Real>(setup: impl Into<Setup<S>>) -> Result<WorldLine<S>, NoSolution> {
     solve_observed(&setup.into(), None)
 }
 
@@ -97,7 +95,7 @@ pub fn solve<S: Arithmetic>(setup: impl Into<Setup<S>>) -> Result<WorldLine<S>, 
 ///
 /// # Panics
 /// As [`solve`].
-pub fn solve_window_by_window<S: Arithmetic>(
+pub fn solve_window_by_window<S: Real>(
     setup: impl Into<Setup<S>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
@@ -105,10 +103,7 @@ pub fn solve_window_by_window<S: Arithmetic>(
 }
 
 /// The solve behind both, window by window if there is an observer.
-fn solve_observed<S: Arithmetic>(
-    setup: &Setup<S>,
-    observer: Option<Observer<'_, S>>,
-) -> Result<WorldLine<S>, NoSolution> {
+fn solve_observed<S: Real>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> Result<WorldLine<S>, NoSolution> {
     if let Some(accuracy) = setup.settings.accuracy {
         return sweeps::to_accuracy(setup, accuracy, observer);
     }
@@ -123,7 +118,7 @@ fn solve_observed<S: Arithmetic>(
 }
 
 /// Solves a setup on γ − γ_i ∈ [0, `length`], window after window.
-fn solve_to<S: Arithmetic>(
+fn solve_to<S: Real>(
     setup: &Setup<S>,
     length: S,
     mut observer: Option<Observer<'_, S>>,

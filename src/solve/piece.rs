@@ -1,16 +1,73 @@
 //! The critical point of one window, in the physical limit or with both branches.
+//!
+//! With D̄ᵀH = −HD + E_N the critical point of the doubled action is, where both branches are equal,
+//!
+//! ```text
+//! strong    (Dq^a)_k = g^ab (p*_b − A_b),   (Dp*_a)_k = f_a + F_a    on k = 1 … N−1,    q_1 = q_i,  p*_1 = p_i
+//! weak       D̄q^a    = g^ab (p_b − A_b),     D̄p_a     = f_a + F_a    on all nodes
+//! ```
+//!
+//! with λ_a = μ_a = 0, κ_a = H_N (p*_a − p_a)[N] and ν_a = (HDp*_a − H(f_a + F_a))_N − p*_a[N] in the strong form. An
+//! ignorable p*_a is constant. Only active coordinates are unknowns; ignorable ones are integrals afterwards.
 
 use super::collocation;
 use super::critical_point;
 use super::explicit;
-use super::failure::{At, NoSolution};
+use super::failure::NoSolution;
+use super::grid::FormDerivative;
 use super::guess::{self, Guess};
-use super::limit::Limit;
 use super::newton::Failure;
 use super::status::{InitialGuess, IterationRecord, Iterations, Status};
-use super::window::Window;
-use crate::action::Form;
+use crate::action::{DoubledAction, Form, Layout};
+use crate::geometry::{Geometry, Point, Start};
 use crate::number::Real;
+use crate::sbp::SbpOperator;
+
+/// A window to be solved: operator, geometry and start. Ignorable coordinates are counted from its start, so that no
+/// digit of their increments is lost.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Problem<'w, S> {
+    pub(super) form: Form,
+    pub(super) sbp: &'w SbpOperator<S>,
+    pub(super) geometry: &'w Geometry<S>,
+    pub(super) start: &'w Start<S>,
+    /// True if the strong action has D̄ in it, or for the ablation D.
+    pub(super) is_regularised: bool,
+    /// Significant digits wanted.
+    pub(super) digits: u32,
+    pub(super) max_iterations: usize,
+}
+
+impl<'w, S: Real> Problem<'w, S> {
+    pub(super) fn derivative(&self) -> FormDerivative<'w, S> {
+        FormDerivative { sbp: self.sbp, form: self.form }
+    }
+
+    /// Returns true if nothing moves but ignorable coordinates: the constants are the solution then, to the last bit.
+    pub(super) fn is_at_rest(&self) -> bool {
+        let mut point = self.geometry.point();
+        let is_zero = |point: &Point<S>| {
+            let mut active = self.geometry.active().iter().enumerate();
+            active.all(|(place, &a)| point.q_dot(a) == S::ZERO && point.p_dot(place) == S::ZERO)
+        };
+        point.evaluate(&self.start.q, &self.start.p).is_ok() && is_zero(&point)
+    }
+
+    /// The action with D̄, or the one that is asked for.
+    fn action(&self, is_regularised: bool) -> DoubledAction<'w, S> {
+        let action = DoubledAction::new(self.form, self.sbp, self.geometry, self.start.clone());
+        if is_regularised { action } else { action.without_regularisation() }
+    }
+
+    /// The order of the unknowns of the action.
+    fn layout(&self) -> Layout {
+        Layout::new(self.start.q.len(), self.points(), self.form)
+    }
+
+    pub(super) fn points(&self) -> usize {
+        self.sbp.points()
+    }
+}
 
 /// The critical point of one window, in which ignorable coordinates are counted from its start.
 pub(super) struct Piece<S> {
@@ -29,11 +86,46 @@ pub(super) struct Piece<S> {
     pub(super) history: Vec<IterationRecord>,
 }
 
+impl<S: Real> Piece<S> {
+    /// The one with these positions and the momenta p*_a of active coordinates, which solve the collocation system.
+    pub(super) fn in_limit(
+        window: &Problem<'_, S>,
+        [q, p]: [Vec<Vec<S>>; 2],
+        history: Vec<IterationRecord>,
+        initial_guess: InitialGuess,
+    ) -> Self {
+        let last = window.points() - 1;
+        let mut end = window.start.p.clone();
+        window.geometry.active().iter().zip(&p).for_each(|(&a, row)| end[a] = row[last]);
+        let rows: Vec<&[S]> = q.iter().map(Vec::as_slice).collect();
+        let multipliers = if window.form == Form::Strong { multipliers(window, &rows, &p, &end) } else { Vec::new() };
+        let gradient_norm = window.action(true).gradient_norm_in_limit(&rows, &multipliers);
+        Self { end, q, p, backward: Vec::new(), multipliers, gradient_norm, initial_guess, history }
+    }
+}
+
+/// The multipliers of the strong form in the physical limit, in the order of its layout; p*_a is `end` at the last node.
+fn multipliers<S: Real>(window: &Problem<'_, S>, q: &[&[S]], p: &[Vec<S>], end: &[S]) -> Vec<S> {
+    let (layout, last, geometry) = (window.layout(), window.points() - 1, window.geometry);
+    let mut multipliers = vec![S::ZERO; layout.multiplier_range().len()];
+    let weight = window.sbp.weights()[last];
+    let slopes: Vec<S> = q.iter().map(|row| window.sbp.derivative_at(row, last)).collect();
+    let q: Vec<S> = q.iter().map(|row| row[last]).collect();
+    let (momenta, forces) = (geometry.momenta(&q, &slopes), geometry.forces(&q, &slopes));
+    for a in 0..q.len() {
+        let place = geometry.active().iter().position(|&active| active == a);
+        let slope = place.map_or(S::ZERO, |place| window.sbp.derivative_at(&p[place], last));
+        multipliers[layout.nu(a)] = weight * (slope - forces[a]) - end[a];
+        multipliers[layout.kappa(a)] = weight * (end[a] - momenta[a]);
+    }
+    multipliers
+}
+
 /// A window with the same in `f64`, and γ at its start.
 #[derive(Clone, Copy)]
 pub(super) struct Pair<'w, S> {
-    pub(super) window: Window<'w, S>,
-    pub(super) rough: Window<'w, f64>,
+    pub(super) window: Problem<'w, S>,
+    pub(super) rough: Problem<'w, f64>,
     pub(super) gamma: f64,
 }
 
@@ -42,19 +134,19 @@ impl<S: Real> Pair<'_, S> {
     /// guess; everything else is one banded system.
     pub(super) fn physical_limit(&self) -> Result<Piece<S>, NoSolution> {
         let Self { window, rough, .. } = self;
-        let (limit, kind) = if window.form == Form::Strong && window.sbp.is_two_step() {
+        let (piece, kind) = if window.form == Form::Strong && window.sbp.is_two_step() {
             (explicit::two_step(window), InitialGuess::None)
         } else {
             if let Some(guess) = guess::by_steps(rough)
-                && let Ok(limit) = collocation::solve(window, rough, &guess)
-                && explicit::leap(window.geometry, &limit.q).is_none()
+                && let Ok(piece) = collocation::solve(window, rough, &guess)
+                && explicit::leap(window.geometry, &piece.q).is_none()
             {
-                return Ok(self.of_limit(limit));
+                return Ok(piece);
             }
             // This guess follows the geodesic as closely as it needs: nothing is leapt over.
             (collocation::solve(window, rough, &self.guess()?), InitialGuess::Engine)
         };
-        let limit = limit.map_err(|failure| {
+        piece.map_err(|failure| {
             let (first, fields) = (rough.derivative().first_unknown(), 2 * window.geometry.active().len());
             // The node of a row of the residual, and the active coordinates there.
             let locate = |row: usize, u: &[f64]| {
@@ -66,25 +158,7 @@ impl<S: Real> Pair<'_, S> {
                 (node, q)
             };
             self.no_solution(failure, kind, locate)
-        })?;
-        Ok(self.of_limit(limit))
-    }
-
-    /// Makes a piece of a solution of the collocation system.
-    fn of_limit(&self, limit: Limit<S>) -> Piece<S> {
-        let window = &self.window;
-        let multipliers = limit.multipliers(window);
-        let rows: Vec<&[S]> = limit.q.iter().map(Vec::as_slice).collect();
-        Piece {
-            gradient_norm: window.regularised_action().gradient_norm_in_limit(&rows, &multipliers),
-            end: limit.last_momenta(window),
-            q: limit.q,
-            p: limit.p,
-            backward: Vec::new(),
-            multipliers,
-            initial_guess: limit.initial_guess,
-            history: limit.history,
-        }
+        })
     }
 
     /// The critical point of the doubled action in all its unknowns. Where Newton's method does not find one from the
@@ -112,9 +186,8 @@ impl<S: Real> Pair<'_, S> {
     /// Returns the first guess of Newton's method.
     fn guess(&self) -> Result<Guess, NoSolution> {
         guess::guess(&self.rough).map_err(|(gamma, point)| {
-            let at = At::outside(self.rough.geometry, self.gamma + gamma, &point);
             let iterations = Box::new(Iterations::from(InitialGuess::Engine));
-            NoSolution { iterations, ..NoSolution::new(Status::OutsideDomain, at) }
+            NoSolution { iterations, ..NoSolution::outside(self.rough.geometry, self.gamma + gamma, None, &point) }
         })
     }
 
@@ -122,9 +195,9 @@ impl<S: Real> Pair<'_, S> {
     fn doubled_from(&self, q: &[Vec<f64>], multipliers: &[f64]) -> Result<Piece<S>, Failure> {
         let Self { window, rough, .. } = self;
         let rows: Vec<&[f64]> = q.iter().map(Vec::as_slice).collect();
-        let (action, layout) = (window.action(), window.layout());
+        let (action, layout) = (window.action(window.is_regularised), window.layout());
         let (guess, limits) = (layout.physical_limit(&rows, multipliers), (window.digits, window.max_iterations));
-        let root = critical_point::solve(&action, &rough.action(), guess, limits)?;
+        let root = critical_point::solve(&action, &rough.action(rough.is_regularised), guess, limits)?;
         let rows = |branch| layout.branch(&root.unknowns, branch).into_iter().map(<[S]>::to_vec).collect::<Vec<_>>();
         let (q, backward) = (rows(0), rows(1));
         let multipliers = layout.multipliers(&root.unknowns).to_vec();
@@ -148,29 +221,29 @@ impl<S: Real> Pair<'_, S> {
         initial_guess: InitialGuess,
         locate: impl Fn(usize, &[f64]) -> (usize, Vec<f64>),
     ) -> NoSolution {
-        let Window { geometry, sbp, start, .. } = self.rough;
+        let Problem { geometry, sbp, start, .. } = self.rough;
         let Failure { status, unknowns, residual, outside, history } = failure;
         let gamma = |node: usize| self.gamma + sbp.node(node);
         let worst = (0..residual.len()).max_by(|&a, &b| residual[a].abs().total_cmp(&residual[b].abs()));
-        let at = match outside.filter(|_| status == Status::OutsideDomain) {
-            Some(point) => At::outside(geometry, gamma(point.index), &point),
+        let failure = match outside.filter(|_| status == Status::OutsideDomain) {
+            Some(point) => NoSolution::outside(geometry, gamma(point.index), None, &point),
             None => {
                 let located = worst.filter(|_| !unknowns.is_empty()).map(|row| locate(row, &unknowns));
                 let (node, q) = located.unwrap_or_else(|| (0, start.q.clone()));
-                At::new(geometry, gamma(node), &q)
+                NoSolution::new(status, geometry, gamma(node), &q)
             }
         };
         NoSolution {
             residual: worst.map_or(f64::INFINITY, |index| residual[index].abs()),
             iterations: Box::new(Iterations::of(initial_guess, history)),
-            ..NoSolution::new(status, at)
+            ..failure
         }
     }
 }
 
 /// p*_a of all coordinates at the last node of a window with these positions and multipliers: p_a + κ_a/H_N where the
 /// coordinate is active, −ν_a where it is ignorable. In the weak form p_a, and what it was at the start.
-fn end_momenta<S: Real>(window: &Window<'_, S>, q: &[Vec<S>], multipliers: &[S]) -> Vec<S> {
+fn end_momenta<S: Real>(window: &Problem<'_, S>, q: &[Vec<S>], multipliers: &[S]) -> Vec<S> {
     let (layout, last, active) = (window.layout(), window.points() - 1, window.geometry.active());
     // D̄ is D at the last node.
     let slopes: Vec<S> = q.iter().map(|row| window.sbp.derivative_at(row, last)).collect();

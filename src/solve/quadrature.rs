@@ -1,10 +1,9 @@
 //! Integrals over γ by the operator of a window: u with du/dγ = r and u = 0 at the start.
 
-use super::newton::{Equations, Failure, Root, RoundingLevels};
-use super::refinement;
+use super::newton::{Failure, ROUNDING_UNITS};
+use super::piece::Problem;
+use super::refinement::{gains, tolerance};
 use super::status::Status;
-use super::window::{FormDerivative, Window};
-use crate::geometry::OutsideGeometry;
 use crate::linalg::Singular;
 use crate::linalg::banded::solve_banded;
 use crate::number::Real;
@@ -13,77 +12,43 @@ use crate::number::norm::max_abs;
 /// u on the nodes of `window`, where `h_rate` is h r at a node, with iterative refinement: one round for `f64`, as many
 /// as the digits need otherwise. `rough` is the window in `f64`.
 pub(super) fn integral<S: Real>(
-    window: &Window<'_, S>,
-    rough: &Window<'_, f64>,
+    window: &Problem<'_, S>,
+    rough: &Problem<'_, f64>,
     h_rate: impl Fn(usize) -> S,
 ) -> Result<Vec<S>, Failure> {
     let (derivative, rough) = (window.derivative(), rough.derivative());
     let (first, unknowns) = (derivative.first_unknown(), derivative.unknowns());
-    let [values, slope] = [(); 2].map(|()| vec![S::ZERO; window.points()]);
-    let mut rows = Rows { derivative, h_rate, values, slope };
-    let (h, (lower, upper)) = (rough.sbp.spacing(), rough.reach());
-    let solve = |right: &mut [f64]| {
-        solve_banded(lower, upper, right, |k, row| {
+    let (h, h_rough, (lower, upper)) = (window.sbp.spacing(), rough.sbp.spacing(), rough.reach());
+    let [mut u, mut slope] = [(); 2].map(|()| vec![S::ZERO; window.points()]);
+    let (mut right, mut before) = (vec![0.0; unknowns], S::from(f64::INFINITY));
+    let tolerance: S = tolerance(window.digits);
+    for round in 0.. {
+        let missing = |k: usize| h_rate(k) - h * slope[k];
+        // With more digits it is scaled, so that it fits into the range of f64.
+        let largest = || (0..unknowns).fold(S::ZERO, |largest, k| largest.max(missing(k).abs()));
+        let scale = if S::IS_EXTENDED { largest() } else { S::ONE };
+        if scale == S::ZERO {
+            break;
+        }
+        right.iter_mut().enumerate().for_each(|(k, right)| *right = (missing(k) / scale).to_f64());
+        let solved = solve_banded(lower, upper, &mut right, |k, row| {
             row.fill(0.0);
-            rough.row(k).for_each(|(column, d)| row[column + lower - k] += h * d);
-        })
-    };
-    if S::IS_EXTENDED {
-        let start = Root { unknowns: vec![0.0; unknowns], history: Vec::new() };
-        let root = refinement::refine(&mut rows, solve, start, (window.digits, window.max_iterations))?;
-        rows.values[first..].copy_from_slice(&root.unknowns);
-        return Ok(rows.values);
-    }
-    let mut right: Vec<f64> = (0..unknowns).map(|k| (rows.h_rate)(k).to_f64()).collect();
-    for round in 0..2 {
-        solve(&mut right).map_err(|Singular| Failure::without_iterate(Status::Singular))?;
-        for (u, &correction) in rows.values[first..].iter_mut().zip(&right) {
-            *u += S::from(correction);
+            rough.row(k).for_each(|(column, d)| row[column + lower - k] += h_rough * d);
+        });
+        solved.map_err(|Singular| Failure::without_iterate(Status::Singular))?;
+        let (change, size) = (scale * S::from(max_abs(&right)), max_abs(&u));
+        let is_last = if S::IS_EXTENDED { change <= tolerance * size } else { round == 1 };
+        if S::IS_EXTENDED && !is_last && !gains(change, before) {
+            let rounding = ROUNDING_UNITS * derivative.sbp.row_sum() * S::EPSILON.to_f64() * size.to_f64();
+            let is_rounding = scale.to_f64() <= rounding;
+            return if is_rounding { Ok(u) } else { Err(Failure::without_iterate(Status::PrecisionNotReached)) };
         }
-        if round == 0 {
-            rows.evaluate();
-            for (k, r) in right.iter_mut().enumerate() {
-                *r = -rows.row(k).to_f64();
-            }
+        u[first..].iter_mut().zip(&right).for_each(|(u, &change)| *u += scale * S::from(change));
+        if is_last {
+            break;
         }
+        before = change;
+        derivative.apply(&u, S::ZERO, &mut slope);
     }
-    Ok(rows.values)
-}
-
-/// Rows h du/dγ − h r in the unknown u.
-struct Rows<'a, S, R> {
-    derivative: FormDerivative<'a, S>,
-    h_rate: R,
-    // The values that were evaluated last.
-    values: Vec<S>,
-    slope: Vec<S>,
-}
-
-impl<S: Real, R: Fn(usize) -> S> Rows<'_, S, R> {
-    fn evaluate(&mut self) {
-        self.derivative.apply(&self.values, S::ZERO, &mut self.slope);
-    }
-
-    fn row(&self, k: usize) -> S {
-        self.derivative.sbp.spacing() * self.slope[k] - (self.h_rate)(k)
-    }
-}
-
-impl<S: Real, R: Fn(usize) -> S> Equations<S> for Rows<'_, S, R> {
-    fn residual(&mut self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
-        let first = self.derivative.first_unknown();
-        self.values[first..].copy_from_slice(u);
-        self.evaluate();
-        out.iter_mut().enumerate().for_each(|(k, row)| *row = self.row(k));
-        Ok(())
-    }
-
-    fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
-        let row_sum = self.derivative.sbp.row_sum();
-        Some(vec![(0..u.len(), row_sum * S::EPSILON.to_f64() * max_abs(u).to_f64())])
-    }
-
-    fn sizes(&self, u: &[S]) -> Vec<S> {
-        vec![max_abs(u)]
-    }
+    Ok(u)
 }

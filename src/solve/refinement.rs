@@ -13,6 +13,11 @@ use crate::number::norm::max_abs;
 /// A round that leaves more than this share of the previous correction has nothing left to gain.
 const LEAST_GAIN: f64 = 0.5;
 
+/// Returns true if a round whose correction is `change` gains something on the one before.
+pub(super) fn gains<S: Real>(change: S, before: S) -> bool {
+    change <= S::from(LEAST_GAIN) * before
+}
+
 /// 10^−digits.
 pub(super) fn tolerance<S: Real>(digits: u32) -> S {
     S::from_decimal(&format!("1e-{digits}")).expect("a power of ten is a decimal")
@@ -57,7 +62,7 @@ pub(super) fn refine<S: Real>(
         let small = |kind: usize| changes[kind] <= tolerance * sizes[kind];
         let shrinks = |kind: usize| {
             let previous = previous.as_ref().map_or(S::from(f64::INFINITY), |previous| previous[kind]);
-            changes[kind] <= S::from(LEAST_GAIN) * previous
+            gains(changes[kind], previous)
         };
         let kinds = 0..changes.len();
         if !kinds.clone().all(|kind| small(kind) || shrinks(kind)) || history.len() - first >= max_iterations {

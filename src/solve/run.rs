@@ -1,18 +1,17 @@
 //! Windows laid end to end.
 
+use std::any::Any;
 use std::sync::Arc;
 
-use super::failure::{At, NoSolution};
-use super::operator::Operators;
-use super::piece::{Pair, Piece};
+use super::failure::NoSolution;
+use super::grid::{Window, WindowOperator};
+use super::piece::{Pair, Piece, Problem};
 use super::setup::{Settings, Setup, System};
-use super::status::{InitialGuess, Iterations, Status};
-use super::window::Window as Problem;
-use super::world_line::{Joint, Place, Window, WorldLine};
+use super::status::{InitialGuess, Iterations};
+use super::world_line::{Place, WorldLine};
 use crate::engine::{GOOD_DIGITS, Handed, Sensitivity};
 use crate::geometry::{Geometry, Start};
-use crate::number::{Compensated, Extended, Real};
-use crate::sbp::SbpOperator;
+use crate::number::{Compensated, Real};
 
 /// Sees a run window by window, each as a world-line of its own.
 pub(super) type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>);
@@ -20,10 +19,8 @@ pub(super) type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>);
 /// The windows so far: all of them or, where they are observed one by one, the last.
 pub(super) struct Run<'o, S> {
     pub(super) line: WorldLine<S>,
-    /// γ − γ_i where the next window starts.
-    gamma: S,
-    /// The state at that place, but in a march by the engine that of the start.
-    here: Start<S>,
+    /// The state where the next window starts, but in a march by the engine with the velocities of the start.
+    pub(super) here: Start<S>,
     /// The rounding errors of its q^a: ignorable coordinates are summed so that nothing is lost over a million windows.
     lows: Vec<S>,
     /// The nodes to make room for.
@@ -35,16 +32,15 @@ impl<'o, S: Real> Run<'o, S> {
     /// The run of `setup` without windows, with these settings.
     pub(super) fn new(setup: &Setup<S>, settings: &Settings, observer: Option<Observer<'o, S>>) -> Self {
         let Setup { place, origin, gamma_i, is_backward, .. } = setup;
-        let (place, origin, gamma_i, is_backward) = (place.clone(), *origin, *gamma_i, *is_backward);
-        let n = place.start.q.len();
-        let (is_doubled, m) = (settings.system == System::Doubled, place.geometry.active().len());
+        let (n, m) = (place.start.q.len(), place.geometry.active().len());
+        let is_doubled = settings.system == System::Doubled;
         let is_sensitive = settings.accuracy.is_some() && settings.sensitivity;
         let line = WorldLine {
             joints: Vec::with_capacity(4 * n),
-            place,
-            origin,
-            gamma_i,
-            is_backward,
+            place: place.clone(),
+            origin: *origin,
+            gamma_i: *gamma_i,
+            is_backward: *is_backward,
             length: S::ZERO,
             q: vec![Vec::new(); n],
             p: vec![Vec::new(); if is_doubled { 0 } else { m }],
@@ -58,7 +54,7 @@ impl<'o, S: Real> Run<'o, S> {
             sizes: Vec::new(),
             windows_unproved: None,
             sensitivity: is_sensitive.then(|| Sensitivity::new(m, observer.is_none())),
-            accuracy: None,
+            accuracy: settings.accuracy,
             good_until: [0.0; GOOD_DIGITS.len()],
             ended_by: None,
             ended_at: None,
@@ -66,13 +62,11 @@ impl<'o, S: Real> Run<'o, S> {
             sbp_name: settings.sbp,
             sums: Vec::new(),
             handed: Handed::default(),
-            operators: Operators::default(),
         };
-        let here = (*line.place.start).clone();
         let mut lows = setup.carried.as_ref().map_or_else(Vec::new, |carried| carried.sums.clone());
         lows.resize(n, S::ZERO);
-        let mut run = Self { line, gamma: S::ZERO, here, lows, capacity: 0, observer };
-        run.begin();
+        let mut run = Self { here: (*place.start).clone(), line, lows, capacity: 0, observer };
+        run.clear();
         run
     }
 
@@ -91,70 +85,68 @@ impl<'o, S: Real> Run<'o, S> {
         }
     }
 
-    /// Forgets the windows so far: the run begins again.
+    /// Begins, or forgets the windows so far and begins again. The first joint is the start.
     pub(super) fn clear(&mut self) {
-        let line = &mut self.line;
-        line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
-        line.windows.clear();
-        line.joints.clear();
-        line.operators = Operators::default();
-        (line.window_count, line.gradient_norm) = (0, S::ZERO);
-        self.gamma = S::ZERO;
-        self.begin();
+        let WorldLine { q, p, backward, windows, joints, place: Place { start, .. }, .. } = &mut self.line;
+        q.iter_mut().chain(p).chain(backward).for_each(Vec::clear);
+        windows.clear();
+        joints.clear();
+        joints.extend(start.q.iter().chain(&start.p));
+        (self.line.window_count, self.line.gradient_norm) = (0, S::ZERO);
     }
 
-    /// The first joint is the start.
-    fn begin(&mut self) {
-        let WorldLine { joints, place: Place { start, .. }, .. } = &mut self.line;
-        joints.extend_from_slice(&start.q);
-        joints.extend_from_slice(&start.p);
+    /// γ − γ_i where the next window starts.
+    fn gamma(&self) -> S {
+        self.line.windows.last().map_or(S::ZERO, |window| window.gamma[1])
     }
 
     /// Solves the windows of `setup`, of one length, one after the other, on γ − γ_i ∈ [0, `length`].
-    pub(super) fn solve(mut self, setup: &Setup<S>, length: S) -> Result<WorldLine<S>, NoSolution>
-    where
-        S: Arithmetic,
-    {
-        let settings = &setup.settings;
-        let windows = settings.windows;
-        let grid = Grid::new(settings, length / S::from(windows as f64));
-        self.expect(windows, settings.n_gamma);
+    pub(super) fn solve(mut self, setup: &Setup<S>, length: S) -> Result<WorldLine<S>, NoSolution> {
+        let windows = setup.settings.windows;
+        let of_window = length / S::from(windows as f64);
+        let (operator, rough) = operators(&setup.settings, of_window);
+        self.expect(windows, setup.settings.n_gamma);
         self.line.length = length;
         for index in 1..=windows {
-            let end = if index == windows { length } else { S::from(index as f64) * grid.length };
-            let piece = self.next(setup, &grid)?;
-            let operator = self.line.operators.place_of(&grid.sbp);
-            self.append(piece, operator, end)?;
+            let end = if index == windows { length } else { S::from(index as f64) * of_window };
+            let piece = self.next(setup, &operator, &rough)?;
+            self.append(piece, &operator, end)?;
         }
         self.line.sums = self.lows;
         Ok(self.line)
     }
 
     /// The window that continues the run.
-    fn next(&self, setup: &Setup<S>, grid: &Grid<S>) -> Result<Piece<S>, NoSolution> {
+    fn next(
+        &self,
+        setup: &Setup<S>,
+        operator: &WindowOperator<S>,
+        rough: &WindowOperator<f64>,
+    ) -> Result<Piece<S>, NoSolution> {
         let (Settings { form, system, max_iterations, .. }, is_regularised) = (setup.settings, setup.regularised);
-        let geometry = &*self.line.place.geometry;
-        let (start, digits) = (relative(geometry, &self.here), self.line.digits);
-        let window = Problem { form, sbp: &*grid.sbp, geometry, start: &start, is_regularised, digits, max_iterations };
-        let (start, geometry, digits) = (in_f64(&start), &*setup.rough.geometry, f64::MOST_DIGITS);
-        let rough =
-            Problem { form, sbp: &*grid.rough, geometry, start: &start, is_regularised, digits, max_iterations };
-        let pair = Pair { window, rough, gamma: (self.line.gamma_i + self.gamma).to_f64() };
+        let (geometry, mut start, digits) = (&*self.line.place.geometry, self.here.clone(), self.line.digits);
+        geometry.ignorable().for_each(|a| start.q[a] = S::ZERO);
+        let start_in_f64 = in_f64(&start);
+        let window =
+            Problem { form, sbp: operator.get(), geometry, start: &start, is_regularised, digits, max_iterations };
+        let rough = Problem {
+            form,
+            sbp: rough.get(),
+            geometry: &setup.rough.geometry,
+            start: &start_in_f64,
+            is_regularised,
+            digits: f64::MOST_DIGITS,
+            max_iterations,
+        };
+        let pair = Pair { window, rough, gamma: (self.line.gamma_i + self.gamma()).to_f64() };
         match system {
             System::PhysicalLimit => pair.physical_limit(),
             System::Doubled => pair.doubled(),
         }
     }
 
-    /// Adds the next window, which has that operator of the world-line and ends at γ − γ_i = `gamma`.
-    ///
-    /// # Errors
-    /// Numbers that are not finite are not a result: an overflow anywhere makes the gradient NaN or infinite, or the
-    /// action.
-    pub(super) fn append(&mut self, piece: Piece<S>, operator: usize, gamma: S) -> Result<(), NoSolution> {
-        if !piece.gradient_norm.is_finite() {
-            return Err(self.overflow(piece, operator));
-        }
+    /// Adds the next window, which ends at γ − γ_i = `gamma`.
+    fn append(&mut self, piece: Piece<S>, operator: &Arc<WindowOperator<S>>, gamma: S) -> Result<(), NoSolution> {
         let (geometry, here) = (self.line.geometry(), &self.here);
         let sums: Vec<Compensated<S>> = (piece.q.iter().enumerate())
             .map(|(a, row)| match (row[row.len() - 1], geometry.active().contains(&a)) {
@@ -165,53 +157,70 @@ impl<'o, S: Real> Run<'o, S> {
         // The momenta of ignorable coordinates are constants.
         let (q, mut p): (Vec<S>, Vec<S>) = (sums.iter().map(|sum| sum.high).collect(), here.p.clone());
         geometry.active().iter().for_each(|&a| p[a] = piece.end[a]);
-        let joint = Joint { q: &q, p: &p };
-        let is_finite = has_finite_action(geometry, joint, gamma - self.gamma);
-        let Some(q_dot) = geometry.velocities(&q, &p).ok().filter(|_| is_finite) else {
-            return Err(self.overflow(piece, operator));
-        };
-        self.begin_window(operator, gamma, joint, piece.multipliers);
+        let Ok(q_dot) = geometry.velocities(&q, &p) else { return Err(self.overflow(&piece, operator)) };
+        self.here = Start { q, q_dot, p };
+        if !self.begin_window(operator, gamma, (piece.gradient_norm, &piece.multipliers)) {
+            return Err(self.overflow(&piece, operator));
+        }
+        self.lows = sums.iter().map(|sum| sum.low).collect();
         let line = &mut self.line;
-        line.gradient_norm = line.gradient_norm.max(piece.gradient_norm);
         line.iterations.add(piece.initial_guess, piece.history);
         let rows = line.q.iter_mut().zip(piece.q);
         let rows = rows.chain(line.p.iter_mut().zip(piece.p)).chain(line.backward.iter_mut().zip(piece.backward));
-        rows.for_each(|(all, row)| collect(all, row, self.capacity));
+        for (all, mut row) in rows {
+            if all.is_empty() {
+                // The only window of a run is moved, not copied.
+                *all = row;
+                all.reserve_exact(self.capacity.saturating_sub(all.len()));
+            } else {
+                all.append(&mut row);
+            }
+        }
         self.end_window();
-        (self.here, self.lows) = (Start { q, q_dot, p }, sums.iter().map(|sum| sum.low).collect());
         Ok(())
     }
 
     /// A window with this operator in which a number is beyond the range of numbers.
-    fn overflow(&self, piece: Piece<S>, operator: usize) -> NoSolution {
+    fn overflow(&self, piece: &Piece<S>, operator: &WindowOperator<S>) -> NoSolution {
         let points = piece.q[0].len();
         let is_finite = |k: &usize| piece.q.iter().all(|row| row[*k].is_finite());
         let node = (0..points).find(|k| !is_finite(k)).unwrap_or(points - 1);
         let q: Vec<S> = piece.q.iter().map(|row| row[node]).collect();
-        let gamma = self.line.gamma_i + self.gamma + self.line.operators.get(operator).node(node);
+        let gamma = self.line.gamma_i + self.gamma() + operator.get().node(node);
         NoSolution {
             residual: piece.gradient_norm.to_f64(),
-            iterations: Box::new(Iterations::of(piece.initial_guess, piece.history)),
-            ..NoSolution::new(Status::OutsideDomain, At::overflow(self.line.geometry(), gamma.to_f64(), &q))
+            iterations: Box::new(Iterations::of(piece.initial_guess, piece.history.clone())),
+            ..NoSolution::overflow(self.line.geometry(), gamma.to_f64(), &q)
         }
     }
 
-    /// Begins a window that ends at γ − γ_i = `gamma` in a joint. Its rows are to be appended to the world-line, and
-    /// then [`Self::end_window`] is to be called.
-    pub(super) fn begin_window(&mut self, operator: usize, gamma: S, end: Joint<'_, S>, multipliers: Vec<S>) {
-        let line = &mut self.line;
+    /// Begins a window that ends at γ − γ_i = `gamma` in `here`, if no number of it is beyond the range of numbers: an
+    /// overflow anywhere makes the gradient NaN or infinite, or the action, and is no result. Its rows are to be
+    /// appended to the world-line, and then [`Self::end_window`] is to be called.
+    #[must_use]
+    pub(super) fn begin_window(
+        &mut self,
+        operator: &Arc<WindowOperator<S>>,
+        gamma: S,
+        (gradient_norm, multipliers): (S, &[S]),
+    ) -> bool {
+        let (begin, line, Start { q, p, .. }) = (self.gamma(), &mut self.line, &self.here);
+        if !(gradient_norm.is_finite() && has_finite_action(line.geometry(), [q, p], gamma - begin)) {
+            return false;
+        }
         if self.observer.is_some() {
             line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
-            let begun = line.joints.len() - (end.q.len() + end.p.len());
+            let begun = line.joints.len() - (q.len() + p.len());
             line.joints.drain(..begun);
             line.windows.clear();
         }
-        let first_node = line.q[0].len();
-        line.windows.push(Window { gamma: [self.gamma, gamma], multipliers, first_node, operator });
-        line.joints.extend_from_slice(end.q);
-        line.joints.extend_from_slice(end.p);
+        let (first_node, operator) = (line.q[0].len(), Arc::clone(operator));
+        let multipliers = multipliers.to_vec();
+        line.windows.push(Window { gamma: [begin, gamma], multipliers, first_node, form: line.form, operator });
+        line.joints.extend(q.iter().chain(p));
         line.window_count += 1;
-        self.gamma = gamma;
+        line.gradient_norm = line.gradient_norm.max(gradient_norm);
+        true
     }
 
     /// Shows the window that was begun last to the observer.
@@ -222,74 +231,28 @@ impl<'o, S: Real> Run<'o, S> {
     }
 }
 
-/// True if the parts of the action are within the range of numbers, of a window of this `length` that ends there: the
-/// action from the start, ∫ p_a dq^a, and that of the active coordinates over the window.
-pub(super) fn has_finite_action<S: Real>(geometry: &Geometry<S>, Joint { q, p }: Joint<'_, S>, length: S) -> bool {
+/// True if the parts of the action are within the range of numbers, of a window of this `length` that ends at `q` with
+/// `p`: the action from the start, ∫ p_a dq^a, and that of the active coordinates over the window.
+fn has_finite_action<S: Real>(geometry: &Geometry<S>, [q, p]: [&[S]; 2], length: S) -> bool {
     let is_finite = q.iter().zip(p).all(|(&q, &p)| (p * q).is_finite());
     // Where x has g_xx = −1, its velocity is its momentum.
     is_finite && (geometry.c_squared().is_none() || (p[1] * p[1] * length).is_finite())
 }
 
-/// The numbers that [`solve`](crate::solve()) computes in: `f64` and [`Extended`].
-pub trait Arithmetic: Real {
-    /// `sbp` in `f64`: itself, or the one that `rounded` makes.
-    fn rough_operator(sbp: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator>;
-}
-
-impl Arithmetic for f64 {
-    fn rough_operator(sbp: &Arc<SbpOperator>, _: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
-        Arc::clone(sbp)
-    }
-}
-
-impl Arithmetic for Extended {
-    fn rough_operator(_: &Arc<SbpOperator<Self>>, rounded: impl FnOnce() -> SbpOperator) -> Arc<SbpOperator> {
-        Arc::new(rounded())
-    }
-}
-
-/// The operator of windows of one length, and the same in `f64`.
-struct Grid<S> {
-    length: S,
-    sbp: Arc<SbpOperator<S>>,
-    rough: Arc<SbpOperator>,
-}
-
-impl<S: Arithmetic> Grid<S> {
-    fn new(settings: &Settings, length: S) -> Self {
-        let (name, points) = (settings.sbp, settings.n_gamma);
+/// The operator of windows of this length, and the same in `f64`.
+fn operators<S: Real>(settings: &Settings, length: S) -> (Arc<WindowOperator<S>>, Arc<WindowOperator<f64>>) {
+    fn made<S: Real>(settings: &Settings, length: S) -> Arc<WindowOperator<S>> {
+        let Settings { sbp, n_gamma: points, .. } = *settings;
         let spacing = length / S::from((points - 1) as f64);
-        let valid = "a valid setup has enough points";
-        let sbp = Arc::new(name.operator(points, spacing).expect(valid));
-        let rough = S::rough_operator(&sbp, || {
-            let spacing = length.to_f64() / (points - 1) as f64;
-            name.operator(points, spacing).expect(valid)
-        });
-        Self { length, sbp, rough }
+        WindowOperator::made(sbp.operator(points, spacing).expect("a valid setup has enough points"))
     }
+    let operator = made(settings, length);
+    let same = (&operator as &dyn Any).downcast_ref().map(Arc::clone);
+    let rough = same.unwrap_or_else(|| made(settings, length.to_f64()));
+    (operator, rough)
 }
 
 fn in_f64<S: Real>(start: &Start<S>) -> Start {
     let of = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
     Start { q: of(&start.q), q_dot: of(&start.q_dot), p: of(&start.p) }
-}
-
-/// The same start with ignorable coordinates counted from it.
-fn relative<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Start<S> {
-    let mut start = start.clone();
-    (0..start.q.len()).filter(|a| !geometry.active().contains(a)).for_each(|a| start.q[a] = S::ZERO);
-    start
-}
-
-/// Appends `piece` to `all`; the only window of a run is moved, not copied.
-fn collect<S: Real>(all: &mut Vec<S>, piece: Vec<S>, capacity: usize) {
-    if piece.len() == capacity {
-        *all = piece;
-        return;
-    }
-    // Where the number of windows is not known, room doubles.
-    if capacity > 0 {
-        all.reserve_exact(capacity.saturating_sub(all.len()).max(piece.len()));
-    }
-    all.extend(piece);
 }

@@ -52,15 +52,8 @@ impl<S: Real> Solution<S> {
     /// Returns the state to continue from.
     pub fn end_state(&self) -> EndState<S> {
         let [t, x] = [T, X].map(|a| self.last_position(a));
-        EndState { t, x, x_dot: self.signed(-self.last_joint().p[X]), q_t: self.signed(self.end_charge()) }
-    }
-
-    /// Q_t at the end of the run.
-    fn end_charge(&self) -> S {
-        match self.windows.len().checked_sub(1) {
-            Some(last) => self.end_momentum(T, &self.view(last)),
-            None => self.place.start.p[T],
-        }
+        let q_t = self.views().last().map_or(self.place.start.p[T], |view| view.end_momentum(T));
+        EndState { t, x, x_dot: self.signed(-self.last_joint().p[X]), q_t: self.signed(q_t) }
     }
 
     /// t_N − t_i.

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::operator::{Operators, WindowGrid};
+use super::grid::Window;
 use super::status::Iterations;
-use crate::action::Form;
+use crate::action::{Form, Layout};
 use crate::engine::{Accuracy, GOOD_DIGITS, Handed, Sensitivity};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
@@ -32,25 +32,6 @@ pub struct Joint<'l, S> {
     pub q: &'l [S],
     /// p_a.
     pub p: &'l [S],
-}
-
-/// One window of a world-line.
-#[derive(Debug, Clone)]
-pub struct Window<S = f64> {
-    /// γ − γ_i at its first and its last node.
-    pub gamma: [S; 2],
-    /// The multipliers of its action, in the order of [`Layout`](crate::action::Layout); the weak form has none.
-    pub multipliers: Vec<S>,
-    /// Index of its first node in the rows of the world-line, and of its operator there.
-    pub(crate) first_node: usize,
-    pub(crate) operator: usize,
-}
-
-impl<S: Real> Window<S> {
-    /// γ from its first to its last node.
-    pub fn length(&self) -> S {
-        self.gamma[1] - self.gamma[0]
-    }
 }
 
 /// A converged critical point with the problem it solves; for a run in several windows, one for each, end to end.
@@ -115,8 +96,6 @@ pub struct WorldLine<S = f64> {
     /// on.
     pub(crate) sums: Vec<S>,
     pub(crate) handed: Handed,
-    /// The operators of the windows: one if all have the same length and as many nodes.
-    pub(crate) operators: Operators<S>,
 }
 
 /// A read-only view of one window of a [`WorldLine`].
@@ -128,20 +107,84 @@ pub struct WindowNodes<'l, S> {
     pub start: Joint<'l, S>,
     /// The joint that the next window continues from.
     pub end: Joint<'l, S>,
-    /// Its nodes.
-    pub(crate) grid: WindowGrid<'l, S>,
-    rows: &'l [Vec<S>],
+    line: &'l WorldLine<S>,
 }
 
 impl<'l, S: Real> WindowNodes<'l, S> {
     /// q^a on its nodes, where ignorable ones are counted from its start.
     pub fn row(&self, a: usize) -> &'l [S] {
-        &self.rows[a][self.grid.nodes()]
+        &self.line.q[a][self.window.nodes()]
     }
 
     /// The rows of all coordinates.
     pub(crate) fn rows(&self) -> Vec<&'l [S]> {
-        (0..self.rows.len()).map(|a| self.row(a)).collect()
+        (0..self.line.q.len()).map(|a| self.row(a)).collect()
+    }
+
+    fn is_active(&self, a: usize) -> bool {
+        self.line.geometry().active().contains(&a)
+    }
+
+    /// The value that row `a` starts from.
+    pub(crate) fn first(&self, a: usize) -> S {
+        if self.is_active(a) { self.start.q[a] } else { S::ZERO }
+    }
+
+    /// p_a with which it ends: −ν_a for an ignorable coordinate in the doubled system of the strong form. The next
+    /// window starts with the constant that it stands for.
+    pub(crate) fn end_momentum(&self, a: usize) -> S {
+        let nu = Layout::new(self.line.q.len(), 0, Form::Strong).nu(a);
+        match self.window.multipliers.get(nu) {
+            Some(&nu) if self.line.is_doubled() && !self.is_active(a) => -nu,
+            _ => self.end.p[a],
+        }
+    }
+
+    /// dq^a/dγ with which it is continued.
+    pub(crate) fn end_velocities(&self) -> Vec<S> {
+        let p: Vec<S> = (0..self.line.q.len()).map(|a| self.end_momentum(a)).collect();
+        self.line.velocities(Joint { p: &p, ..self.end })
+    }
+
+    /// Its part of a row of coordinate `a`, counted from its origin, as values of that coordinate.
+    pub(crate) fn absolute(&self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + use<'l, S> {
+        let (origin, row) = (self.line.origin_of(a), &row[self.window.nodes()]);
+        let start = (!self.is_active(a)).then_some(self.start.q[a]);
+        // What is counted from an origin is rounded once more in any case. Of anything else both rows of a joint are
+        // what the next window starts from.
+        let (is_joined, end) = (self.line.origin.is_none() && start.is_some(), self.end.q[a]);
+        row.iter().enumerate().map(move |(k, &q)| match start {
+            Some(_) if is_joined && k + 1 == row.len() => end,
+            Some(start) => origin + (start + q),
+            None => q,
+        })
+    }
+
+    /// Rows of q^a of all coordinates and p_a of the active ones on the nodes, counted from the start. In the strong
+    /// form the momenta are p*.
+    pub(crate) fn increments(&self) -> Vec<Vec<S>> {
+        let (line, rows, nodes) = (self.line, self.rows(), self.window.nodes());
+        let (geometry, active) = (line.geometry(), line.geometry().active());
+        let counted = |row: &[S], origin: S| row.iter().map(|&value| value - origin).collect::<Vec<S>>();
+        let mut all: Vec<Vec<S>> = rows.iter().enumerate().map(|(a, row)| counted(row, self.first(a))).collect();
+        if !line.is_doubled() {
+            let momenta = line.p.iter().zip(active);
+            all.extend(momenta.map(|(row, &a)| counted(&row[nodes.clone()], self.start.p[a])));
+            return all;
+        }
+        // The doubled system has positions only.
+        let mut velocities = vec![vec![S::ZERO; nodes.len()]; rows.len()];
+        for (a, slopes) in velocities.iter_mut().enumerate() {
+            self.window.derivative(rows[a], self.first(a), slopes);
+        }
+        let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
+        let mut momenta = geometry.rows_of_momenta(&rows, &velocities);
+        if line.form == Form::Strong {
+            let ends = momenta.iter_mut().filter_map(|row| row.last_mut()).zip(self.end.p);
+            ends.for_each(|(last, &end)| *last = end);
+        }
+        all.extend(active.iter().map(|&a| counted(&momenta[a], self.start.p[a])));
+        all
     }
 }
 
@@ -153,7 +196,7 @@ impl<S: Real> WorldLine<S> {
 
     /// The operator of the first window.
     pub fn sbp(&self) -> &SbpOperator<S> {
-        self.operators.get(0)
+        self.windows[0].sbp()
     }
 
     /// The windows in order.
@@ -163,14 +206,18 @@ impl<S: Real> WorldLine<S> {
 
     /// A read-only view of one of the windows.
     pub fn view(&self, index: usize) -> WindowNodes<'_, S> {
-        let window = &self.windows[index];
-        let grid = self.operators.grid(window.operator, self.form, window.gamma, window.first_node);
-        WindowNodes { window, start: self.joint(index), end: self.joint(index + 1), grid, rows: &self.q }
+        let [start, end] = [index, index + 1].map(|joint| self.joint(joint));
+        WindowNodes { window: &self.windows[index], start, end, line: self }
     }
 
-    /// The grids of the windows, in order.
-    pub(crate) fn grids(&self) -> impl ExactSizeIterator<Item = WindowGrid<'_, S>> + Clone {
-        self.views().map(|view| view.grid)
+    /// The windows, in order.
+    pub(crate) fn grids(&self) -> std::slice::Iter<'_, Window<S>> {
+        self.windows.iter()
+    }
+
+    /// q^a on the nodes, where ignorable coordinates are counted from the start of their window.
+    pub(crate) fn rows(&self) -> Vec<&[S]> {
+        self.q.iter().map(Vec::as_slice).collect()
     }
 
     /// Where a window starts or, for the number of windows, where the last one ends, as the start counts them.
@@ -255,7 +302,7 @@ impl<S: Real> WorldLine<S> {
 
     /// γ − γ_i on the nodes.
     pub fn gamma_from_start(&self) -> impl Iterator<Item = S> + '_ {
-        self.grids().flat_map(|grid| (0..grid.points()).map(move |k| grid.gamma_at(k)))
+        self.windows.iter().flat_map(|window| (0..window.points()).map(move |k| window.gamma_at(k)))
     }
 
     /// γ on the nodes.
@@ -278,81 +325,21 @@ impl<S: Real> WorldLine<S> {
         self.backward.get(a).map(|row| self.absolute(a, row))
     }
 
-    /// A row of coordinate `a`, counted from its origin, as values of that coordinate.
     fn absolute<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
-        self.views().flat_map(move |view| self.absolute_in(view, a, row))
-    }
-
-    /// The same in a window.
-    pub(crate) fn absolute_in<'l>(
-        &'l self,
-        view: WindowNodes<'l, S>,
-        a: usize,
-        row: &'l [S],
-    ) -> impl Iterator<Item = S> + 'l {
-        let (origin, row) = (self.origin_of(a), &row[view.grid.nodes()]);
-        let start = if self.geometry().active().contains(&a) { None } else { Some(view.start.q[a]) };
-        // What is counted from an origin is rounded once more in any case. Of anything else both rows of a joint are
-        // what the next window starts from.
-        let is_joined = self.origin.is_none() && start.is_some();
-        row.iter().enumerate().map(move |(k, &q)| match start {
-            Some(_) if is_joined && k + 1 == row.len() => view.end.q[a],
-            Some(start) => origin + (start + q),
-            None => q,
-        })
+        self.views().flat_map(move |view| view.absolute(a, row))
     }
 
     /// A row of coordinate `a`, in which ignorable ones count from the start of their window, counted from its origin.
     pub(crate) fn counted_from_origin<'l>(&'l self, a: usize, row: &'l [S]) -> impl Iterator<Item = S> + 'l {
-        let is_active = self.geometry().active().contains(&a);
         self.views().flat_map(move |view| {
-            let start = if is_active { None } else { Some(view.start.q[a]) };
-            row[view.grid.nodes()].iter().map(move |&q| start.map_or(q, |start| start + q))
+            let start = (!view.is_active(a)).then_some(view.start.q[a]);
+            row[view.window.nodes()].iter().map(move |&q| start.map_or(q, |start| start + q))
         })
-    }
-
-    /// The start of a window as its rows count it: ignorable coordinates are 0.
-    pub(crate) fn start_of_rows(&self, joint: Joint<'_, S>) -> Vec<S> {
-        let mut q = joint.q.to_vec();
-        (0..q.len()).filter(|a| !self.geometry().active().contains(a)).for_each(|a| q[a] = S::ZERO);
-        q
     }
 
     /// Largest distance between the branches in any coordinate; 0 in the physical limit.
     pub fn branch_distance(&self) -> S {
         let rows = self.q.iter().zip(&self.backward);
         rows.flat_map(|(one, two)| one.iter().zip(two)).fold(S::ZERO, |d, (&one, &two)| d.max((one - two).abs()))
-    }
-}
-
-impl<S: Real> WorldLine<S> {
-    /// Rows of q^a of all coordinates and p_a of the active ones on the nodes of a window, counted from its start. In
-    /// the strong form the momenta are p*.
-    pub(crate) fn increments(&self, view: &WindowNodes<'_, S>) -> Vec<Vec<S>> {
-        let (geometry, grid) = (self.geometry(), view.grid);
-        let (from, rows) = (self.start_of_rows(view.start), view.rows());
-        let counted = |row: &[S], origin: S| row.iter().map(|&value| value - origin).collect::<Vec<S>>();
-        let mut all: Vec<Vec<S>> = rows.iter().zip(&from).map(|(row, &origin)| counted(row, origin)).collect();
-        if !self.is_doubled() {
-            let momenta = self.p.iter().zip(geometry.active());
-            all.extend(momenta.map(|(row, &a)| counted(&row[grid.nodes()], view.start.p[a])));
-            return all;
-        }
-        // The doubled system has positions only.
-        let velocities: Vec<Vec<S>> = (rows.iter().zip(&from))
-            .map(|(row, &origin)| {
-                let mut slopes = vec![S::ZERO; row.len()];
-                grid.derivative(row, origin, &mut slopes);
-                slopes
-            })
-            .collect();
-        let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
-        let mut momenta = geometry.rows_of_momenta(&rows, &velocities);
-        if self.form == Form::Strong {
-            let ends = momenta.iter_mut().filter_map(|row| row.last_mut()).zip(view.end.p);
-            ends.for_each(|(last, &end)| *last = end);
-        }
-        all.extend(geometry.active().iter().map(|&a| counted(&momenta[a], view.start.p[a])));
-        all
     }
 }

@@ -45,9 +45,9 @@ impl<S: Real> Curve<S> {
         tables: &mut Tables<S>,
         at: &mut Point<S>,
     ) -> Self {
-        let (grid, geometry, length) = (view.grid, line.geometry(), view.window.length());
+        let (grid, geometry, length) = (view.window, line.geometry(), view.window.length());
         let start = Start { q: view.start.q.to_vec(), q_dot: Vec::new(), p: view.start.p.to_vec() };
-        let values = line.increments(view);
+        let values = view.increments();
         let mut motion = Motion { geometry, start: &start, at };
         let kind = if grid.is_equidistant() {
             let slopes = motion.slopes(&values);

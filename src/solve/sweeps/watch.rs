@@ -1,9 +1,10 @@
 //! Formulas at whose first change of sign a run ends.
 
 use crate::engine::{Dense, State, Window, WindowNodes};
-use crate::geometry::{Direction, Geometry, Observable, Point, Start};
+use crate::geometry::{Direction, Geometry, Observable, Point};
 use crate::number::root::root;
 use crate::solve::setup::Until;
+use crate::solve::world_line::Place;
 
 /// A value at the start of a run counts as zero if it is this part of that at the next node.
 const AT_START: f64 = 1e-6;
@@ -56,7 +57,7 @@ pub(super) struct Watches<'g> {
 }
 
 impl<'g> Watches<'g> {
-    pub(super) fn new<S>(geometry: &'g Geometry, start: &Start, until: &[Until<S>], known: &[[f64; 2]]) -> Self {
+    pub(super) fn new<S>(Place { geometry, start }: &'g Place, until: &[Until<S>], known: &[[f64; 2]]) -> Self {
         let watch = |(place, until): (usize, &Until<S>)| Watch {
             formula: until.rough.clone(),
             direction: until.direction,
