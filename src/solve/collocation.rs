@@ -2,10 +2,10 @@
 
 use super::grid::FormDerivative;
 use super::guess::Guess;
-use super::newton::{self, Equations, Failure, NewtonSystem, Root, RoundingLevels};
+use super::newton::{self, Equations, Failure, NewtonSystem, Root};
 use super::piece::{Piece, Problem};
 use super::quadrature;
-use super::refinement;
+use super::setup::Settings;
 use super::status::{InitialGuess, IterationRecord};
 use crate::geometry::{Motion, OnNodes, OutsideGeometry};
 use crate::linalg::Singular;
@@ -39,16 +39,15 @@ struct Solved<S> {
 }
 
 fn of_active<S: Real>(window: &Problem<'_, S>, rough: &Problem<'_, f64>, guess: &Guess) -> Result<Solved<S>, Failure> {
-    let mut linearised = System::new(rough, Vec::new());
+    let (mut linearised, &Settings { digits, max_iterations, .. }) = (System::new(rough, Vec::new()), window.settings);
     let guess = linearised.unknowns(guess);
-    let root = newton::solve(&mut linearised, guess, window.max_iterations)?;
+    let root = newton::solve(&mut linearised, guess, max_iterations)?;
     if S::IS_EXTENDED {
         let mut system = System::new(window, linearised.scales.clone());
         // The Jacobian at the `f64` root is eliminated anew in every round: that is cheap beside an extended residual,
         // and keeps the elimination in one pass without a stored factor L.
         let solve = |right: &mut [f64]| linearised.solve_linearised(right);
-        let limits = (window.digits, window.max_iterations);
-        let Root { unknowns, history } = refinement::refine(&mut system, solve, root, limits)?;
+        let Root { unknowns, history } = newton::refine(&mut system, solve, root, (digits, max_iterations))?;
         return system.solved(&unknowns, history);
     }
     // The system was evaluated last at its root.
@@ -183,8 +182,8 @@ impl<S: Real> Equations<S> for System<'_, S> {
     }
 
     /// The rows are scaled so that one level holds for all.
-    fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
-        Some(vec![(0..u.len(), self.window.sbp.row_sum() * S::EPSILON.to_f64())])
+    fn rounding(&self, u: &[S]) -> Option<Vec<f64>> {
+        Some(vec![self.window.sbp.row_sum() * S::EPSILON.to_f64(); u.len()])
     }
 
     fn sizes(&self, u: &[S]) -> Vec<S> {

@@ -2,8 +2,7 @@
 
 use std::iter;
 
-use super::newton::{self, Equations, Failure, NewtonSystem, Root, RoundingLevels};
-use super::refinement;
+use super::newton::{self, Equations, Failure, NewtonSystem, Root};
 use super::status::Status;
 use crate::action::{DoubledAction, GradientRounding};
 use crate::geometry::OutsideGeometry;
@@ -38,7 +37,7 @@ pub(super) fn solve<S: Real>(
         layout.write_equal_step(&equal, right);
         Ok(())
     };
-    refinement::refine(&mut Stationarity { pattern, action }, solve, root, (digits, max_iterations))
+    newton::refine(&mut Stationarity { pattern, action }, solve, root, (digits, max_iterations))
 }
 
 /// ∇E_IVP = 0, with the pattern of its Newton system.
@@ -52,29 +51,18 @@ impl<S: Real> Equations<S> for Stationarity<'_, S> {
         self.action.gradient(u, out)
     }
 
-    /// The rounding errors to be expected in ∇E_IVP, block by block.
-    fn rounding(&self, u: &[S]) -> Option<RoundingLevels> {
-        let action = self.action;
-        let GradientRounding { rows, values, .. } = action.gradient_rounding(u).ok()?;
-        let (layout, h) = (action.layout(), action.sbp().spacing().to_f64());
-        let (points, n) = (action.sbp().points(), layout.dimension());
-        let of_rows = (0..2).flat_map(|branch| {
-            let rows = rows.iter().enumerate();
-            rows.map(move |(a, &level)| (layout.row(branch, a)..layout.row(branch, a) + points, level))
-        });
-        let mut constraints = vec![0.0; layout.multiplier_range().len()];
-        if !constraints.is_empty() {
-            for (a, &value) in (0..n).zip(&values) {
-                for place in [layout.lambda(a), layout.nu(a)] {
-                    constraints[place] = value;
-                }
-                for place in [layout.mu(a), layout.kappa(a)] {
-                    constraints[place] = value / h;
-                }
-            }
+    fn rounding(&self, u: &[S]) -> Option<Vec<f64>> {
+        let GradientRounding { rows, values, .. } = self.action.gradient_rounding(u).ok()?;
+        let h = self.action.sbp().spacing().to_f64();
+        let mut levels = on_nodes(&rows, self.action);
+        levels.extend_from_within(..);
+        if !self.action.layout().multiplier_range().is_empty() {
+            // Those of λ and μ, of ν, and of κ.
+            levels.extend(values.iter().flat_map(|&value| [value, value / h]));
+            levels.extend_from_slice(&values);
+            levels.extend(values.iter().map(|value| value / h));
         }
-        let of_constraints = layout.multiplier_range().zip(constraints).map(|(row, level)| (row..row + 1, level));
-        Some(of_rows.chain(of_constraints).collect())
+        Some(levels)
     }
 
     /// Largest absolute value of each coordinate on both branches.
@@ -120,11 +108,15 @@ impl NewtonSystem for Stationarity<'_, f64> {
 fn factored(pattern: &Pattern, action: &DoubledAction<'_, f64>, u: &[f64]) -> Option<SparseLu> {
     let GradientRounding { rows, values, .. } = action.gradient_rounding(u).ok()?;
     let (layout, h) = (action.layout(), action.sbp().spacing());
-    let on_nodes = |units: &[f64]| units.iter().flat_map(|&unit| iter::repeat_n(unit, action.sbp().points())).collect();
-    let mut units: [Vec<f64>; 2] = [on_nodes(&rows), on_nodes(&values)];
+    let mut units = [&rows, &values].map(|units| on_nodes(units, action));
     if !layout.multiplier_range().is_empty() {
         units[0].extend(values.iter().flat_map(|&unit| [unit, unit / h]));
         units[1].extend(rows.iter().copied().chain(rows.iter().map(|unit| unit * h)));
     }
     pattern.factor(&action.newton_matrix(u).ok()?, [&units[0], &units[1]]).ok()
+}
+
+/// Numbers of each coordinate, for every row of a branch.
+fn on_nodes<S: Real>(of_coordinates: &[f64], action: &DoubledAction<'_, S>) -> Vec<f64> {
+    of_coordinates.iter().flat_map(|&number| iter::repeat_n(number, action.sbp().points())).collect()
 }

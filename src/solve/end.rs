@@ -3,7 +3,7 @@
 
 use super::failure::NoSolution;
 use super::run::Observer;
-use super::search::{Excess, NotFound, Search, search};
+use super::search::{NotFound, Search, search};
 use super::setup::{Limit, Setup};
 use super::solve_to;
 use super::status::{Iterations, Status};
@@ -19,14 +19,12 @@ const DIGITS_OF_LENGTH: u32 = 15;
 /// The accuracy of the windows that tell roughly where a formula changes its sign.
 const NEAR: f64 = 1e-9;
 
-/// The run of `setup`, with what it ended by, where its length is to be searched for. Every run that is tried is shown
-/// to the observer.
-pub(super) fn solve<S: Real>(
-    setup: &Setup<S>,
-    mut observer: Option<Observer<'_, S>>,
-) -> Result<WorldLine<S>, NoSolution> {
+/// The run of `setup`, with what it ended by, where its length is to be searched for: all of its windows, or the last
+/// one.
+pub(super) fn solve<S: Real>(setup: &Setup<S>, is_kept: bool) -> Result<WorldLine<S>, NoSolution> {
+    let mut ignore = |_: &WorldLine<S>| ();
     let mut solve_to = |length: S| {
-        let observer = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
+        let observer: Option<Observer<'_, S>> = if is_kept { None } else { Some(&mut ignore) };
         solve_to(setup, length, observer)
     };
     let (coordinate, value) = match setup.limit {
@@ -50,7 +48,7 @@ type SolveTo<'s, S> = &'s mut dyn FnMut(S) -> Result<WorldLine<S>, NoSolution>;
 
 /// The length of the same run in `f64`, where most of a search is cheapest.
 fn rough_length<S: Real>(setup: &Setup<S>) -> Result<S, NoSolution> {
-    Ok(S::from(solve::<f64>(&setup.in_f64(), Some(&mut |_| ()))?.length))
+    Ok(S::from(solve(&setup.in_f64(), false)?.length))
 }
 
 /// The world-line that ends where `coordinate` is `value`, by Newton's method on γ_f with the velocity at the end of
@@ -79,10 +77,8 @@ fn at_value<S: Real>(
     };
     let excess = |line: &WorldLine<S>| {
         let end = line.last_joint();
-        Excess {
-            value: (end.q[coordinate] - value) * way.signum(),
-            slope: Some(line.velocities(end)[coordinate] * way.signum()),
-        }
+        let [excess, slope] = [end.q[coordinate] - value, line.velocities(end)[coordinate]];
+        (excess * way.signum(), Some(slope * way.signum()))
     };
     search(asked, solve_to, excess).map_err(|error| not_reached(error, setup))
 }
@@ -90,9 +86,7 @@ fn at_value<S: Real>(
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
 /// the length `whole`.
 fn until<S: Real>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Result<WorldLine<S>, NoSolution> {
-    let Some(Near { index, gamma, to_positive }) = near(setup, whole) else {
-        return solve_to(whole);
-    };
+    let Some((index, gamma, to_positive)) = near(setup, whole) else { return solve_to(whole) };
     let start = &setup.place.start;
     let k = setup.place.geometry.norm(&start.q, &start.q_dot);
     let mut formula = setup.until[index].formula.clone();
@@ -110,24 +104,15 @@ fn until<S: Real>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Resul
     let excess = |line: &WorldLine<S>| {
         let end = line.end_inside();
         let value = formula.at(&end.q, &end.q_dot, &end.p, k);
-        Excess { value: if to_positive { value } else { -value }, slope: None }
+        (if to_positive { value } else { -value }, None)
     };
     let line = search(asked, solve_to, excess).map_err(|error| not_reached(error, setup))?;
     Ok(WorldLine { ended_by: Some(index), ..line })
 }
 
-/// A change of sign, roughly.
-struct Near<S> {
-    /// The place of the formula among those that end the run.
-    index: usize,
-    /// γ − γ_i.
-    gamma: S,
-    /// True if the formula is positive after it.
-    to_positive: bool,
-}
-
-/// The first change of sign within the length `whole`, by the engine; `None` if it finds none.
-fn near<S: Real>(setup: &Setup<S>, whole: S) -> Option<Near<S>> {
+/// The first change of sign within the length `whole`, by the engine; `None` if it finds none: the place of the formula
+/// among those that end the run, γ − γ_i roughly, and true if the formula is positive after it.
+fn near<S: Real>(setup: &Setup<S>, whole: S) -> Option<(usize, S, bool)> {
     let rough = Setup { limit: Limit::Length(whole.to_f64()), ..setup.in_f64() };
     let line = sweeps::to_accuracy(&rough, Accuracy::Local(NEAR), Some(&mut |_| ())).ok()?;
     let (index, view, start) = (line.ended_by?, line.views().last()?, &rough.place.start);
@@ -139,7 +124,7 @@ fn near<S: Real>(setup: &Setup<S>, whole: S) -> Option<Near<S>> {
     let q_dot = line.velocities(Joint { q: &q, p: &p });
     let k = line.geometry().norm(&start.q, &start.q_dot);
     let before = rough.until[index].formula.clone().at(&q, &q_dot, &p, k);
-    Some(Near { index, gamma: S::from(line.length), to_positive: before < 0.0 })
+    Some((index, S::from(line.length), before < 0.0))
 }
 
 /// The failure of a search for the end of the run of `setup`.

@@ -85,11 +85,6 @@ pub struct Reasons {
 }
 
 impl Domain {
-    /// That of a place where g00 has this value.
-    fn of_x(g00: f64) -> Self {
-        if g00 == f64::INFINITY { Self::Overflow(g00) } else { Self::G00(g00) }
-    }
-
     /// The reason why a point of a scene is outside.
     fn beyond<S: Real>(geometry: &Geometry<S>, outside: &OutsideGeometry) -> Self {
         let Some(block) = outside.block else { return Self::Scene };
@@ -108,6 +103,11 @@ fn compact(value: f64) -> String {
     if size == 0.0 || (1e-3..1e9).contains(&size) { format!("{value:.6}") } else { format!("{value:.6e}") }
 }
 
+/// The active coordinates at `q` with their names.
+pub(super) fn point<S: Real>(geometry: &Geometry<S>, q: &[S]) -> Vec<(String, f64)> {
+    geometry.active().iter().map(|&a| (geometry.names()[a].clone(), q[a].to_f64())).collect()
+}
+
 /// A place for a message.
 fn place(gamma: f64, point: &[(String, f64)]) -> String {
     let point = point.iter().map(|(name, value)| format!(", {name} = {}", compact(*value)));
@@ -117,11 +117,12 @@ fn place(gamma: f64, point: &[(String, f64)]) -> String {
 impl NoSolution {
     /// A failure that has nothing but a status, and a place where all coordinates are `q`.
     pub(super) fn new<S: Real>(status: Status, geometry: &Geometry<S>, gamma: f64, q: &[S]) -> Self {
-        if let Some(g00) = geometry.g00(q) {
-            return Self::at_x(status, gamma, q[1].to_f64(), Domain::of_x(g00.to_f64()));
-        }
-        let named = |&a: &usize| (geometry.names()[a].clone(), q[a].to_f64());
-        Self::at(status, gamma, geometry.active().iter().map(named).collect(), Domain::Scene)
+        let domain = match geometry.g00(q).map(S::to_f64) {
+            Some(g00) if g00 == f64::INFINITY => Domain::Overflow(g00),
+            Some(g00) => Domain::G00(g00),
+            None => Domain::Scene,
+        };
+        Self::at(status, gamma, point(geometry, q), domain)
     }
 
     fn at(status: Status, gamma: f64, point: Vec<(String, f64)>, domain: Domain) -> Self {
@@ -135,12 +136,8 @@ impl NoSolution {
             asked: 0.0,
             adaptive: false,
             reasons: Box::default(),
-            iterations: Box::new(Iterations::from(InitialGuess::None)),
+            iterations: Box::new(Iterations::of(InitialGuess::None, Vec::new())),
         }
-    }
-
-    fn at_x(status: Status, gamma: f64, x: f64, domain: Domain) -> Self {
-        Self::at(status, gamma, vec![("x".to_owned(), x)], domain)
     }
 
     /// The failure at a node outside the domain, where all coordinates are `q` if that is known.
@@ -162,17 +159,17 @@ impl NoSolution {
     /// The failure of a window whose last node is at `q`, in which a number, maybe another than g00, is beyond the
     /// range of numbers. If g00 has no value, that is the reason.
     pub(super) fn overflow<S: Real>(geometry: &Geometry<S>, gamma: f64, q: &[S]) -> Self {
-        let status = Status::OutsideDomain;
-        let Some(g00) = geometry.g00(q).map(S::to_f64) else {
-            return Self::at(status, gamma, Vec::new(), Domain::Scene);
+        let (point, domain) = match geometry.g00(q).map(S::to_f64) {
+            Some(g00) if g00.is_nan() => (point(geometry, q), Domain::G00(g00)),
+            Some(g00) => (point(geometry, q), Domain::Overflow(g00)),
+            None => (Vec::new(), Domain::Scene),
         };
-        let domain = if g00.is_nan() { Domain::G00(g00) } else { Domain::Overflow(g00) };
-        Self::at_x(status, gamma, q[1].to_f64(), domain)
+        Self::at(Status::OutsideDomain, gamma, point, domain)
     }
 
     /// The same of a march by the engine.
     pub(super) fn marched(self) -> Self {
-        Self { iterations: Box::new(Iterations::from(InitialGuess::Extrapolation)), ..self }
+        Self { iterations: Box::new(Iterations::of(InitialGuess::Extrapolation, Vec::new())), ..self }
     }
 
     /// The same of a march to an accuracy.

@@ -38,7 +38,6 @@ mod memory;
 mod newton;
 mod piece;
 mod quadrature;
-mod refinement;
 mod run;
 mod search;
 mod setup;
@@ -110,11 +109,10 @@ fn solve_observed<S: Real>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) 
     if let (Limit::Length(length), true) = (setup.limit, setup.until.is_empty()) {
         return solve_to(setup, length, observer);
     }
-    let Some(observer) = observer else { return end::solve(setup, None) };
+    let Some(observer) = observer else { return end::solve(setup, true) };
     // The search keeps no more than one window, and the run that was found is repeated once.
-    let found = end::solve(setup, Some(&mut |_| ()))?;
-    let WorldLine { ended_by, ended_at, .. } = found;
-    Ok(WorldLine { ended_by, ended_at, ..solve_to(setup, found.length, Some(observer))? })
+    let WorldLine { ended_by, ended_at, length, .. } = end::solve(setup, false)?;
+    Ok(WorldLine { ended_by, ended_at, ..solve_to(setup, length, Some(observer))? })
 }
 
 /// Solves a setup on γ − γ_i ∈ [0, `length`], window after window.

@@ -17,6 +17,7 @@ use super::failure::NoSolution;
 use super::grid::FormDerivative;
 use super::guess::{self, Guess};
 use super::newton::Failure;
+use super::setup::Settings;
 use super::status::{InitialGuess, IterationRecord, Iterations, Status};
 use crate::action::{DoubledAction, Form, Layout};
 use crate::geometry::{Geometry, Point, Start};
@@ -27,20 +28,17 @@ use crate::sbp::SbpOperator;
 /// digit of their increments is lost.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Problem<'w, S> {
-    pub(super) form: Form,
+    pub(super) settings: &'w Settings,
     pub(super) sbp: &'w SbpOperator<S>,
     pub(super) geometry: &'w Geometry<S>,
     pub(super) start: &'w Start<S>,
     /// True if the strong action has D̄ in it, or for the ablation D.
     pub(super) is_regularised: bool,
-    /// Significant digits wanted.
-    pub(super) digits: u32,
-    pub(super) max_iterations: usize,
 }
 
 impl<'w, S: Real> Problem<'w, S> {
     pub(super) fn derivative(&self) -> FormDerivative<'w, S> {
-        FormDerivative { sbp: self.sbp, form: self.form }
+        FormDerivative { sbp: self.sbp, form: self.settings.form }
     }
 
     /// Returns true if nothing moves but ignorable coordinates: the constants are the solution then, to the last bit.
@@ -55,13 +53,13 @@ impl<'w, S: Real> Problem<'w, S> {
 
     /// The action with D̄, or the one that is asked for.
     fn action(&self, is_regularised: bool) -> DoubledAction<'w, S> {
-        let action = DoubledAction::new(self.form, self.sbp, self.geometry, self.start.clone());
+        let action = DoubledAction::new(self.settings.form, self.sbp, self.geometry, self.start.clone());
         if is_regularised { action } else { action.without_regularisation() }
     }
 
     /// The order of the unknowns of the action.
     fn layout(&self) -> Layout {
-        Layout::new(self.start.q.len(), self.points(), self.form)
+        Layout::new(self.start.q.len(), self.points(), self.settings.form)
     }
 
     pub(super) fn points(&self) -> usize {
@@ -98,7 +96,8 @@ impl<S: Real> Piece<S> {
         let mut end = window.start.p.clone();
         window.geometry.active().iter().zip(&p).for_each(|(&a, row)| end[a] = row[last]);
         let rows: Vec<&[S]> = q.iter().map(Vec::as_slice).collect();
-        let multipliers = if window.form == Form::Strong { multipliers(window, &rows, &p, &end) } else { Vec::new() };
+        let multipliers =
+            if window.settings.form == Form::Strong { multipliers(window, &rows, &p, &end) } else { Vec::new() };
         let gradient_norm = window.action(true).gradient_norm_in_limit(&rows, &multipliers);
         Self { end, q, p, backward: Vec::new(), multipliers, gradient_norm, initial_guess, history }
     }
@@ -134,7 +133,7 @@ impl<S: Real> Pair<'_, S> {
     /// guess; everything else is one banded system.
     pub(super) fn physical_limit(&self) -> Result<Piece<S>, NoSolution> {
         let Self { window, rough, .. } = self;
-        let (piece, kind) = if window.form == Form::Strong && window.sbp.is_two_step() {
+        let (piece, kind) = if window.settings.form == Form::Strong && window.sbp.is_two_step() {
             (explicit::two_step(window), InitialGuess::None)
         } else {
             if let Some(guess) = guess::by_steps(rough)
@@ -186,7 +185,7 @@ impl<S: Real> Pair<'_, S> {
     /// Returns the first guess of Newton's method.
     fn guess(&self) -> Result<Guess, NoSolution> {
         guess::guess(&self.rough).map_err(|(gamma, point)| {
-            let iterations = Box::new(Iterations::from(InitialGuess::Engine));
+            let iterations = Box::new(Iterations::of(InitialGuess::Engine, Vec::new()));
             NoSolution { iterations, ..NoSolution::outside(self.rough.geometry, self.gamma + gamma, None, &point) }
         })
     }
@@ -196,7 +195,8 @@ impl<S: Real> Pair<'_, S> {
         let Self { window, rough, .. } = self;
         let rows: Vec<&[f64]> = q.iter().map(Vec::as_slice).collect();
         let (action, layout) = (window.action(window.is_regularised), window.layout());
-        let (guess, limits) = (layout.physical_limit(&rows, multipliers), (window.digits, window.max_iterations));
+        let guess = layout.physical_limit(&rows, multipliers);
+        let limits = (window.settings.digits, window.settings.max_iterations);
         let root = critical_point::solve(&action, &rough.action(rough.is_regularised), guess, limits)?;
         let rows = |branch| layout.branch(&root.unknowns, branch).into_iter().map(<[S]>::to_vec).collect::<Vec<_>>();
         let (q, backward) = (rows(0), rows(1));
@@ -250,7 +250,7 @@ fn end_momenta<S: Real>(window: &Problem<'_, S>, q: &[Vec<S>], multipliers: &[S]
     let end: Vec<S> = q.iter().map(|row| row[last]).collect();
     let mut p = window.geometry.momenta(&end, &slopes);
     for (a, p) in p.iter_mut().enumerate() {
-        match (window.form, active.contains(&a)) {
+        match (window.settings.form, active.contains(&a)) {
             (Form::Strong, true) => *p += multipliers[layout.kappa(a)] / window.sbp.weights()[last],
             (Form::Strong, false) => *p = -multipliers[layout.nu(a)],
             (Form::Weak, true) => {}

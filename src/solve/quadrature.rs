@@ -1,8 +1,7 @@
 //! Integrals over γ by the operator of a window: u with du/dγ = r and u = 0 at the start.
 
-use super::newton::{Failure, ROUNDING_UNITS};
+use super::newton::{Failure, ROUNDING_UNITS, gains, tolerance};
 use super::piece::Problem;
-use super::refinement::{gains, tolerance};
 use super::status::Status;
 use crate::linalg::Singular;
 use crate::linalg::banded::solve_banded;
@@ -21,7 +20,7 @@ pub(super) fn integral<S: Real>(
     let (h, h_rough, (lower, upper)) = (window.sbp.spacing(), rough.sbp.spacing(), rough.reach());
     let [mut u, mut slope] = [(); 2].map(|()| vec![S::ZERO; window.points()]);
     let (mut right, mut before) = (vec![0.0; unknowns], S::from(f64::INFINITY));
-    let tolerance: S = tolerance(window.digits);
+    let tolerance: S = tolerance(window.settings.digits);
     for round in 0.. {
         let missing = |k: usize| h_rate(k) - h * slope[k];
         // With more digits it is scaled, so that it fits into the range of f64.

@@ -23,8 +23,6 @@ pub(super) struct Run<'o, S> {
     pub(super) here: Start<S>,
     /// The rounding errors of its q^a: ignorable coordinates are summed so that nothing is lost over a million windows.
     lows: Vec<S>,
-    /// The nodes to make room for.
-    capacity: usize,
     observer: Option<Observer<'o, S>>,
 }
 
@@ -48,7 +46,7 @@ impl<'o, S: Real> Run<'o, S> {
             windows: Vec::new(),
             window_count: 0,
             gradient_norm: S::ZERO,
-            iterations: Iterations::from(InitialGuess::None),
+            iterations: Iterations::of(InitialGuess::None, Vec::new()),
             digits: settings.digits,
             error_estimate: None,
             sizes: Vec::new(),
@@ -65,23 +63,18 @@ impl<'o, S: Real> Run<'o, S> {
         };
         let mut lows = setup.carried.as_ref().map_or_else(Vec::new, |carried| carried.sums.clone());
         lows.resize(n, S::ZERO);
-        let mut run = Self { here: (*place.start).clone(), line, lows, capacity: 0, observer };
+        let mut run = Self { here: (*place.start).clone(), line, lows, observer };
         run.clear();
         run
     }
 
-    /// Expects so many windows of so many nodes: all of the run.
+    /// Makes room for so many windows of so many nodes, all of the run. The rows of a single one are moved.
     pub(super) fn expect(&mut self, windows: usize, points: usize) {
-        let kept = if self.observer.is_some() { 1 } else { windows };
-        self.capacity = kept * points;
-        self.line.windows.reserve_exact(kept);
-        self.line.joints.reserve_exact(kept * self.line.joints.len());
-    }
-
-    /// Makes room for their nodes at once.
-    pub(super) fn reserve(&mut self) {
-        for row in self.line.q.iter_mut().chain(&mut self.line.p) {
-            row.reserve_exact(self.capacity);
+        let WorldLine { q, p, backward, windows: all, joints, .. } = &mut self.line;
+        if self.observer.is_none() && windows > 1 {
+            all.reserve_exact(windows);
+            joints.reserve_exact(windows * joints.len());
+            q.iter_mut().chain(p).chain(backward).for_each(|row| row.reserve_exact(windows * points));
         }
     }
 
@@ -123,23 +116,15 @@ impl<'o, S: Real> Run<'o, S> {
         operator: &WindowOperator<S>,
         rough: &WindowOperator<f64>,
     ) -> Result<Piece<S>, NoSolution> {
-        let (Settings { form, system, max_iterations, .. }, is_regularised) = (setup.settings, setup.regularised);
-        let (geometry, mut start, digits) = (&*self.line.place.geometry, self.here.clone(), self.line.digits);
+        let (settings, is_regularised, mut start) = (&setup.settings, setup.regularised, self.here.clone());
+        let geometry = &*self.line.place.geometry;
         geometry.ignorable().for_each(|a| start.q[a] = S::ZERO);
-        let start_in_f64 = in_f64(&start);
-        let window =
-            Problem { form, sbp: operator.get(), geometry, start: &start, is_regularised, digits, max_iterations };
-        let rough = Problem {
-            form,
-            sbp: rough.get(),
-            geometry: &setup.rough.geometry,
-            start: &start_in_f64,
-            is_regularised,
-            digits: f64::MOST_DIGITS,
-            max_iterations,
-        };
+        let rough_start = in_f64(&start);
+        let window = Problem { settings, sbp: operator.get(), geometry, start: &start, is_regularised };
+        let (geometry, sbp) = (&*setup.rough.geometry, rough.get());
+        let rough = Problem { settings, sbp, geometry, start: &rough_start, is_regularised };
         let pair = Pair { window, rough, gamma: (self.line.gamma_i + self.gamma()).to_f64() };
-        match system {
+        match settings.system {
             System::PhysicalLimit => pair.physical_limit(),
             System::Doubled => pair.doubled(),
         }
@@ -167,15 +152,7 @@ impl<'o, S: Real> Run<'o, S> {
         line.iterations.add(piece.initial_guess, piece.history);
         let rows = line.q.iter_mut().zip(piece.q);
         let rows = rows.chain(line.p.iter_mut().zip(piece.p)).chain(line.backward.iter_mut().zip(piece.backward));
-        for (all, mut row) in rows {
-            if all.is_empty() {
-                // The only window of a run is moved, not copied.
-                *all = row;
-                all.reserve_exact(self.capacity.saturating_sub(all.len()));
-            } else {
-                all.append(&mut row);
-            }
-        }
+        rows.for_each(|(all, row)| if all.capacity() == 0 { *all = row } else { all.extend(row) });
         self.end_window();
         Ok(())
     }

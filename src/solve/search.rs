@@ -1,6 +1,6 @@
 //! The length of γ of a run that is to end at a given place: a root of a function of whole runs.
 
-use super::refinement;
+use super::newton;
 use crate::number::Real;
 
 /// Solves allowed for the search; Newton's method needs about five.
@@ -24,14 +24,6 @@ pub(super) struct Search<S> {
     pub(super) scale: Option<S>,
 }
 
-/// The place of a run that was tried relative to the end that is looked for.
-pub(super) struct Excess<S> {
-    /// Negative if the run is too short.
-    pub(super) value: S,
-    /// Its derivative by the length, where it is known.
-    pub(super) slope: Option<S>,
-}
-
 /// Why no run was found.
 pub(super) enum NotFound<L, E> {
     /// Runs that are long enough have no solution.
@@ -40,16 +32,16 @@ pub(super) enum NotFound<L, E> {
     Missed(Option<L>),
 }
 
-/// Looks for the run whose excess is 0, where a longer run has the larger excess: by Newton's method or, where no slope
-/// is known, by secants, kept inside the bracket found so far. A length that has no solution (a horizon on the way) is
+/// Looks for the run whose excess is 0, where a longer run has the larger excess: by Newton's method with the slope that
+/// comes with it or, where none is known, by secants, kept inside the bracket found so far. A length that has no solution (a horizon on the way) is
 /// an upper bound like one that is too long.
 pub(super) fn search<S: Real, L, E>(
     Search { guess, limit, digits, digits_of_runs, scale }: Search<S>,
     mut solve_to: impl FnMut(S) -> Result<L, E>,
-    mut excess: impl FnMut(&L) -> Excess<S>,
+    mut excess: impl FnMut(&L) -> (S, Option<S>),
 ) -> Result<L, NotFound<L, E>> {
     let digits = if S::IS_EXTENDED { digits_of_runs } else { digits };
-    let [tolerance, loose] = [digits, digits_of_runs - SPARE_DIGITS].map(refinement::tolerance::<S>);
+    let [tolerance, loose] = [digits, digits_of_runs - SPARE_DIGITS].map(newton::tolerance::<S>);
     let infinite = S::from(f64::INFINITY);
     let (mut length, mut below, mut above) = (guess, S::ZERO, infinite);
     // The run that is closest: by how much it misses, what that is a share of, and the run.
@@ -77,13 +69,15 @@ pub(super) fn search<S: Real, L, E>(
                 continue;
             }
         };
-        let Excess { value, slope } = excess(&run);
-        if value < S::ZERO {
-            below = length
-        } else {
-            above = length
-        }
-        let step = step(length, Excess { value, slope }, last);
+        let (value, slope) = excess(&run);
+        *(if value < S::ZERO { &mut below } else { &mut above }) = length;
+        let step = match (slope, last) {
+            (Some(slope), _) => value / slope,
+            (None, Some([before, was])) if was != value => value * (length - before) / (value - was),
+            (None, Some(_)) => S::ZERO,
+            // Without two points the step is a small part of the length.
+            (None, None) => S::from(FIRST_STEP) * length * if value < S::ZERO { -S::ONE } else { S::ONE },
+        };
         last = Some([length, value]);
         let (miss, whole) = scale.map_or((step.abs(), length), |scale| (value.abs(), scale));
         let improved = best.as_ref().is_none_or(|(least, ..)| miss < *least);
@@ -103,83 +97,51 @@ pub(super) fn search<S: Real, L, E>(
     }
 }
 
-/// By how much `length` is too long: by the slope, or by a secant through the `last` length and its excess.
-fn step<S: Real>(length: S, Excess { value, slope }: Excess<S>, last: Option<[S; 2]>) -> S {
-    match (slope, last) {
-        (Some(slope), _) => value / slope,
-        (None, Some([before, was])) if was != value => value * (length - before) / (value - was),
-        (None, Some(_)) => S::ZERO,
-        // Without two points the step is a small part of the length.
-        (None, None) if value < S::ZERO => -S::from(FIRST_STEP) * length,
-        (None, None) => S::from(FIRST_STEP) * length,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const ENDLESS: f64 = f64::INFINITY;
 
     /// The length that is found, and the number of runs that are tried. Runs are their lengths here; none is longer
     /// than `longest`. The slope is what is given, if anything.
     fn tried(
         f: impl Fn(f64) -> f64,
-        slope: Option<&dyn Fn(f64) -> f64>,
+        slope: Option<fn(f64) -> f64>,
         scale: Option<f64>,
         [guess, limit, longest]: [f64; 3],
-    ) -> (Result<f64, &'static str>, usize) {
+    ) -> (Option<f64>, usize) {
         let mut runs = 0;
         let solve_to = |length| {
             runs += 1;
             if length > longest { Err("a horizon") } else { Ok(length) }
         };
         let asked = Search { guess, limit, digits: 15, digits_of_runs: 16, scale };
-        let excess = |&at: &f64| Excess { value: f(at), slope: slope.map(|slope| slope(at)) };
-        let found = search(asked, solve_to, excess).map_err(|error| match error {
-            NotFound::Failed(error) => error,
-            NotFound::Missed(_) => "missed",
-        });
-        (found, runs)
+        (search(asked, solve_to, |&at: &f64| (f(at), slope.map(|slope| slope(at)))).ok(), runs)
     }
 
+    /// With the slope of a line the second run is at its root. Secants need one more to know the slope, from either
+    /// side, and a length without a solution only bounds them.
     #[test]
-    fn roots_are_found_with_and_without_a_slope() {
-        let slope: &dyn Fn(f64) -> f64 = &|x| 2.0 * x;
-        for slope in [Some(slope), None] {
-            for (guess, longest) in [(0.1, ENDLESS), (40.0, ENDLESS), (3.0, 1.5)] {
-                let found = tried(|x| x * x - 2.0, slope, None, [guess, ENDLESS, longest]).0.unwrap();
-                assert!((found - 2.0_f64.sqrt()).abs() < 1e-14, "{found} from {guess}");
+    fn roots_are_found_with_and_without_a_slope_and_inside_of_limits() {
+        let line = |x: f64| 3.0 * (x - 4.0);
+        for guess in [1.0, 7.0] {
+            for (slope, error, most) in [(Some((|_| 3.0) as fn(f64) -> f64), 1e-14, 2), (None, 1e-12, 5)] {
+                let (root, runs) = tried(line, slope, None, [guess, 1e9, f64::INFINITY]);
+                assert!((root.unwrap() - 4.0).abs() < error && runs <= most, "{root:?} after {runs} runs from {guess}");
             }
         }
-    }
-
-    #[test]
-    fn a_root_at_the_limit_is_found_and_none_beyond_it() {
-        for (lengths, found) in
-            [([2.9, 3.0, 9.0], Ok(3.0)), ([2.9, 2.95, 9.0], Err("missed")), ([1.0, 9.0, 2.0], Err("a horizon"))]
-        {
-            assert_eq!(tried(|x| x - 3.0, None, None, lengths).0, found);
+        let found = |lengths| tried(line, None, None, lengths).0;
+        for lengths in [[3.9, 4.0, 9.0], [7.0, 9.0, 4.5]] {
+            assert!((found(lengths).unwrap() - 4.0).abs() < 1e-12, "{lengths:?}");
         }
-    }
-
-    #[test]
-    fn what_is_linear_is_found_at_once() {
-        // With the slope the second run is at the root. Secants need one more to know the slope, from either side.
-        let slope: &dyn Fn(f64) -> f64 = &|_| 3.0;
-        for (guess, (slope, error, most)) in [1.0, 7.0]
-            .into_iter()
-            .flat_map(|guess| [(Some(slope), 1e-14, 2), (None, 1e-12, 5)].map(|expected| (guess, expected)))
-        {
-            let (root, runs) = tried(|x| 3.0 * (x - 4.0), slope, None, [guess, 1e9, ENDLESS]);
-            assert!((root.unwrap() - 4.0).abs() < error && runs <= most, "{root:?} after {runs} runs from {guess}");
+        for lengths in [[2.9, 3.95, 9.0], [1.0, 9.0, 2.0]] {
+            assert_eq!(found(lengths), None, "{lengths:?}");
         }
     }
 
     #[test]
     fn a_step_that_leaves_the_bracket_doubles_or_halves_it() {
         // A slope of the wrong sign points away from the root: until one run is too long lengths double, then halve.
-        let (root, runs) = tried(|x| x - 1000.0, Some(&|_| -1.0), Some(1.0), [1.0, 1e9, ENDLESS]);
+        let (root, runs) = tried(|x| x - 1000.0, Some(|_| -1.0), Some(1.0), [1.0, 1e9, f64::INFINITY]);
         assert!((root.unwrap() - 1000.0).abs() < 1e-11 && runs > 10, "{root:?} after {runs} runs");
     }
 
@@ -187,8 +149,8 @@ mod tests {
     fn a_scale_says_what_misses_count_against() {
         // Of an excess that is known to a millionth only, a root is found on the scale of 1e12, and none on that of 1.
         let coarse = |x: f64| ((x - 2.0) * 1e6).round() / 1e6 + 3e-7;
-        let found = |scale| tried(coarse, Some(&|_| 1.0), Some(scale), [1.0, 1e9, ENDLESS]).0;
+        let found = |scale| tried(coarse, Some(|_| 1.0), Some(scale), [1.0, 1e9, f64::INFINITY]).0;
         assert!((found(1e12).unwrap() - 2.0).abs() < 1e-5);
-        assert!(found(1.0).is_err());
+        assert!(found(1.0).is_none());
     }
 }

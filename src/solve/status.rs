@@ -98,14 +98,9 @@ pub struct Iterations {
 }
 
 impl Iterations {
-    /// None so far, from this guess.
-    pub(super) fn from(initial_guess: InitialGuess) -> Self {
-        Self { initial_guess, count: 0, history: Vec::new(), last_correction: 0.0 }
-    }
-
     /// Those of one window.
     pub(super) fn of(initial_guess: InitialGuess, history: Vec<IterationRecord>) -> Self {
-        let mut iterations = Self::from(initial_guess);
+        let mut iterations = Self { initial_guess, count: 0, history: Vec::new(), last_correction: 0.0 };
         iterations.add(initial_guess, history);
         iterations
     }

@@ -10,7 +10,7 @@ mod watch;
 use std::sync::Arc;
 
 use self::watch::Watches;
-use super::failure::{Narrow, NoSolution, Reasons};
+use super::failure::{Narrow, NoSolution, Reasons, point};
 use super::grid::WindowOperator;
 use super::run::{Observer, Run};
 use super::setup::{Limit, Settings, Setup, System};
@@ -115,7 +115,6 @@ pub(super) fn equal<S: Real>(setup: &Setup<S>, length: S, observer: Option<Obser
     }
     let mut run = Run::new(setup, &setup.settings, observer);
     run.expect(windows, points);
-    run.reserve();
     run.line.length = length;
     let operator = WindowOperator::element(points, S::from(window_length));
     for index in 1..=windows {
@@ -200,10 +199,7 @@ impl Lengths {
     fn narrow(&self, geometry: &Geometry, gamma_i: f64) -> Option<Narrow> {
         let (shortest, gamma, q) = self.shortest.as_ref()?;
         let share = shortest / self.longest;
-        (share < NARROW).then(|| {
-            let NoSolution { gamma, point, .. } = NoSolution::new(Status::Stalled, geometry, gamma_i + gamma, q);
-            Narrow { share, gamma, point }
-        })
+        (share < NARROW).then(|| Narrow { share, gamma: gamma_i + gamma, point: point(geometry, q) })
     }
 }
 

@@ -133,9 +133,6 @@ impl<'g> Watches<'g> {
 
     /// The first change of sign on the nodes of a window that counts.
     pub(super) fn change(&mut self, window: &mut Window<'_>) -> Option<Change> {
-        if self.watches.is_empty() {
-            return None;
-        }
         let (h, begin, end) = (window.length, window.start().clone(), window.end().clone());
         let nodes = window.nodes();
         let last = nodes.points() - 1;
