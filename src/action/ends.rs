@@ -21,7 +21,7 @@
 //! the physical limit the gradient also contains their derivatives.
 
 use super::layout::Unknowns;
-use super::state::{BothStates, BranchState};
+use super::state::{BranchState, of_branch};
 use super::{DoubledAction, MULTIPLIERS_PER_COORDINATE};
 use crate::geometry::{Term, other, single};
 use crate::number::{Real, sum};
@@ -86,14 +86,14 @@ impl<S: Real> DoubledAction<'_, S> {
         }
     }
 
-    pub(super) fn ties(&self, u: &Unknowns<'_, S>, states: &BothStates<S>) -> [Tie<S>; 2] {
+    pub(super) fn ties(&self, u: &Unknowns<'_, S>, states: &[BranchState<S>]) -> [Tie<S>; 2] {
         let structure = self.lagrangian.structure();
         let n = structure.dimension;
         [0, self.sbp.points() - 1].map(|k: usize| {
             let gap = |a: usize| u.branches[0][a][k] - u.branches[1][a][k];
             let momentum = |a: usize| {
                 let [one, two] = [0, 1].map(|branch| {
-                    let at = states.get(branch).contraction(structure, k..k + 1);
+                    let at = of_branch(states, branch).contraction(structure, k..k + 1);
                     single(|p| at.add_momentum(a, p))
                 });
                 (one + two).half() - if k == 0 { self.initial.p[a] } else { S::ZERO }
@@ -109,38 +109,41 @@ impl<S: Real> DoubledAction<'_, S> {
     }
 
     /// Adds the gradient of the boundary terms to the branches of `out`.
-    pub(super) fn add_boundary_gradient(&self, ties: &[Tie<S>; 2], states: &BothStates<S>, out: &mut [S]) {
-        for (branch, sign) in self.layout().signs(out).enumerate() {
-            for tie in ties {
-                self.add_tie(tie, states.get(branch), branch, sign, out);
+    pub(super) fn add_boundary_gradient(&self, ties: &[Tie<S>; 2], states: &[BranchState<S>], out: &mut [S]) {
+        let layout = self.layout();
+        for (branch, sign) in layout.signs(out).enumerate() {
+            for Tie { k, gaps, momenta } in ties {
+                for (a, &p) in momenta.iter().enumerate() {
+                    layout.values_mut(out, branch, a)[*k] += -sign * p;
+                }
+                if gaps.iter().any(|&gap| gap != S::ZERO) {
+                    // The derivatives of ½(p₁ + p₂)_a with respect to the positions of this branch.
+                    self.slopes_of_momenta(of_branch(states, branch), *k, &mut |a, b, column, slope| {
+                        layout.values_mut(out, branch, b)[column] += -gaps[a].half() * slope;
+                    });
+                }
             }
         }
     }
 
-    /// Adds the gradient of one boundary term with respect to one branch, whose q enter it with `sign`.
-    fn add_tie(&self, tie: &Tie<S>, state: &BranchState<S>, branch: usize, sign: S, out: &mut [S]) {
-        let (layout, structure) = (self.layout(), self.lagrangian.structure());
-        let Tie { k, gaps, momenta } = tie;
-        let (k, n) = (*k, layout.dimension());
-        for (a, &p) in momenta.iter().enumerate() {
-            layout.values_mut(out, branch, a)[k] += -sign * p;
-        }
-        if gaps.iter().all(|&gap| gap == S::ZERO) {
-            return;
-        }
-        // The derivatives of ½(p₁ + p₂)_a with respect to the positions of this branch.
+    /// Calls `push(a, b, column, slope)` for the parts of ∂p_a/∂q^b at node k, where `column` is the node of q^b.
+    pub(super) fn slopes_of_momenta(
+        &self,
+        state: &BranchState<S>,
+        k: usize,
+        push: &mut impl FnMut(usize, usize, usize, S),
+    ) {
+        let (structure, n) = (self.lagrangian.structure(), self.bars.len());
         for &Term { ab, value, .. } in structure.values.iter().filter(|term| term.ab[1] < n) {
             let value = state.samples.at(value, k);
             for (a, b) in both_orders(ab) {
-                for (column, d) in self.bars[b].row(k) {
-                    layout.values_mut(out, branch, b)[column] += -(gaps[a].half() * value) * d;
-                }
+                self.bars[b].row(k).for_each(|(column, d)| push(a, b, column, value * d));
             }
         }
         for &Term { ab, by: [c], value } in &structure.first {
             let value = state.samples.at(value, k);
             for (a, b) in both_orders(ab).filter(|(a, _)| *a < n) {
-                layout.values_mut(out, branch, c)[k] += -gaps[a].half() * value * state.velocity(b, k);
+                push(a, c, k, value * state.velocity(b, k));
             }
         }
     }

@@ -9,7 +9,7 @@
 
 use super::DoubledAction;
 use super::layout::Unknowns;
-use super::state::BothStates;
+use super::state::{BranchState, of_branch};
 use crate::geometry::{ForceTerm, Samples};
 use crate::number::{Real, sum};
 
@@ -31,13 +31,13 @@ impl<S: Real> MeanForce<S> {
     }
 
     /// `None` if no force acts.
-    pub(super) fn new(action: &DoubledAction<'_, S>, u: &Unknowns<'_, S>, states: &BothStates<S>) -> Option<Self> {
+    pub(super) fn new(action: &DoubledAction<'_, S>, u: &Unknowns<'_, S>, states: &[BranchState<S>]) -> Option<Self> {
         let mut mean_force = Self::zeros(action)?;
         let (n, points) = (action.lagrangian.dimension(), action.sbp.points());
         let mut mean = Samples::zeros(2 * n, points);
         for a in 0..n {
             let [one, two] = [0, 1].map(|branch| u.branches[branch][a]);
-            let [u, v] = [0, 1].map(|branch| states.get(branch).velocities.row(a));
+            let [u, v] = [0, 1].map(|branch| of_branch(states, branch).velocities.row(a));
             for k in 0..points {
                 mean_force.gaps.row_mut(a)[k] = one[k] - two[k];
                 mean.row_mut(a)[k] = (one[k] + two[k]).half();

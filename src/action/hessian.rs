@@ -25,7 +25,7 @@
 //! and in its rows of d also H ∂F_a of a force, −∂p_a of the boundary terms (weak form), or ν and κ (strong form).
 
 use super::force::MeanForce;
-use super::state::{BothStates, BranchState};
+use super::state::BranchState;
 use super::{DoubledAction, Form};
 use crate::geometry::{ForceTerm, OutsideGeometry, Term, other};
 use crate::linalg::sparse::Pattern;
@@ -35,9 +35,10 @@ impl DoubledAction<'_, f64> {
     pub fn newton_pattern(&self) -> Pattern {
         let mut places = Vec::new();
         // The places of the parts do not depend on the values, so zeros are as good as any.
-        let states = BothStates::zeros(self.lagrangian, self.sbp.points());
-        let force = MeanForce::zeros(self);
-        self.visit(states.get(0), force.as_ref(), &mut |row, column, _| places.push((row as u32, column as u32)));
+        let state = BranchState::zeros(self.lagrangian, self.sbp.points());
+        self.visit(&state, MeanForce::zeros(self).as_ref(), &mut |row, column, _| {
+            places.push((row as u32, column as u32))
+        });
         Pattern::new(self.layout().equal_unknowns(), &places)
     }
 
@@ -48,10 +49,10 @@ impl DoubledAction<'_, f64> {
     /// The first node that lies outside the domain.
     pub fn newton_matrix(&self, u: &[f64]) -> Result<Vec<f64>, OutsideGeometry> {
         let u = &self.layout().split(u);
-        let states = self.both_branches(u)?;
+        let states = self.states(u)?;
         let force = MeanForce::new(self, u, &states);
         let mut parts = Vec::new();
-        self.visit(states.get(0), force.as_ref(), &mut |_, _, part| parts.push(part));
+        self.visit(&states[0], force.as_ref(), &mut |_, _, part| parts.push(part));
         Ok(parts)
     }
 
@@ -132,20 +133,11 @@ impl DoubledAction<'_, f64> {
 
     /// −∂p_a at both ends, in the rows of d^a there: the weak form's boundary terms are −p_a d^a.
     fn visit_ends(&self, state: &BranchState<f64>, push: &mut impl FnMut(usize, usize, f64)) {
-        let (structure, points) = (self.lagrangian.structure(), self.sbp.points());
-        let n = self.bars.len();
+        let points = self.sbp.points();
         for k in [0, points - 1] {
-            for a in 0..n {
-                for &Term { ab, value, .. } in &structure.values {
-                    let Some(b) = other(ab, a).filter(|&b| b < n) else { continue };
-                    let value = state.samples.at(value, k);
-                    self.bars[b].row(k).for_each(|(column, d)| push(a * points + k, b * points + column, -value * d));
-                }
-                for &Term { ab, by: [c], value } in &structure.first {
-                    let Some(b) = other(ab, a) else { continue };
-                    push(a * points + k, c * points + k, -state.samples.at(value, k) * state.velocity(b, k));
-                }
-            }
+            self.slopes_of_momenta(state, k, &mut |a, b, column, slope| {
+                push(a * points + k, b * points + column, -slope);
+            });
         }
     }
 

@@ -56,7 +56,7 @@ pub use rounding::GradientRounding;
 
 use self::force::MeanForce;
 use self::layout::Unknowns;
-use self::state::{BothStates, BranchState};
+use self::state::{BranchState, of_branch};
 use crate::geometry::{Geometry, OutsideGeometry, Source, Start};
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -107,8 +107,8 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         &self.initial
     }
 
-    fn both_branches(&self, u: &Unknowns<'_, S>) -> Result<BothStates<S>, OutsideGeometry> {
-        BothStates::new(self.lagrangian, &self.bars, u)
+    fn states(&self, u: &Unknowns<'_, S>) -> Result<Vec<BranchState<S>>, OutsideGeometry> {
+        state::states(self.lagrangian, &self.bars, u)
     }
 
     /// The value E_IVP(u).
@@ -117,9 +117,9 @@ impl<'a, S: Real> DoubledAction<'a, S> {
     /// The first node of either branch that lies outside the domain.
     pub fn value(&self, u: &[S]) -> Result<S, OutsideGeometry> {
         let u = &self.layout().split(u);
-        let states = self.both_branches(u)?;
+        let states = self.states(u)?;
         let values = &self.lagrangian.structure().values;
-        let [forward, backward] = [0, 1].map(|branch| states.get(branch).value(values, self.sbp));
+        let [forward, backward] = [0, 1].map(|branch| of_branch(&states, branch).value(values, self.sbp));
         let ties = match self.form {
             Form::Strong => self.multiplier_terms(u),
             Form::Weak => self.boundary_terms(&self.ties(u, &states)),
@@ -135,7 +135,7 @@ impl<'a, S: Real> DoubledAction<'a, S> {
     /// The first node of either branch that lies outside the domain.
     pub fn gradient(&self, u: &[S], out: &mut [S]) -> Result<(), OutsideGeometry> {
         let (layout, u) = (self.layout(), &self.layout().split(u));
-        self.branch_gradients(&self.both_branches(u)?, u, &mut out[..layout.multiplier_range().start]);
+        self.branch_gradients(&self.states(u)?, u, &mut out[..layout.multiplier_range().start]);
         if self.form == Form::Strong {
             layout.multipliers_mut(out).copy_from_slice(&self.constraints_of(u));
         }
@@ -143,20 +143,19 @@ impl<'a, S: Real> DoubledAction<'a, S> {
     }
 
     /// Writes the gradient with respect to both branches, or to the forward one alone if there is no more room.
-    fn branch_gradients(&self, states: &BothStates<S>, u: &Unknowns<'_, S>, out: &mut [S]) {
+    fn branch_gradients(&self, states: &[BranchState<S>], u: &Unknowns<'_, S>, out: &mut [S]) {
         let layout = self.layout();
         let forward = layout.row(1, 0);
         let mut momentum = vec![S::ZERO; self.sbp.points()];
         for a in 0..layout.dimension() {
-            self.coordinate_gradient(states.get(0), a, &mut momentum, layout.values_mut(out, 0, a));
+            self.coordinate_gradient(&states[0], a, &mut momentum, layout.values_mut(out, 0, a));
         }
         if out.len() > forward {
-            if states.are_equal() {
-                out.copy_within(..forward, forward);
-            } else {
-                for a in 0..layout.dimension() {
-                    self.coordinate_gradient(states.get(1), a, &mut momentum, layout.values_mut(out, 1, a));
-                }
+            match states {
+                [_] => out.copy_within(..forward, forward),
+                _ => (0..layout.dimension()).for_each(|a| {
+                    self.coordinate_gradient(&states[1], a, &mut momentum, layout.values_mut(out, 1, a));
+                }),
             }
             out[forward..].iter_mut().for_each(|out| *out = -*out);
         }
@@ -183,15 +182,14 @@ impl<'a, S: Real> DoubledAction<'a, S> {
 
     fn gradient_norm_of(&self, u: &Unknowns<'_, S>) -> S {
         let (infinite, layout) = (S::from(f64::INFINITY), self.layout());
-        let Ok(states) = self.both_branches(u) else { return infinite };
+        let Ok(states) = self.states(u) else { return infinite };
         let values = &self.lagrangian.structure().values;
-        let states_of = if states.are_equal() { 1 } else { 2 };
-        if !(0..states_of).all(|branch| states.get(branch).is_finite(values)) {
+        if !states.iter().all(|state| state.is_finite(values)) {
             return infinite;
         }
         // Only λ and μ act on one branch alone. Without them the gradients of equal branches differ in sign only.
         let of_start = &u.multipliers[..u.multipliers.len() / 2];
-        let branches = if states.are_equal() && of_start.iter().all(|&m| m == S::ZERO) { 1 } else { 2 };
+        let branches = if states.len() == 1 && of_start.iter().all(|&m| m == S::ZERO) { 1 } else { 2 };
         let mut gradient = vec![S::ZERO; layout.row(branches, 0)];
         self.branch_gradients(&states, u, &mut gradient);
         if self.form == Form::Strong {

@@ -90,42 +90,22 @@ pub(super) fn size<S: Real>(samples: &Samples<S>, source: Source<S>) -> f64 {
     }
 }
 
-/// Both branches. In the physical limit they are the same, and there is one state.
-pub(super) struct BothStates<S> {
-    forward: BranchState<S>,
-    backward: Option<BranchState<S>>,
+/// The states of both branches of `u`. In the physical limit they are the same, and there is one.
+pub(super) fn states<S: Real>(
+    lagrangian: &Geometry<S>,
+    bars: &[RegularisedOperator<'_, S>],
+    Unknowns { branches: [one, two], .. }: &Unknowns<'_, S>,
+) -> Result<Vec<BranchState<S>>, OutsideGeometry> {
+    let is_same = |(one, two): (&&[S], &&[S])| std::ptr::eq(*one, *two) || one == two;
+    let branches = if one.iter().zip(two).all(is_same) { vec![one] } else { vec![one, two] };
+    let evaluated = |branch: &Vec<&[S]>| {
+        let mut state = BranchState::zeros(lagrangian, branch[0].len());
+        state.evaluate(lagrangian, bars, branch).map(|()| state)
+    };
+    branches.into_iter().map(evaluated).collect()
 }
 
-impl<S: Real> BothStates<S> {
-    /// All zero, to look at the structure.
-    pub(super) fn zeros(lagrangian: &Geometry<S>, points: usize) -> Self {
-        Self { forward: BranchState::zeros(lagrangian, points), backward: None }
-    }
-
-    /// Evaluates both branches of `u`.
-    pub(super) fn new(
-        lagrangian: &Geometry<S>,
-        bars: &[RegularisedOperator<'_, S>],
-        u: &Unknowns<'_, S>,
-    ) -> Result<Self, OutsideGeometry> {
-        let evaluated = |branch: &[&[S]]| {
-            let mut state = BranchState::zeros(lagrangian, branch[0].len());
-            state.evaluate(lagrangian, bars, branch).map(|()| state)
-        };
-        let [one, two] = &u.branches;
-        let forward = evaluated(one)?;
-        let is_same = |(one, two): (&&[S], &&[S])| std::ptr::eq(*one, *two) || one == two;
-        let backward = if one.iter().zip(two).all(is_same) { None } else { Some(evaluated(two)?) };
-        Ok(Self { forward, backward })
-    }
-
-    /// Returns true if both branches are the same.
-    pub(super) fn are_equal(&self) -> bool {
-        self.backward.is_none()
-    }
-
-    /// Forward (0) or backward (1).
-    pub(super) fn get(&self, branch: usize) -> &BranchState<S> {
-        self.backward.as_ref().filter(|_| branch == 1).unwrap_or(&self.forward)
-    }
+/// The state of the forward (0) or the backward (1) branch.
+pub(super) fn of_branch<S>(states: &[BranchState<S>], branch: usize) -> &BranchState<S> {
+    &states[branch.min(states.len() - 1)]
 }
