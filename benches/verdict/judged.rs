@@ -42,8 +42,8 @@ impl Judged {
     pub(crate) fn of(case: &Case) -> Self {
         let setup = case.setup::<f64>();
         // A scene is judged at equal γ.
-        let t_f = case.t_f::<f64>().filter(|_| case.is_of_x());
-        let duration = t_f.map(|t_f| t_f - case.value::<f64>(&case.initial().q[0]));
+        let t_f = case.t_f::<f64>().filter(|_| case.is_of_x);
+        let duration = t_f.map(|t_f| t_f - case.value::<f64>(&case.initial.q[0]));
         let Ok(line): Result<WorldLine, _> = solve(&setup) else {
             return Self { verdict: Verdict::refused(), found: None, promised: f64::INFINITY };
         };

@@ -246,7 +246,7 @@ fn check_motion<S: Real>(
 /// Refuses events that act where they cannot.
 pub(super) fn acting(case: &Case, events: &Section<'_>) -> Result<(), CaseError> {
     let names = case.coordinates();
-    for (event, field) in case.events().iter().zip(events.fields()).filter(|(event, _)| !event.set.is_empty()) {
+    for (event, field) in case.events.iter().zip(events.fields()).filter(|(event, _)| !event.set.is_empty()) {
         let sets = |is: &dyn Fn(Quantity) -> bool| event.set.iter().any(|(quantity, _)| is(*quantity));
         let is_added = |quantity: Quantity| match quantity {
             Quantity::Position(a) | Quantity::Velocity(a) | Quantity::Momentum(a) => {
@@ -254,13 +254,13 @@ pub(super) fn acting(case: &Case, events: &Section<'_>) -> Result<(), CaseError>
             }
             Quantity::Parameter(_) => false,
         };
-        let (message, help) = if !case.solver.chooses_windows() {
+        let (message, help) = if case.settings.accuracy.is_none() {
             ("an event acts where windows end, and here they are given", "give solver.accuracy or solver.tolerance")
         } else if case.is_backward() {
             ("an event that acts cannot be undone, and the run goes backward", "begin at the other end")
-        } else if case.solver.sensitivity {
+        } else if case.settings.sensitivity {
             ("no sensitivity is carried through an event that acts", "leave solver.sensitivity out")
-        } else if conformal(&case.geometry).is_some() {
+        } else if conformal(&case.geometry_text).is_some() {
             ("no event acts in a scene with a conformal factor, which changes the pace of gamma", "leave conformal out")
         } else if case.from.is_some() && sets(&|quantity| matches!(quantity, Quantity::Parameter(_))) {
             // The end of a run does not say what its events have made of parameters.

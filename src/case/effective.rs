@@ -11,7 +11,7 @@ impl Case {
     pub fn to_toml(&self) -> String {
         let mut document = document(&self.text);
         let root = document.as_item_mut();
-        match &self.geometry {
+        match &self.geometry_text {
             GeometryText::Metric(metric) if self.preset.is_some() => {
                 let table = table(root, "metric");
                 fill_formulas(table, "definitions", &metric.definitions);
@@ -40,16 +40,16 @@ impl Case {
         }
         self.fill_initial(root);
         self.fill_grid(root);
-        if !self.solver.chooses_windows() {
+        if self.settings.accuracy.is_none() {
             let scheme = table(root, "scheme");
-            fill(scheme, "form", self.scheme.form.as_str());
+            fill(scheme, "form", self.settings.form.as_str());
             fill(scheme, "regularised", true);
         }
         let solver = table(root, "solver");
         fill(solver, "system", "physical-limit");
-        fill(solver, "digits", i64::from(self.solver.digits));
-        fill(solver, "max_iterations", self.solver.max_iterations as i64);
-        if self.solver.chooses_windows() {
+        fill(solver, "digits", i64::from(self.settings.digits));
+        fill(solver, "max_iterations", self.settings.max_iterations as i64);
+        if self.settings.accuracy.is_some() {
             fill(solver, "sensitivity", false);
         }
         for event in &self.events {
@@ -98,9 +98,9 @@ impl Case {
         if let (None, Some(gamma_f)) = (&self.grid.t_f, &self.grid.gamma_f) {
             fill(grid, "gamma_f", formula(gamma_f));
         }
-        if !self.solver.chooses_windows() {
-            fill(grid, "n_gamma", self.grid.n_gamma as i64);
-            fill(grid, "windows", self.grid.windows as i64);
+        if self.settings.accuracy.is_none() {
+            fill(grid, "n_gamma", self.settings.n_gamma as i64);
+            fill(grid, "windows", self.settings.windows as i64);
         }
     }
 }

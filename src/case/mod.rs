@@ -56,7 +56,7 @@ pub use initial::{Rate, Sign, StartData};
 pub use keys::{KEYS, Key, SCENE_KEYS};
 pub use limits::on_grid;
 pub use observables::{Axes, Event};
-pub use settings::{Expect, Grid, Scheme, Solver};
+pub use settings::{Expect, Grid};
 pub use source::{key_of, overridden};
 
 use crate::geometry::{Geometry, GeometryText, Start, value_of};
@@ -71,18 +71,24 @@ const DEFAULT_GAMMA_F: f64 = 1.0;
 /// A whole case file.
 #[derive(Debug, Clone)]
 pub struct Case {
-    title: Option<String>,
-    geometry: GeometryText,
+    /// A name for people, on one line.
+    pub title: Option<String>,
+    /// The metric or the potential as formulas; those of a preset, with what the case replaces.
+    pub geometry_text: GeometryText,
     /// The same, compiled.
     compiled: Geometry,
-    preset: Option<&'static str>,
-    /// True if it is a potential of x alone, as the paper has it.
-    is_of_x: bool,
+    /// The preset, if the case names one.
+    pub preset: Option<&'static str>,
+    /// True if it is a particle in a potential of x alone and what is asked for is what the paper has: no formulas of
+    /// the case's own, no other law, force or one-form. Its t counts from the start, and its summary has the paper's
+    /// names.
+    pub is_of_x: bool,
     /// The coefficients of V, lowest power first, if it is given by them.
     coefficients: Option<Vec<String>>,
     /// The names of the bodies, if it is made of these.
     bodies: Vec<String>,
-    initial: StartData,
+    /// The initial data as they are given.
+    pub initial: StartData,
     /// The end of the run that it continues, if it continues one.
     from: Option<Continuation>,
     /// dt/dγ at the start, if there is a coordinate t; otherwise 0.
@@ -91,13 +97,22 @@ pub struct Case {
     is_double: bool,
     /// True if it has a scheme that is not used, since an accuracy is asked for.
     ignores_scheme: bool,
-    grid: Grid,
-    scheme: Scheme,
-    solver: Solver,
-    expect: Option<Expect>,
-    invariants: Vec<(String, String)>,
-    events: Vec<Event>,
-    axes: Option<Axes>,
+    /// `[grid]`, but for its numbers of nodes and windows.
+    pub grid: Grid,
+    /// The settings by which its world-line is computed.
+    pub settings: Settings,
+    /// True if the action has the regularised operator D̄ or, to show what that is for, D.
+    pub regularised: bool,
+    /// Sizes of coordinates, by their index, below which an accuracy is absolute.
+    floors: Vec<(usize, String)>,
+    /// The results that this case must have.
+    pub expect: Option<Expect>,
+    /// Names and formulas of `[invariants]`, in positions, velocities, momenta, `norm`, parameters and definitions.
+    pub invariants: Vec<(String, String)>,
+    /// `[events]`.
+    pub events: Vec<Event>,
+    /// `[plot]`.
+    pub axes: Option<Axes>,
     /// The files of tables, by the names of the functions.
     tables: Vec<(String, PathBuf)>,
     /// The text as it was read, with its overrides.
@@ -112,44 +127,18 @@ impl PartialEq for Case {
 }
 
 impl Case {
-    /// A name for people, on one line.
-    pub fn title(&self) -> Option<&str> {
-        self.title.as_deref()
-    }
-
-    /// Returns true if it is a particle in a potential of x alone and what is asked for is what the paper has: no
-    /// formulas of the case's own, no other law, force or one-form. Its t counts from the start, and its summary has
-    /// the paper's names.
-    pub fn is_of_x(&self) -> bool {
-        self.is_of_x
-    }
-
-    /// The metric or the potential as formulas; those of a preset, with what the case replaces.
-    pub fn geometry_text(&self) -> &GeometryText {
-        &self.geometry
-    }
-
-    /// The preset, if the case names one.
-    pub fn preset(&self) -> Option<&'static str> {
-        self.preset
-    }
-
     /// The names of all coordinates, in order, with those that the space-time adds itself.
     pub fn coordinates(&self) -> Vec<String> {
-        self.geometry.coordinates()
-    }
-
-    /// The initial data as they are given.
-    pub fn initial(&self) -> &StartData {
-        &self.initial
+        self.geometry_text.coordinates()
     }
 
     /// The compiled geometry, whose determinants must keep the signs that they have at the start.
     pub fn geometry<S: Real>(&self) -> Geometry<S> {
         let compiled: &dyn Any = &self.compiled;
         compiled.downcast_ref().cloned().unwrap_or_else(|| {
-            let geometry = scenery::compiled(&self.geometry, self.is_of_x).expect("a valid case has valid formulas");
-            let tau = self.geometry.tau().map(|_| S::ZERO);
+            let geometry =
+                scenery::compiled(&self.geometry_text, self.is_of_x).expect("a valid case has valid formulas");
+            let tau = self.geometry_text.tau().map(|_| S::ZERO);
             let q: Vec<S> = self.initial.q.iter().map(|q| self.value(q)).chain(tau).collect();
             geometry.around(&q).unwrap_or_else(|outside| panic!("a valid case starts inside its domain: {outside:?}"))
         })
@@ -157,7 +146,7 @@ impl Case {
 
     /// The coefficients of g00(x) = c² + 2V/m, lowest power first, if V is given by its coefficients.
     pub fn g00(&self) -> Option<Vec<f64>> {
-        let GeometryText::Potential(potential) = &self.geometry else { return None };
+        let GeometryText::Potential(potential) = &self.geometry_text else { return None };
         let number = |text: &String| value_of::<f64>(text, &potential.parameters).ok();
         let twice = 2.0 / number(&potential.mass)?;
         let coefficients = self.coefficients.as_ref()?.iter();
@@ -178,8 +167,8 @@ impl Case {
         if let Some((start, _)) = self.carried(geometry) {
             return start;
         }
-        let (parameters, rounding) = (self.geometry.parameters(), rounding(self.solver.digits));
-        let bare = scenery::bare(&self.geometry);
+        let (parameters, rounding) = (self.geometry_text.parameters(), rounding(self.settings.digits));
+        let bare = scenery::bare(&self.geometry_text);
         let bare = bare.map(|text| Geometry::new(&text).expect("a valid case has valid formulas"));
         let of_data = bare.as_ref().unwrap_or(geometry);
         let solved = start::solve(&self.initial, of_data, parameters, rounding, Some(self.is_double));
@@ -187,7 +176,7 @@ impl Case {
         if self.is_of_x {
             start.q[0] = S::ZERO;
         }
-        scenery::with_factor(&self.geometry, of_data, &self.initial, start)
+        scenery::with_factor(&self.geometry_text, of_data, &self.initial, start)
     }
 
     /// The end of the run that this one continues, with what it takes over besides.
@@ -197,7 +186,7 @@ impl Case {
 
     /// A number of this case, rounded once if it is written as a decimal.
     pub fn value<S: Real>(&self, number: &str) -> S {
-        value_of(number, self.geometry.parameters()).expect("the numbers of a valid case are finite")
+        value_of(number, self.geometry_text.parameters()).expect("the numbers of a valid case are finite")
     }
 
     /// The first value of γ.
@@ -205,7 +194,7 @@ impl Case {
         self.value(&self.grid.gamma_i)
     }
 
-    /// Where the run ends: after a length of γ, or at a value of the coordinate t. With [`Self::until`] it may end
+    /// Where the run ends: after a length of γ, or at a value of the coordinate t. With `grid.until` it may end
     /// before.
     pub fn limit<S: Real>(&self) -> Limit<S> {
         match (self.t_f(), &self.grid.gamma_f) {
@@ -223,55 +212,6 @@ impl Case {
     /// The value of the coordinate t at which the run ends, if that is given.
     pub fn t_f<S: Real>(&self) -> Option<S> {
         self.grid.t_f.as_ref().map(|t_f| self.value(t_f))
-    }
-
-    /// A formula of positions and velocities: the run ends where it changes its sign.
-    pub fn until(&self) -> Option<&str> {
-        self.grid.until.as_deref()
-    }
-
-    /// `[grid]`.
-    pub fn grid(&self) -> &Grid {
-        &self.grid
-    }
-
-    /// `[scheme]`.
-    pub fn scheme(&self) -> Scheme {
-        self.scheme
-    }
-
-    /// The settings by which its world-line is computed.
-    pub fn settings(&self) -> Settings {
-        let Solver { system, digits, max_iterations, sensitivity, .. } = self.solver;
-        let Scheme { sbp, form, .. } = self.scheme;
-        let Grid { n_gamma, windows, .. } = self.grid;
-        let accuracy = self.solver.wanted(|number| self.value(number));
-        Settings { sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy, sensitivity }
-    }
-
-    /// Returns true if the case asks for more digits than `f64` has.
-    pub fn is_extended(&self) -> bool {
-        self.solver.digits > f64::MOST_DIGITS
-    }
-
-    /// The results that this case must have.
-    pub fn expect(&self) -> Option<&Expect> {
-        self.expect.as_ref()
-    }
-
-    /// Names and formulas of `[invariants]`, in positions, velocities, momenta, `norm`, parameters and definitions.
-    pub fn invariants(&self) -> &[(String, String)] {
-        &self.invariants
-    }
-
-    /// `[events]`.
-    pub fn events(&self) -> &[Event] {
-        &self.events
-    }
-
-    /// `[plot]`.
-    pub fn axes(&self) -> Option<&Axes> {
-        self.axes.as_ref()
     }
 }
 

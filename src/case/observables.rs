@@ -165,7 +165,7 @@ impl Case {
     /// called r, phi and perhaps theta; otherwise the first two coordinates besides t and a last one that the scene
     /// adds itself, active ones before others. A single one is drawn over t or, without that, against its velocity.
     fn axes_or_default<S: Real>(&self, geometry: &Geometry<S>) -> Axes {
-        if let Some(axes) = self.axes() {
+        if let Some(axes) = &self.axes {
             return axes.clone();
         }
         let names = geometry.names();
@@ -176,7 +176,7 @@ impl Case {
             (true, false) => return axes("r*cos(phi)", "r*sin(phi)"),
             (false, _) => {}
         }
-        let is_last_added = self.is_lifted() || self.geometry_text().tau().is_some();
+        let is_last_added = self.is_lifted() || self.geometry_text.tau().is_some();
         let is_place = |a: &usize| names[*a] != "t" && !(is_last_added && *a + 1 == names.len());
         let active = geometry.active().iter().copied().filter(is_place);
         let places: Vec<usize> = active.chain(geometry.ignorable().filter(is_place)).collect();

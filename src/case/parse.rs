@@ -3,11 +3,12 @@
 use super::mistakes::Found;
 use super::observables::{self, Formulas};
 use super::reader::Section;
-use super::settings::{self, Context};
+use super::settings::{self, Context, Scheme, Solver};
 use super::source::Source;
 use super::{Case, CaseError, check, hint, initial, metric, rounding, tables};
+use crate::geometry::value_of;
 use crate::number::{Extended, Real};
-use crate::solve::Continuation;
+use crate::solve::{Continuation, Settings};
 
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
@@ -68,9 +69,14 @@ impl Case {
         let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
         let context = Context { gamma_i, source, formulas: &formulas, start: &start };
         solver.floor = settings::floor(&floor, &solver, &context)?;
+        let (grid, n_gamma, windows) = settings::grid(grid?, operator, &context)?;
+        let (Solver { system, digits, max_iterations, sensitivity, .. }, Scheme { sbp, form, .. }) =
+            (solver.clone(), scheme);
+        let accuracy = solver.wanted(|number| value_of(number, scenery.text.parameters()).unwrap_or(f64::NAN));
+        let settings = Settings { sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy, sensitivity };
         let case = Self {
             title: title.map(|field| check::title(&field)).transpose()?,
-            grid: settings::grid(grid?, operator, &context)?,
+            grid,
             expect: settings::expect(expect?, &context)?,
             invariants: formulas.invariants(&invariants?)?,
             events: formulas.events(&events)?,
@@ -81,13 +87,14 @@ impl Case {
             bodies: scenery.bodies,
             initial: initial.data,
             from: initial.from,
-            geometry: scenery.text.clone(),
+            geometry_text: scenery.text.clone(),
             compiled,
             t_dot: names.iter().position(|name| name == "t").map_or(0.0, |t| start.q_dot[t]),
             is_double,
             ignores_scheme,
-            scheme,
-            solver,
+            settings,
+            regularised: scheme.regularised,
+            floors: solver.floor,
             tables: tables.files,
             text: source.text.clone(),
         };

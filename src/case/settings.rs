@@ -23,17 +23,13 @@ pub struct Grid {
     pub gamma_f: Option<String>,
     /// The value of the coordinate t at which the run ends.
     pub t_f: Option<String>,
-    /// Number of nodes of each window.
-    pub n_gamma: usize,
-    /// Number of windows.
-    pub windows: usize,
     /// A formula of positions and velocities: the run ends where it changes its sign, if that is before the end.
     pub until: Option<String>,
 }
 
 /// `[scheme]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Scheme {
+pub(super) struct Scheme {
     /// The SBP operator.
     pub sbp: SbpName,
     /// The form of the action.
@@ -44,7 +40,7 @@ pub struct Scheme {
 
 /// `[solver]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Solver {
+pub(super) struct Solver {
     /// The system that is solved.
     pub system: System,
     /// Significant decimal digits of the results.
@@ -63,7 +59,7 @@ pub struct Solver {
 
 impl Solver {
     /// True if the program chooses operator and windows.
-    pub fn chooses_windows(&self) -> bool {
+    pub(super) fn chooses_windows(&self) -> bool {
         self.chosen_by().is_some()
     }
 
@@ -256,7 +252,7 @@ pub(super) fn grid(
     mut section: Section<'_>,
     sbp: Result<SbpName, &str>,
     context: &Context<'_>,
-) -> Result<Grid, CaseError> {
+) -> Result<(Grid, usize, usize), CaseError> {
     let [gamma_i, gamma_f, t_f] = ["gamma_i", "gamma_f", "t_f"].map(|key| section.take(key));
     let given = ["n_gamma", "windows"].map(|key| section.take(key));
     if let (Some(_), Some(t_f)) = (&gamma_f, &t_f) {
@@ -266,7 +262,7 @@ pub(super) fn grid(
     let (n_gamma, windows) = nodes(&section, sbp, given)?;
     check_nodes(sbp.ok(), n_gamma, windows).map_err(|invalid| context.source.invalid(invalid))?;
     let (gamma_i, first) = context.number(gamma_i.as_ref(), &context.gamma_i)?;
-    let mut grid = Grid { gamma_i, gamma_f: None, t_f: None, n_gamma, windows, until: None };
+    let mut grid = Grid { gamma_i, gamma_f: None, t_f: None, until: None };
     let (path, length) = match t_f {
         Some(field) => {
             let (t_f, duration, rate) = end_time(&field, context)?;
@@ -290,7 +286,7 @@ pub(super) fn grid(
     check_spacing(path, first, (n_gamma.max(2) - 1) * windows, length)
         .map_err(|invalid| context.source.invalid(invalid))?;
     grid.until = section.take("until").map(|field| context.formulas.of_velocities(&field)).transpose()?;
-    Ok(grid)
+    Ok((grid, n_gamma, windows))
 }
 
 /// t_f, the time from the start to it, and dt/dγ.

@@ -23,14 +23,14 @@ impl Case {
     /// The geometry in which the motion goes the way back. Only one-forms and forces, by dγ, tell the two apart: what
     /// is by dt, as in Newton's law, does not.
     fn reversed<S: Real>(&self, geometry: Geometry<S>, q: &[S]) -> Geometry<S> {
-        let is_same = match &self.geometry {
+        let is_same = match &self.geometry_text {
             GeometryText::Metric(metric) => metric.one_form.is_empty() && metric.force.is_empty(),
             GeometryText::Potential(potential) => potential.law == Law::Newtonian || potential.force.is_empty(),
         };
         if is_same {
             return geometry;
         }
-        let reversed = Geometry::backward(&self.geometry).expect("a valid case has valid formulas");
+        let reversed = Geometry::backward(&self.geometry_text).expect("a valid case has valid formulas");
         reversed.around(q).expect("a valid case starts inside its domain")
     }
 
@@ -46,27 +46,25 @@ impl Case {
 
     /// Returns true if the space-time is the lift of Newton's law: its first coordinate is t, its last one s.
     pub fn is_lifted(&self) -> bool {
-        matches!(self.geometry_text(), GeometryText::Potential(potential) if potential.law == Law::Newtonian)
+        matches!(&self.geometry_text, GeometryText::Potential(potential) if potential.law == Law::Newtonian)
     }
 
     /// The formulas of `[invariants]`, compiled for what the solver computes, with their names, in their order.
     pub fn observables<S: Real>(&self) -> Vec<(String, Observable<S>)> {
         let compiled = |(name, formula): &(String, String)| (name.clone(), self.observable(formula));
-        self.invariants().iter().map(compiled).collect()
+        self.invariants.iter().map(compiled).collect()
     }
 
     /// The formulas of `[events]`, compiled, with their directions, in their order.
     pub fn watches<S: Real>(&self) -> Vec<Watch<S>> {
-        let watch = |event: &Event| Watch {
-            formula: observable(self.geometry_text(), &event.when),
-            direction: event.direction,
-        };
-        self.events().iter().map(watch).collect()
+        let watch =
+            |event: &Event| Watch { formula: observable(&self.geometry_text, &event.when), direction: event.direction };
+        self.events.iter().map(watch).collect()
     }
 
     /// The events that act, with their indices.
     fn acting(&self) -> impl Iterator<Item = (usize, &Event)> {
-        self.events().iter().enumerate().filter(|(_, event)| !event.set.is_empty())
+        self.events.iter().enumerate().filter(|(_, event)| !event.set.is_empty())
     }
 
     /// Returns true if an event changes the state.
@@ -76,7 +74,7 @@ impl Case {
 
     /// The indices of events that act, by the places of the formulas that end runs.
     pub(crate) fn acting_watches(&self) -> Vec<Option<usize>> {
-        let ending = self.events().iter().filter(|event| event.until).count() + usize::from(self.until().is_some());
+        let ending = self.events.iter().filter(|event| event.until).count() + usize::from(self.grid.until.is_some());
         std::iter::repeat_n(None, ending).chain(self.acting().map(|(watch, _)| Some(watch))).collect()
     }
 
@@ -92,8 +90,8 @@ impl Case {
     /// This case with other values of parameters, by their places; `None` if formulas have none at `q` then.
     pub(crate) fn with_parameters(&self, values: &[(usize, f64)], q: &[f64]) -> Option<Self> {
         let mut case = self.clone();
-        case.geometry.set_parameters(values);
-        case.compiled = scenery::compiled(&case.geometry, self.is_of_x).ok()?.around(q).ok()?;
+        case.geometry_text.set_parameters(values);
+        case.compiled = scenery::compiled(&case.geometry_text, self.is_of_x).ok()?.around(q).ok()?;
         Some(case)
     }
 
@@ -122,21 +120,21 @@ impl Case {
 
     /// A formula of what the solver computes.
     fn observable<S: Real>(&self, formula: &str) -> Observable<S> {
-        let observable = observable(self.geometry_text(), formula);
+        let observable = observable(&self.geometry_text, formula);
         if self.is_backward() { observable.of_reversed() } else { observable }
     }
 
     /// A formula of an axis of a picture, compiled.
     pub fn axis<S: Real>(&self, formula: &str) -> Observable<S> {
-        observable(self.geometry_text(), formula)
+        observable(&self.geometry_text, formula)
     }
 
     /// The formulas at whose changes of sign a run ends.
     fn ending<S: Real>(&self) -> Vec<Until<S>> {
-        let ending = self.events().iter().filter(|event| event.until);
+        let ending = self.events.iter().filter(|event| event.until);
         let ending = ending.map(|event| (event.when.as_str(), event.direction, None));
         let acting = self.acting().map(|(_, event)| (event.when.as_str(), event.direction, Some(self.change(event))));
-        let until = self.until().map(|formula| (formula, Direction::Both, None)).into_iter();
+        let until = self.grid.until.as_deref().map(|formula| (formula, Direction::Both, None)).into_iter();
         // Where an event that acts meets one that ends the run, the run ends.
         let until = until.chain(ending).chain(acting);
         let until = until.map(|(formula, direction, change)| Until {
@@ -167,9 +165,9 @@ impl Case {
             until: self.ending(),
             sides: Vec::new(),
             set: Vec::new(),
-            regularised: self.scheme.regularised,
-            floors: self.solver.floor.iter().map(|(a, size)| (*a, self.value(size))).collect(),
-            settings: self.settings().within::<S>(),
+            regularised: self.regularised,
+            floors: self.floors.iter().map(|(a, size)| (*a, self.value(size))).collect(),
+            settings: self.settings.within::<S>(),
         }
     }
 }

@@ -14,14 +14,16 @@ impl Case {
         let unregularised = "regularised = false: without the regularisation critical points are wrong or missing";
         let unread = "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what \
                       [scheme] says is not used";
-        let fixed = [(!self.scheme.regularised, unregularised), (self.ignores_scheme, unread)];
+        let fixed = [(!self.regularised, unregularised), (self.ignores_scheme, unread)];
         let fixed = fixed.into_iter().filter(|(holds, _)| *holds).map(|(_, warning)| warning.to_owned());
         unused.chain(fixed).chain(self.warning_of_speed()).collect()
     }
 
     /// Says that a particle of the paper's metric is as fast as light, or nearly so.
     fn warning_of_speed(&self) -> Option<String> {
-        let GeometryText::Potential(PotentialText { law: Law::Relativistic, .. }) = &self.geometry else { return None };
+        let GeometryText::Potential(PotentialText { law: Law::Relativistic, .. }) = &self.geometry_text else {
+            return None;
+        };
         let geometry = self.geometry::<f64>();
         let Start { q, q_dot, .. }: Start = self.start_in(&geometry);
         let k = geometry.norm(&q, &q_dot);
@@ -45,7 +47,7 @@ impl Case {
     /// Parameters of the case that no formula mentions.
     fn unused_parameters(&self) -> impl Iterator<Item = &str> {
         let preset = self.preset.and_then(Preset::from_name);
-        let names = self.geometry.parameters().iter().map(|(name, _)| name.as_str());
+        let names = self.geometry_text.parameters().iter().map(|(name, _)| name.as_str());
         names.filter(move |name| {
             let is_of_preset = preset.is_some_and(|preset| preset.parameters().any(|other| other == *name));
             !is_of_preset && !self.is_used(name)
@@ -59,7 +61,7 @@ impl Case {
 
     /// Every formula of the case.
     fn formulas(&self) -> Vec<&String> {
-        let (scene, grid) = (&self.geometry, &self.grid);
+        let (scene, grid) = (&self.geometry_text, &self.grid);
         let mut formulas: Vec<&String> = Vec::new();
         let by_coordinate = match scene {
             GeometryText::Metric(metric) => {
@@ -73,7 +75,7 @@ impl Case {
             }
         };
         let expected = self.expect.iter().flat_map(|expect| &expect.finals);
-        formulas.extend(by_coordinate.chain(&self.solver.floor).chain(expected).map(|(_, text)| text));
+        formulas.extend(by_coordinate.chain(&self.floors).chain(expected).map(|(_, text)| text));
         let named = scene.parameters().iter().chain(scene.definitions()).chain(&self.invariants);
         formulas.extend(named.map(|(_, text)| text));
         formulas.extend(self.initial.rates.iter().filter_map(|rate| match rate {

@@ -32,8 +32,8 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     for warning in case.warnings() {
         report::warn(&warning);
     }
-    let compare = if case.is_extended() { compare::<Extended> } else { compare::<f64> };
-    let met = args.run.then(|| case.expect().map(|expect| compare(&case, expect)).transpose()).transpose();
+    let compare = if case.settings.is_extended() { compare::<Extended> } else { compare::<f64> };
+    let met = args.run.then(|| case.expect.as_ref().map(|expect| compare(&case, expect)).transpose()).transpose();
     if let (Ok(Some(Some(met))), false) = (&met, args.case.quiet) {
         let lines: Vec<String> = met.iter().map(|phrase| broken(&format!("#   {phrase}"), 0, COLUMNS)).collect();
         out::write(&format!("# The case meets its [expect] table:\n{}\n", lines.concat()))?;

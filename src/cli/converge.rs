@@ -140,7 +140,7 @@ pub(super) fn sweep_into(
     beside: &[(usize, usize)],
     name: &str,
 ) -> anyhow::Result<Option<Swept>> {
-    let sweep = if case.is_extended() { sweep_in::<Extended> } else { sweep_in::<f64> };
+    let sweep = if case.settings.is_extended() { sweep_in::<Extended> } else { sweep_in::<f64> };
     sweep(target, case, args, beside, name)
 }
 
@@ -148,7 +148,7 @@ pub(super) fn sweep_into(
 fn check_memory<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<()> {
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
     for &sbp in &args.sbp {
-        let grid = on_grid(&case.setup::<S>(), (sbp, case.settings().form), finest, S::ONE).ok();
+        let grid = on_grid(&case.setup::<S>(), (sbp, case.settings.form), finest, S::ONE).ok();
         grid.map_or(Ok(()), |grid| memory::check(&grid, false, 0))?;
     }
     Ok(())
@@ -186,7 +186,7 @@ fn sweep_in<S: Arithmetic>(
     };
     let n_range = args.fit_range.unwrap_or((0, usize::MAX));
     let slopes = convergence.slopes(n_range);
-    if case.settings().windows == 1 && mixes_parities(&convergence) {
+    if case.settings.windows == 1 && mixes_parities(&convergence) {
         report::warn(&format!(
             "{name}even and odd numbers of nodes have different errors at the end in the strong form: give \
              --n-gamma of one parity"
@@ -197,12 +197,12 @@ fn sweep_in<S: Arithmetic>(
     }
     write_convergence(files.writer(CONVERGENCE), &convergence).context("cannot write convergence.csv")?;
     write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
-    let title = args.case.headed(case.title());
+    let title = args.case.headed(case.title.as_deref());
     if args.plot {
         draw(&title, &convergence, (&slopes, n_range), &files)?;
     }
     let study = Finished {
-        summary: convergence_summary(case.title(), case.warnings(), &convergence, &slopes),
+        summary: convergence_summary(case.title.as_deref(), case.warnings(), &convergence, &slopes),
         text: readable(&title, &convergence, &slopes, args),
         interrupted: convergence.interrupted.then(|| format!("{} grids", convergence.points.len())),
         files,
@@ -247,7 +247,7 @@ fn draw<S: Real>(
 /// Sweeps, with a progress bar. After an interrupt the result has the grids that were finished; it is `None` if the
 /// reference was not finished.
 fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
-    let forms = if args.form.is_empty() { &[case.settings().form] } else { args.form.as_slice() };
+    let forms = if args.form.is_empty() { &[case.settings.form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
     let bar = study::bar(args.case.quiet, args.n_gamma.len() * schemes.len(), "{bar:30} {pos}/{len} grids {msg}");
     let (case, n_gamma, mut points) = (case.clone(), args.n_gamma.clone(), Vec::new());

@@ -22,9 +22,9 @@ pub(super) fn draw<S: Real>(files: &OutputSet, title: &str, case: &Case, run: &R
 
 /// The names of a run's pictures: those of every run, then those of the paper, which has t and x.
 pub(super) fn picture_names(case: &Case) -> Vec<&'static str> {
-    let section = (!case.events().is_empty()).then_some("section.svg");
+    let section = (!case.events.is_empty()).then_some("section.svg");
     let of_x = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
-    let of_x = of_x.into_iter().filter(|_| case.is_of_x());
+    let of_x = of_x.into_iter().filter(|_| case.is_of_x);
     ["orbit.svg", "charges.svg", "mesh.svg"].into_iter().chain(section).chain(of_x).collect()
 }
 
@@ -44,10 +44,10 @@ fn pictures<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
         pictures::charges(title, &parts, sums),
         pictures::mesh(title, &parts),
     ];
-    if !case.events().is_empty() {
+    if !case.events.is_empty() {
         drawn.push(pictures::section(title, &parts, &orbits[0].1, &event_names(case), events));
     }
-    if case.is_of_x() {
+    if case.is_of_x {
         drawn.extend(pictures_of_x(title, case, run));
     }
     drawn

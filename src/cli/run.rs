@@ -155,7 +155,7 @@ impl RunArgs {
 
 /// Runs one case, the one of `args`.
 fn run_case(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
-    if case.is_extended() { execute::<Extended>(case, args) } else { execute::<f64>(case, args) }
+    if case.settings.is_extended() { execute::<Extended>(case, args) } else { execute::<f64>(case, args) }
 }
 
 fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
@@ -189,7 +189,7 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     }
     let start = Instant::now();
     write_tables(&files, case, args, &run)?;
-    let title = args.case.headed(case.title());
+    let title = args.case.headed(case.title.as_deref());
     let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
     files.write_text(SUMMARY, &json)?;
     if args.plot {
@@ -244,7 +244,7 @@ fn until_failure<S: Arithmetic>(case: &Case, setup: &Setup<S>, files: &OutputSet
     let wanted = Wanted { is_streamed: true, observer: Some(&mut see), ..Wanted::default() };
     let Err(NoRun::Unsolved(_, events)) = run::run(case, setup, wanted).0 else { return Ok(false) };
     table.finish().context("cannot write until_failure.csv")?;
-    if has_rows && !case.events().is_empty() {
+    if has_rows && !case.events.is_empty() {
         let names = setup.place.geometry.names();
         let written = write_events(files.writer(EVENTS), names, &event_names(case), &events, setup.settings.digits);
         written.context("cannot write events.csv")?;
@@ -291,7 +291,7 @@ fn to_standard_output<S: Arithmetic>(
 
 /// Refuses options that this case does not have.
 fn check_options(case: &Case, args: &RunArgs) -> anyhow::Result<()> {
-    if args.enclose && case.settings().accuracy.is_none() && args.samples.samples_only {
+    if args.enclose && case.settings.accuracy.is_none() && args.samples.samples_only {
         let help = "leave one of them out, or ask for solver.accuracy, which looks between the nodes on the way";
         return Err(report::refused("--samples-only keeps no nodes that --enclose could look between", help));
     }
@@ -311,7 +311,7 @@ fn explained<S: Real>(none: NoRun<S>, args: &RunArgs, setup: &Setup<S>) -> anyho
 }
 
 pub(super) fn event_names(case: &Case) -> Vec<&str> {
-    case.events().iter().map(|event| event.name.as_str()).collect()
+    case.events.iter().map(|event| event.name.as_str()).collect()
 }
 
 /// The files that a run writes.
@@ -320,10 +320,10 @@ fn file_names(case: &Case, args: &RunArgs) -> Vec<&'static str> {
     names.extend(picture_names(case));
     names.retain(|name| match *name {
         TRAJECTORY | RESIDUALS => !args.samples.samples_only,
-        BRANCHES => !args.samples.samples_only && case.settings().system == System::Doubled,
+        BRANCHES => !args.samples.samples_only && case.settings.system == System::Doubled,
         SAMPLES => args.samples.wanted(),
-        SENSITIVITY => !args.samples.samples_only && case.settings().sensitivity,
-        EVENTS => !case.events().is_empty(),
+        SENSITIVITY => !args.samples.samples_only && case.settings.sensitivity,
+        EVENTS => !case.events.is_empty(),
         SUMMARY | CASE | UNTIL_FAILURE => true,
         _ => args.plot,
     });
@@ -359,7 +359,7 @@ fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &R
     if args.samples.wanted() {
         write_samples(files.writer(SAMPLES), names, samples, digits).with_context(cannot(SAMPLES))?;
     }
-    if !case.events().is_empty() {
+    if !case.events.is_empty() {
         let written = write_events(files.writer(EVENTS), names, &event_names(case), events, digits);
         written.with_context(cannot(EVENTS))?;
     }

@@ -67,7 +67,7 @@ pub(super) struct StabilityArgs {
 
 pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     let case = &args.case.read_for_study()?;
-    if !case.is_of_x() && !args.t_dot.is_empty() {
+    if !case.is_of_x && !args.t_dot.is_empty() {
         let help = "the lengths of a scene are those of --gamma-f";
         return Err(report::refused("--t-dot is for cases of one coordinate", help));
     }
@@ -80,12 +80,12 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     };
     let (arena, plan) = measured.as_ref();
     write_stability(files.writer(STABILITY), arena, &atlas.cells).context("cannot write stability.csv")?;
-    let title = args.case.headed(case.title());
+    let title = args.case.headed(case.title.as_deref());
     if args.plot {
         draw(&files, &title, arena, plan, &atlas)?;
     }
     Finished {
-        summary: stability_summary((case.title(), case.warnings()), arena, plan, &atlas),
+        summary: stability_summary((case.title.as_deref(), case.warnings()), arena, plan, &atlas),
         text: readable(&title, arena, plan, &atlas, &left_out),
         interrupted: atlas.interrupted.then(|| format!("{} cells", atlas.cells.len())),
         files,

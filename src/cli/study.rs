@@ -38,7 +38,7 @@ pub(super) fn chosen<M>(
     unsuitable: impl Fn(&M, bool) -> Option<&'static str>,
 ) -> anyhow::Result<Chosen<M>> {
     // Only a scene may not be separable.
-    let is_separable = (!case.is_of_x()).then(|| case.geometry::<f64>().is_separable());
+    let is_separable = (!case.is_of_x).then(|| case.geometry::<f64>().is_separable());
     let unsuitable = |method: &M| unsuitable(method, is_separable?);
     let (methods, left_out): Chosen<M> = all.into_iter().partition(|method| unsuitable(method).is_none());
     if names.is_empty() {

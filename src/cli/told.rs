@@ -84,7 +84,7 @@ impl<S: Real> Told<'_, S> {
         let Some(error) = &self.judged.error else { return "unknown: no second solve reaches the end".to_owned() };
         let most = error.at_most();
         let judge = error.judge.describe();
-        if self.case.is_of_x() && error.judge != Judge::OwnEstimate {
+        if self.case.is_of_x && error.judge != Judge::OwnEstimate {
             return format!("at most {:.1e} in t and {:.1e} in x anywhere ({judge})", most[0], most[1]);
         }
         let share = self.judged.verdict.error.map_or("unknown".to_owned(), |error| format!("at most {error:.0e}"));
@@ -107,7 +107,7 @@ impl<S: Real> Told<'_, S> {
             most[1] = most[1].max(charge.max_last.to_f64());
             match (diagnostics.energy.as_ref(), a) {
                 (Some(energy), 0) => told.push(format!("energy = {}", short(energy.value.to_f64()))),
-                _ if self.case.is_of_x() => told.push(format!("Q_t = {}", short(charge.value.to_f64()))),
+                _ if self.case.is_of_x => told.push(format!("Q_t = {}", short(charge.value.to_f64()))),
                 _ => told.push(format!("p_{} = {}", names[a], short(charge.value.to_f64()))),
             }
         }

@@ -151,17 +151,17 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::from(INTERRUPTED));
     }
 
-    let mut summary = RunsSummary::new(runs.first().title(), &identity, runs.len());
+    let mut summary = RunsSummary::new(runs.first().title.as_deref(), &identity, runs.len());
     let tables = [RUNS].into_iter().chain(columns.has_events().then_some(RUNS_EVENTS));
     let tables = tables.map(|name| files.writer(name)).collect();
     let cells = journal.write(tables, &mut summary, column.as_deref())?;
     if let (Some(column), [x, y]) = (&column, runs.axes()) {
-        let of = runs.first().title().unwrap_or(&name);
+        let of = runs.first().title.as_deref().unwrap_or(&name);
         let varied = [x, y].map(|axis| (axis.key.as_str(), axis.values.as_slice()));
         files.write_text(MAP, &pictures::scan(of, column, varied, &cells).to_svg())?;
     }
     files.write_text(CASE, &identity.case)?;
-    let text = readable(&args.case.headed(runs.first().title()), &summary, &varied(&runs));
+    let text = readable(&args.case.headed(runs.first().title.as_deref()), &summary, &varied(&runs));
     let done = Finished { summary: summary.to_json(), text, interrupted: None, files }.commit()?;
     journal.remove()?;
     done.tell(args.case.quiet, &args.output, || ending(&summary))
@@ -264,8 +264,8 @@ fn computed(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
 }
 
 fn check_memory(case: &Case) -> anyhow::Result<()> {
-    let Settings { n_gamma, windows, .. } = case.settings();
-    match case.is_extended() {
+    let Settings { n_gamma, windows, .. } = case.settings;
+    match case.settings.is_extended() {
         _ if n_gamma * windows <= FEW_NODES => Ok(()),
         true => memory::check(&case.setup::<Extended>(), false, 0),
         false => memory::check(&case.setup::<f64>(), false, 0),

@@ -118,12 +118,12 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     write_work_precision(files.writer(WORK_PRECISION), &case.coordinates(), &measured.rows)
         .context("cannot write work_precision.csv")?;
     write_drift(files.writer(DRIFT), &case.coordinates(), &along).context("cannot write drift.csv")?;
-    let title = args.case.headed(case.title());
+    let title = args.case.headed(case.title.as_deref());
     if args.plot {
         draw(&title, &arenas, &measured, &along, &files)?;
     }
     Finished {
-        summary: work_precision_summary(case.title(), &arenas, &measured, &ratios),
+        summary: work_precision_summary(case.title.as_deref(), &arenas, &measured, &ratios),
         text: readable(&title, &arenas, &measured, &ratios),
         interrupted: measured.interrupted.then(|| format!("{} settings", measured.rows.len())),
         files,

@@ -28,7 +28,7 @@ pub fn run_summary<S: Real>(
     let error = judged.error.as_ref();
     let numbers = match &diagnostics.of_x {
         Some(of_x) => numbers_of_x(line, diagnostics, of_x, error),
-        None => numbers_by_name(run, case.events(), error),
+        None => numbers_by_name(run, &case.events, error),
     };
     let further = json!({
         "error_estimate": line.error_estimate,
@@ -46,7 +46,7 @@ pub fn run_summary<S: Real>(
         form: line.form,
         n_gamma: line.sbp().points(),
         windows: line.window_count,
-        ..case.settings()
+        ..case.settings
     };
     json::json(&merged([
         json!({"status": Status::Converged}),
@@ -79,11 +79,11 @@ pub fn failure_summary<S: Real>(
         .then(|| json!({"accuracy_asked": failure.asked, "accuracy_estimated": failure.residual}));
     let Iterations { count, history, .. } = &*failure.iterations;
     // Evaluations of the force up to a limit are not counted.
-    let count = if case.is_of_x() { history.len() } else { *count };
+    let count = if case.is_of_x { history.len() } else { *count };
     json::json(&merged([
         json!({"status": failure.status}),
         json!(Verdict::refused()),
-        problem(case, geometry, case.settings(), &failure.iterations),
+        problem(case, geometry, case.settings, &failure.iterations),
         json!({"iterations": count, "solve_seconds": solve_seconds}),
         json!({"message": failure.to_string(), "advice": failure.advice(), "gamma": failure.gamma}),
         place,
@@ -98,7 +98,7 @@ fn problem<S: Real>(case: &Case, geometry: &Geometry<S>, settings: Settings, ite
     let Settings { sbp, form, n_gamma, windows, system, digits, accuracy, .. } = settings;
     let names = geometry.names();
     let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| &names[a]).collect::<Vec<_>>();
-    let coordinates = (!case.is_of_x()).then(|| {
+    let coordinates = (!case.is_of_x).then(|| {
         json!({
             "coordinates": names,
             "ignorable": some(&mut geometry.ignorable()),
@@ -107,13 +107,13 @@ fn problem<S: Real>(case: &Case, geometry: &Geometry<S>, settings: Settings, ite
     });
     merged([
         json!({"version": env!("CARGO_PKG_VERSION")}),
-        present(json!({"title": case.title()})),
+        present(json!({"title": case.title.as_deref()})),
         json!(coordinates),
         json!({
             "sbp": String::from(sbp),
             "form": form,
             "system": system,
-            "regularised": case.scheme().regularised,
+            "regularised": case.regularised,
             "digits": digits,
             "n_gamma": n_gamma,
             "windows": windows,

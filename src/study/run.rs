@@ -209,7 +209,7 @@ fn solved<S: Arithmetic>(
 /// is streamed, or has events that act, they contain those of measuring.
 pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let rough = &setup.rough;
-    let sums = if wanted.sums && !case.is_of_x() {
+    let sums = if wanted.sums && !case.is_of_x {
         rough.geometry.conserved_sums(&rough.start, || case.geometry())
     } else {
         Vec::new()

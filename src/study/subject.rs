@@ -45,7 +45,7 @@ impl Subject {
             ..own.settings
         };
         let plain = Setup { gamma_i: 0.0, carried: None, regularised: true, settings, ..own.clone() };
-        let (is_lifted, is_scene, g00) = (case.is_lifted(), !case.is_of_x(), case.g00());
+        let (is_lifted, is_scene, g00) = (case.is_lifted(), !case.is_of_x, case.g00());
         Self { exact: case.setup(), own, plain, is_lifted, is_scene, g00 }
     }
 

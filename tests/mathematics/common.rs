@@ -59,7 +59,7 @@ pub(crate) fn shipped(name: &str, set: &[&str]) -> Case {
 /// The solution of a case.
 #[track_caller]
 pub(crate) fn line_of<S: Arithmetic>(case: &Case) -> WorldLine<S> {
-    solve(case).unwrap_or_else(|failure| panic!("{:?}: {failure}", case.title()))
+    solve(case).unwrap_or_else(|failure| panic!("{:?}: {failure}", case.title.as_deref()))
 }
 
 /// The solution of a text.

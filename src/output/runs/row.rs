@@ -35,8 +35,8 @@ impl Columns {
             keys: runs.axes().iter().map(|axis| axis.key.clone()).collect(),
             coordinates: runs.first().coordinates(),
             maxima: End::maxima_of(runs.first()),
-            has_estimate: runs.first().settings().accuracy.is_some(),
-            has_events: !runs.first().events().is_empty(),
+            has_estimate: runs.first().settings.accuracy.is_some(),
+            has_events: !runs.first().events.is_empty(),
         }
     }
 

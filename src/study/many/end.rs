@@ -72,8 +72,8 @@ impl End {
     pub fn maxima_of(case: &Case) -> Vec<String> {
         let geometry: Geometry = case.geometry();
         let charges: Vec<&str> = geometry.ignorable().map(|a| geometry.names()[a].as_str()).collect();
-        let invariants: Vec<&str> = case.invariants().iter().map(|(name, _)| name.as_str()).collect();
-        names_of_maxima(&charges, case.is_lifted(), &invariants, case.settings().sensitivity)
+        let invariants: Vec<&str> = case.invariants.iter().map(|(name, _)| name.as_str()).collect();
+        names_of_maxima(&charges, case.is_lifted(), &invariants, case.settings.sensitivity)
     }
 }
 
@@ -105,7 +105,7 @@ pub(super) fn outcome<S: Arithmetic>(case: &Case) -> Outcome {
     let all = |values: &[S]| values.iter().map(|value| value.to_decimal(line.digits)).collect::<Vec<_>>();
     let events = found.events.iter().map(|Crossing { watch, sample }| {
         let state = [&[sample.gamma][..], &sample.q, &sample.q_dot].concat();
-        Found { event: case.events()[*watch].name.clone(), state: all(&state) }
+        Found { event: case.events[*watch].name.clone(), state: all(&state) }
     });
     let end = line.end();
     Outcome::Solved(Box::new(End {
@@ -140,10 +140,10 @@ fn maxima<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Vec<(St
 
 /// The reason that ended a run, from the place of the formula that did.
 fn ending(case: &Case, ended_by: Option<usize>) -> Ending {
-    let own = usize::from(case.until().is_some());
-    let mut events = case.events().iter().filter(|event| event.until);
+    let own = usize::from(case.grid.until.is_some());
+    let mut events = case.events.iter().filter(|event| event.until);
     match ended_by {
-        None if case.grid().t_f.is_some() => Ending::Time,
+        None if case.grid.t_f.is_some() => Ending::Time,
         None => Ending::Gamma,
         Some(place) => match place.checked_sub(own).and_then(|place| events.nth(place)) {
             Some(event) => Ending::Event(event.name.clone()),

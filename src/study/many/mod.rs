@@ -101,7 +101,7 @@ impl ManyRuns {
 
     /// Solves the case of a run.
     pub fn outcome(&self, case: &Case) -> Outcome {
-        if case.is_extended() { end::outcome::<Extended>(case) } else { end::outcome::<f64>(case) }
+        if case.settings.is_extended() { end::outcome::<Extended>(case) } else { end::outcome::<f64>(case) }
     }
 }
 

@@ -61,7 +61,7 @@ fn tau_can_be_used_like_any_coordinate() {
         + "[events]\nlater = { when = \"tau - 10\" }\n[plot]\nx = \"tau\"\ny = \"r\"\n\
            [expect]\ntau_final = 30\ntolerance = 1e-10\n";
     let first = scene(&text);
-    let (finals, written) = (&first.expect().unwrap().finals, first.to_toml());
+    let (finals, written) = (&first.expect.as_ref().unwrap().finals, first.to_toml());
     assert_eq!(finals[0].0, 4);
     let second = scene(&written);
     assert_eq!(first, second, "{written}");

@@ -75,7 +75,7 @@ fn read(text: &str, settings: &[String]) -> Result<bool, TestCaseError> {
     let start = Instant::now();
     let is_case = match Case::parse("case", text, settings) {
         Ok(case) => {
-            let _ = (case.warnings(), case.title(), case.coordinates());
+            let _ = (case.warnings(), case.title.as_deref(), case.coordinates());
             let written = case.to_toml();
             let again = Case::parse("again", &written, &[]);
             prop_assert!(again.is_ok(), "{}\nis not read again:\n{written}", again.unwrap_err());
@@ -144,7 +144,7 @@ fn solved(text: &str) -> Result<(), TestCaseError> {
     let start = Instant::now();
     let rows: Vec<Vec<f64>> = match Case::parse("case", text, &[]) {
         Err(_) => return Ok(()),
-        Ok(case) if case.is_of_x() => match solve(&case) {
+        Ok(case) if case.is_of_x => match solve(&case) {
             Err(_) => return Ok(()),
             Ok::<Solution, _>(solution) => {
                 let measured = Diagnostics::new(&solution);

@@ -87,6 +87,6 @@ carter = "p_theta^2 + cos(theta)^2*(a^2*(norm - p_t^2) + (p_phi/sin(theta))^2)"
 /// The scene of a text that is valid.
 pub(crate) fn scene(text: &str) -> Case {
     let case = parsed(text, &[]);
-    assert!(!case.is_of_x(), "{text}");
+    assert!(!case.is_of_x, "{text}");
     case
 }

@@ -23,9 +23,9 @@ fn numbers_formulas_and_names() {
     .unwrap();
     let start = scene.start::<f64>();
     assert!((start.p[0] - 0.6 * 1.2).abs() < 1e-15 && start.q[2] == std::f64::consts::PI / 3.0);
-    assert_eq!((scene.settings().n_gamma, scene.t_f()), (16, Some(12.0)));
+    assert_eq!((scene.settings.n_gamma, scene.t_f()), (16, Some(12.0)));
     let scene = with(KEPLER, &["grid.gamma_f=3", "solver.digits=30", "potential.formula=-2/sqrt(x^2+y^2)"]).unwrap();
-    assert!(scene.is_extended() && scene.t_f::<f64>().is_none());
+    assert!(scene.settings.is_extended() && scene.t_f::<f64>().is_none());
 }
 
 #[test]
@@ -42,7 +42,7 @@ fn a_rate_takes_the_place_of_the_other() {
 fn a_preset_takes_the_place_of_components() {
     let scene =
         with(SCHWARZSCHILD, &["metric.preset=kerr-equatorial", "metric.definitions={}", "metric.parameters.a=0.5"]);
-    assert_eq!(scene.unwrap().preset(), Some("kerr-equatorial"));
+    assert_eq!(scene.unwrap().preset, Some("kerr-equatorial"));
 }
 
 #[test]

@@ -111,9 +111,9 @@ fn numbers_keep_their_digits() {
     let scene = scene(EVERYTHING);
     assert!(scene.to_toml().contains("0.10000000000000000000000000000000000000000001"));
     assert_eq!(scene.start::<f64>().q[0], 1000.5);
-    assert_eq!(scene.title(), Some("Everything \"that\" a metric has"));
+    assert_eq!(scene.title.as_deref(), Some("Everything \"that\" a metric has"));
     assert_eq!(scene.t_f::<f64>(), Some(2000.0 + std::f64::consts::PI));
-    let (events, axes) = (scene.events(), scene.axes().unwrap());
+    let (events, axes) = (&scene.events, scene.axes.as_ref().unwrap());
     assert!(events[0].direction.as_str() == "down" && events[1].until && axes.x == "x");
     let start: Start = scene.start();
     assert_eq!(parsed(&scene.to_toml(), &[]).start::<f64>(), start);

@@ -261,6 +261,6 @@ fn errors_count_against_the_motion_from_its_own_start() {
         assert!((reference.sizes[t] - 3.0 * length).abs() < 1e-13, "{reference:?}");
         assert!((reference.sizes[x] - most).abs() < 1e-13, "{reference:?}");
         assert!((point.delta_gamma - length / 32.0).abs() < 1e-15 && point.n_gamma == 33, "{point:?}");
-        assert!(case.is_of_x() || (reference.end[t] - 5.0 - 3.0 * length).abs() < 1e-13, "{reference:?}");
+        assert!(case.is_of_x || (reference.end[t] - 5.0 - 3.0 * length).abs() < 1e-13, "{reference:?}");
     }
 }

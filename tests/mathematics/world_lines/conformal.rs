@@ -89,7 +89,7 @@ fn the_charge_of_tau_and_all_others_are_exact_on_coarse_grids() {
             for charge in &diagnostics.charges {
                 assert!(charge.max_interior < 2e-13, "{sbp}: {:?} {:e}", charge.terms, charge.max_interior);
             }
-            let expected = case.initial().norm.as_ref().map_or(0.946375_f64.sqrt(), |_| 1.0);
+            let expected = case.initial.norm.as_ref().map_or(0.946375_f64.sqrt(), |_| 1.0);
             assert!((line.end().p[tau] - sign * expected).abs() < 1e-15, "{}", line.end().p[tau]);
         }
     }

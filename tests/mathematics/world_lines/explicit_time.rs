@@ -11,7 +11,7 @@ fn solved(physics: &str, scheme: &str) -> WorldLine {
     let windows = if scheme.starts_with("solver") { "" } else { "grid.windows = 12\n" };
     let text = format!("{physics}\ngrid.t_f = 9.0\n{windows}{scheme}\n");
     let case = parsed(&text, &[]);
-    assert!(!case.is_of_x());
+    assert!(!case.is_of_x);
     line_of(&case)
 }
 

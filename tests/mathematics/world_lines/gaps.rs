@@ -110,10 +110,10 @@ fn nothing_hides_in_the_shipped_cases() {
     for name in builtin::NAMES {
         let case = shipped(name, &[]);
         // Three million nodes.
-        if case.settings().accuracy.is_some() || *name == "long-run" {
+        if case.settings.accuracy.is_some() || *name == "long-run" {
             continue;
         }
-        let found = match case.is_extended() {
+        let found = match case.settings.is_extended() {
             true => gaps_of::<Extended>(&case, Some(1e-12)),
             false => gaps_of::<f64>(&case, Some(1e-12)),
         };
@@ -151,7 +151,7 @@ fn a_barrier_is_found_in_any_precision_and_system() {
         let place = 2.3;
         let text = on_a_line(5.0, 1e-3, place, [-0.6, 0.6], &grid).to_toml();
         let case = parsed(&text, &[setting]);
-        let gaps = match case.is_extended() {
+        let gaps = match case.settings.is_extended() {
             true => gaps_of::<Extended>(&case, None),
             false => gaps_of::<f64>(&case, None),
         };

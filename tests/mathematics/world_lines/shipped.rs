@@ -63,14 +63,14 @@ fn small<S: Arithmetic>(line: &WorldLine<S>) -> S {
 
 /// The end is the expected one, to the tolerance of the case or to its accuracy.
 fn assert_end<S: Arithmetic>(name: &str, case: &Case, line: &WorldLine<S>) {
-    let (expect, end) = (case.expect().unwrap_or_else(|| panic!("{name} has no [expect]")), line.end().q);
+    let (expect, end) = (case.expect.as_ref().unwrap_or_else(|| panic!("{name} has no [expect]")), line.end().q);
     let tolerance: S = expect.tolerance.as_ref().map_or(S::ZERO, |tolerance| case.value(tolerance));
-    assert!(expect.finals.len() > usize::from(case.is_of_x()), "{name}");
-    assert!(case.is_of_x() || tolerance.to_f64() <= 1e-10, "{name}");
+    assert!(expect.finals.len() > usize::from(case.is_of_x), "{name}");
+    assert!(case.is_of_x || tolerance.to_f64() <= 1e-10, "{name}");
     for (a, expected) in &expect.finals {
         let (found, expected) = (end[*a], case.value::<S>(expected));
-        let most = match case.settings().accuracy {
-            Some(Accuracy::Promised(accuracy)) if case.is_of_x() => S::from(accuracy) * expected.abs().max(S::ONE),
+        let most = match case.settings.accuracy {
+            Some(Accuracy::Promised(accuracy)) if case.is_of_x => S::from(accuracy) * expected.abs().max(S::ONE),
             _ => tolerance,
         };
         assert!((found - expected).abs() <= most, "{name}: coordinate {a} = {found:?}, expected {expected:?}");
@@ -95,7 +95,7 @@ fn check<S: Arithmetic>(name: &str, set: &[&str], all: bool) {
 #[test]
 fn every_case_of_one_coordinate_meets_its_expectations_in_both_systems() {
     for (name, case) in cases().filter(|(name, _)| !is_scene(name)) {
-        let status = case.expect().unwrap_or_else(|| panic!("{name} has no [expect]")).status;
+        let status = case.expect.as_ref().unwrap_or_else(|| panic!("{name} has no [expect]")).status;
         match name {
             // The ablation has the doubled system only, and no numbers to meet.
             _ if builtin::text(name).unwrap().contains("regularised = false") => {
@@ -112,8 +112,8 @@ fn every_case_of_one_coordinate_meets_its_expectations_in_both_systems() {
                 }
             }
             // An accuracy is a matter of the physical limit in `f64`.
-            _ if case.settings().accuracy.is_some() => {
-                let (line, accuracy) = (line_of::<f64>(&case), case.settings().accuracy.unwrap().value());
+            _ if case.settings.accuracy.is_some() => {
+                let (line, accuracy) = (line_of::<f64>(&case), case.settings.accuracy.unwrap().value());
                 assert_end(name, &case, &line);
                 assert!(line.error_estimate.unwrap() <= accuracy && line.gradient_norm < 1e-9, "{name}");
             }
@@ -132,7 +132,7 @@ fn every_case_of_one_coordinate_meets_its_expectations_in_both_systems() {
                 check::<f64>(name, &[], false);
                 check::<Extended>(name, &["solver.digits=32"], true);
             }
-            _ if case.is_extended() => check::<Extended>(name, &[], true),
+            _ if case.settings.is_extended() => check::<Extended>(name, &[], true),
             _ => check::<f64>(name, &[], true),
         }
     }
@@ -146,7 +146,7 @@ fn every_scene_meets_its_expectations_and_short_ones_in_the_doubled_system() {
         let limit = line_of(&case);
         assert_end::<f64>(name, &case, &limit);
         count += 1;
-        let Settings { n_gamma, windows, accuracy, .. } = case.settings();
+        let Settings { n_gamma, windows, accuracy, .. } = case.settings;
         if accuracy.is_some() || windows * n_gamma > 640 || case.t_f::<f64>().is_some() {
             continue;
         }
@@ -177,7 +177,7 @@ fn thirty_digits_are_those_of_an_independent_program() {
 #[test]
 fn charges_and_conserved_sums_are_exact_to_the_rounding_of_their_terms() {
     // Windows for an accuracy differ in length; what their charges are worth is tested elsewhere.
-    for (name, case) in scenes().filter(|(_, case)| case.settings().accuracy.is_none()) {
+    for (name, case) in scenes().filter(|(_, case)| case.settings.accuracy.is_none()) {
         let line = line_of(&case);
         let diagnostics = diagnostics(&case, &line);
         let ignorable = line.geometry().ignorable().count();

@@ -63,8 +63,8 @@ fn every_file_in_the_folders_is_built_in_and_described() {
             let text = builtin::text(name).unwrap();
             assert_eq!(text, fs::read_to_string(folder.join(name).with_extension("toml")).unwrap());
             let case = Case::parse(name, text, &[]).unwrap();
-            assert!(case.title().is_some(), "{name}");
-            assert_eq!(!case.is_of_x(), builtin::group(name).is_some_and(Group::is_scene), "{name}");
+            assert!(case.title.as_deref().is_some(), "{name}");
+            assert_eq!(!case.is_of_x, builtin::group(name).is_some_and(Group::is_scene), "{name}");
         }
     }
     assert!(builtin::NAMES.is_sorted_by_key(|name| (builtin::group(name), *name)), "in order, group by group");
