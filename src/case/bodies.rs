@@ -3,10 +3,12 @@
 //! They are a potential in the coordinates x_NAME, y_NAME and perhaps z_NAME of all bodies, with a definition for each
 //! distance.
 
+use std::ops::Range;
+
 use super::CaseError;
-use super::initial::{Initial, Rate, StartData, add_lift};
+use super::initial::{Given, Rate};
 use super::names::{self, Taken};
-use super::reader::{Field, Section};
+use super::reader::Field;
 use super::scenery::{PARAMETER, Places, Scenery};
 use crate::geometry::{GeometryText, Law, Place, PotentialText, value_of};
 
@@ -14,43 +16,47 @@ use crate::geometry::{GeometryText, Law, Place, PotentialText, value_of};
 const MASSLESS: &str = "1e-90";
 const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// A body as it is given.
 struct Body<'t> {
     name: &'t str,
+    /// Where its name stands.
+    place: Range<usize>,
     mass: Field<'t>,
     position: Field<'t>,
-    /// Where its name stands.
-    field: Field<'t>,
+    velocity: Field<'t>,
 }
 
-/// The start of a coordinate of a body: its position and its velocity, with their places in the text.
-pub(super) type Component<'t> = [(String, Field<'t>); 2];
-
 /// Reads the bodies and their potential.
-pub(super) fn read<'t>(field: &Field<'t>, mut pair: Section<'t>) -> Result<Scenery<'t>, CaseError> {
-    let given = field.tables()?.into_iter().map(body).collect::<Result<Vec<_>, _>>()?;
-    let formula = pair.take("formula").ok_or_else(|| {
+pub(super) fn read<'t>(field: &Field<'t>, pair: Field<'t>) -> Result<Scenery<'t>, CaseError> {
+    let bodies = field.tables(true)?.into_iter().map(body).collect::<Result<Vec<_>, _>>()?;
+    let formula = pair.get("formula").ok_or_else(|| {
         let help = "give the energy of a pair, for example [pair] formula = \"-m_1*m_2/r\"";
         pair.error("missing field `formula` of [pair]").with_help(help)
     })?;
-    let (mut start, mut coordinates, mut bodies) = (Vec::new(), Vec::new(), Vec::new());
-    for (body, velocity) in given {
-        let components = components(&body.position, &velocity)?;
-        let axes = AXES.iter().take(components.len());
-        coordinates.extend(axes.map(|axis| (format!("{axis}_{}", body.name), body.field.span.clone())));
-        start.extend(components);
-        bodies.push(body);
+    let (mut start, mut coordinates) = (Vec::new(), Vec::new());
+    for Body { name, place, position, velocity, .. } in &bodies {
+        let [places, speeds] = [position.formulas()?, velocity.formulas()?];
+        if !(2..=3).contains(&places.len()) || speeds.len() != places.len() {
+            let message = format!("position and velocity must have two or three numbers each, found {}", speeds.len());
+            return Err(if speeds.len() == places.len() { position } else { velocity }.error(message));
+        }
+        let axes = AXES.iter().take(places.len());
+        coordinates.extend(axes.map(|axis| (format!("{axis}_{name}"), place.clone())));
+        start.extend(places.into_iter().zip(speeds).map(|(place, speed)| Given {
+            position: Some((place, position.clone())),
+            rate: Some((Rate::Velocity(speed), velocity.clone())),
+        }));
     }
-    let length = |field: &Field<'_>| field.item.as_array().map(toml_edit::Array::len);
     let coordinates = names::checked(field, coordinates, &["t", "s"])?;
     let dimension = coordinates.len() / bodies.len().max(1);
-    if let Some(Body { position, .. }) = bodies.iter().find(|body| length(&body.position) != Some(dimension)) {
+    if let Some(Body { position, .. }) =
+        bodies.iter().find(|body| body.position.formulas().map_or(0, |q| q.len()) != dimension)
+    {
         let message = format!("'{}' must have {dimension} numbers, as those of the first body", position.path);
         return Err(position.error(message));
     }
     let mut taken = Taken::new(&[&["t".to_owned()], coordinates.as_slice()].concat());
     let (mut places, mut parameters) = (Places::default(), Vec::new());
-    places.keep_named(&pair.section("parameters")?, PARAMETER, &mut taken, &mut parameters)?;
+    places.keep_named(&pair.table("parameters"), PARAMETER, &mut taken, &mut parameters)?;
     if let Some((_, own)) = places.0.iter().find(|(_, field)| ["r", "m_1", "m_2"].contains(&field.key.as_str())) {
         let message = format!("'{}' has a meaning in the formula of a pair: its distance, or a mass", own.key);
         return Err(own.key_error(message).with_help("choose another name"));
@@ -70,53 +76,17 @@ pub(super) fn read<'t>(field: &Field<'t>, mut pair: Section<'t>) -> Result<Scene
         ..PotentialText::default()
     };
     let bodies = bodies.iter().map(|body| body.name.to_owned()).collect();
-    Ok(Scenery { bodies, start, ..Scenery::new(GeometryText::Potential(text), places, pair, Some(formula)) })
+    Ok(Scenery { bodies, start, ..Scenery::new(GeometryText::Potential(text), places, pair, formula) })
 }
 
-/// The start of bodies, which their own tables have. Only the time is given here.
-pub(super) fn start<'t>(mut section: Section<'t>, bodies: &[Component<'t>]) -> Result<Initial<'t>, CaseError> {
-    let time = section.take("t");
-    section.finish().map_err(|error| error.with_help("position and velocity are those of [[body]]"))?;
-    let zero = || "0".to_owned();
-    let (mut positions, mut q) = (vec![time.as_ref().map_or(Ok(zero()), Field::formula)?], vec![time]);
-    let (mut rates, mut fields) = (vec![None], vec![None]);
-    for [position, velocity] in bodies.iter().cloned() {
-        positions.push(position.0);
-        q.push(Some(position.1));
-        rates.push(Some(Rate::Velocity(velocity.0)));
-        fields.push(Some(velocity.1));
-    }
-    positions.push(zero());
-    q.push(None);
-    rates.push(None);
-    fields.push(None);
-    let mut norm = None;
-    add_lift(&mut rates, &mut norm, None)?;
-    let data = StartData { q: positions, rates: rates.into_iter().flatten().collect(), norm };
-    Ok(Initial { data, q, rates: fields, norm: None, solve: None, section, from: None })
-}
-
-/// A body, and its velocity.
-fn body(mut section: Section<'_>) -> Result<(Body<'_>, Field<'_>), CaseError> {
-    let fields = ["name", "mass", "position", "velocity"].map(|key| section.take(key).ok_or(key));
-    section.finish()?;
-    let missing = |key: &str| {
+/// A body as it is given.
+fn body(field: Field<'_>) -> Result<Body<'_>, CaseError> {
+    let get = |key: &str| {
         let help = "a body is { name = \"sun\", mass = 1.0, position = [0.0, 0.0], velocity = [0.0, 0.0] }";
-        section.error(format!("missing field `{key}`")).with_help(help)
+        field.get(key).ok_or_else(|| field.error(format!("missing field `{key}`")).with_help(help))
     };
-    let [field, mass, position, velocity] = fields.map(|field| field.map_err(missing));
-    let (field, mass, position, velocity) = (field?, mass?, position?, velocity?);
-    Ok((Body { name: field.string()?, mass, position, field }, velocity))
-}
-
-fn components<'t>(position: &Field<'t>, velocity: &Field<'t>) -> Result<Vec<Component<'t>>, CaseError> {
-    let [places, speeds] = [position.formulas()?, velocity.formulas()?];
-    if !(2..=3).contains(&places.len()) || speeds.len() != places.len() {
-        let message = format!("position and velocity must have two or three numbers each, found {}", speeds.len());
-        return Err(if speeds.len() == places.len() { position } else { velocity }.error(message));
-    }
-    let components = places.into_iter().zip(speeds);
-    Ok(components.map(|(place, speed)| [(place, position.clone()), (speed, velocity.clone())]).collect())
+    let (name, mass, position, velocity) = (get("name")?, get("mass")?, get("position")?, get("velocity")?);
+    Ok(Body { name: name.string()?, place: name.span, mass, position, velocity })
 }
 
 /// The masses as formulas.

@@ -2,7 +2,7 @@
 
 use super::CaseError;
 use super::initial::Initial;
-use super::reader::{Field, Section};
+use super::reader::Field;
 use super::scenery::{Scenery, conformal, with_factor};
 use super::start::{self, NoStart};
 use super::{Case, bodies, metric, potential};
@@ -10,43 +10,71 @@ use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, Poten
 use crate::number::Real;
 use crate::solve::Quantity;
 
-/// Reads the one of `[metric]` and `[potential]` that is given.
-pub(super) fn geometry<'t>(
-    root: &mut Section<'t>,
-    [metric, potential, force, body]: [Option<Field<'t>>; 4],
-    [particle, pair]: [Section<'t>; 2],
-) -> Result<Scenery<'t>, CaseError> {
-    if let Some(body) = body {
-        if let Some(other) = [&metric, &potential, &force].into_iter().flatten().next() {
-            let error = other.key_error(format!("both [[body]] and [{}] are given", other.key));
-            return Err(error.with_help("bodies move by Newton's law in the energy of their pairs, [pair] formula"));
-        }
-        if particle.is_given() {
-            let error = particle.error("[particle] belongs to a potential, and the case has bodies");
-            return Err(error.with_help("every body has a mass of its own"));
-        }
-        return bodies::read(&body, pair);
+const BODIES: &str = "bodies move by Newton's law in the energy of their pairs, [pair] formula";
+const VELOCITY: &str = "keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)";
+const PRESET: &str = "a preset has its own coordinates and components";
+const GEOMETRY: &str = "a case has exactly one of [metric] and [potential]";
+
+/// Keys that exclude each other; what is said of the second one where both are given, and what to do.
+const EXCLUDED: [(&str, &str, &str, &str); 12] = [
+    ("body", "metric", "both [[body]] and [metric] are given", BODIES),
+    ("body", "potential", "both [[body]] and [potential] are given", BODIES),
+    ("body", "force", "both [[body]] and [force] are given", BODIES),
+    (
+        "metric",
+        "force",
+        "[force] belongs to a potential, and the case has a metric",
+        "a force in a metric is metric.force",
+    ),
+    ("metric", "potential", "both a metric and a potential are given", GEOMETRY),
+    ("metric.preset", "metric.coordinates", "'metric.coordinates' and 'metric.preset' are both given", PRESET),
+    ("metric.preset", "metric.components", "'metric.components' and 'metric.preset' are both given", PRESET),
+    ("force", "potential.force", "both [force] and potential.force are given", "keep one of them"),
+    ("initial.x_dot", "initial.velocity", "both x_dot and velocity are given", VELOCITY),
+    ("initial.p_x", "initial.velocity", "both p_x and velocity are given", VELOCITY),
+    (
+        "solver.accuracy",
+        "solver.tolerance",
+        "both solver.accuracy and solver.tolerance are given",
+        "keep accuracy for an error of the whole run, or tolerance for a run that goes on whatever errors grow to",
+    ),
+    ("grid.gamma_f", "grid.t_f", "both gamma_f and t_f are given", "keep exactly one of grid.gamma_f and grid.t_f"),
+];
+
+/// Refuses keys that exclude each other.
+pub(super) fn excluded(root: &Field<'_>) -> Result<(), CaseError> {
+    let find = |path: &str| match path.split_once('.') {
+        Some((table, key)) => root.get(table)?.get(key),
+        None => root.get(path),
+    };
+    let both = |&(one, other, message, help): &(&str, &str, &str, &str)| {
+        Some(find(one).and(find(other))?.key_error(message).with_help(help))
+    };
+    EXCLUDED.iter().find_map(both).map_or(Ok(()), Err)
+}
+
+/// Reads the one of `[metric]`, `[potential]` and bodies that is given.
+pub(super) fn geometry<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
+    let [metric, body, particle] = ["metric", "body", "particle"].map(|key| root.get(key));
+    if let Some(particle) = particle.filter(|_| metric.is_some() || body.is_some()) {
+        let (of, help) = match &body {
+            Some(_) => ("bodies", "every body has a mass of its own"),
+            None => ("a metric", "write the mass into the metric, or take a [potential]"),
+        };
+        return Err(particle
+            .error(format!("[particle] belongs to a potential, and the case has {of}"))
+            .with_help(help));
     }
-    if pair.is_given() {
+    if let Some(pair) = root.get("pair").filter(|_| body.is_none()) {
         return Err(pair.error("[pair] needs bodies").with_help("give [[body]], one table for each"));
     }
-    if let (Some(_), Some(force)) = (&metric, &force) {
-        let error = force.key_error("[force] belongs to a potential, and the case has a metric");
-        return Err(error.with_help("a force in a metric is metric.force"));
-    }
-    let help = "a case has exactly one of [metric] and [potential]";
-    match (metric, potential) {
-        (Some(_), Some(potential)) => {
-            Err(potential.key_error("both a metric and a potential are given").with_help(help))
+    match (body, metric) {
+        (Some(body), _) => bodies::read(&body, root.table("pair")),
+        (None, Some(metric)) => metric::read(metric),
+        (None, None) if root.get("potential").or(root.get("force")).is_none() => {
+            Err(root.error("missing field `metric` or `potential`").with_help(GEOMETRY))
         }
-        (None, None) if force.is_none() => Err(root.error("missing field `metric` or `potential`").with_help(help)),
-        (Some(_), None) if particle.is_given() => {
-            let error = particle.error("[particle] belongs to a potential, and the case has a metric");
-            Err(error.with_help("write the mass into the metric, or take a [potential]"))
-        }
-        (Some(metric), None) => metric::read(metric.section()?),
-        (None, Some(potential)) => potential::read(potential.section()?, force, particle),
-        (None, None) => potential::read(root.section("potential")?, force, particle),
+        (None, None) => potential::read(root),
     }
 }
 
@@ -150,19 +178,19 @@ fn no_start(none: &NoStart, initial: &Initial<'_>, names: &[String]) -> CaseErro
         }
         NoStart::Independent(a) => {
             let message = format!("K does not depend on {}, so that norm cannot determine it", unknown(*a));
-            initial.error_in_norm(message).with_help("solve for another velocity or momentum")
+            initial.section.at("solve").error(message).with_help("solve for another velocity or momentum")
         }
         NoStart::NoRoot { coordinate, norm, extreme, is_most } => {
             let unknown = unknown(*coordinate);
             let bound = if *is_most { "at most" } else { "at least" };
             let message = format!("no real {unknown} gives K = {norm}: K is {bound} {extreme} whatever {unknown} is");
             let help = format!("change the other velocities and momenta, or take a norm of {bound} {extreme}");
-            initial.error_in_norm(message).with_help(help)
+            initial.section.at("solve").error(message).with_help(help)
         }
         NoStart::OtherSign { coordinate, root } => {
             let unknown = unknown(*coordinate);
             let message = format!("the only {unknown} that gives this K is {root}, which has the other sign");
-            initial.error_in_norm(message).with_help("change the sign in solve")
+            initial.section.at("solve").error(message).with_help("change the sign in solve")
         }
         NoStart::NotFinite => initial.section.error("a velocity, a momentum or K is not a finite number at the start"),
     }
@@ -244,7 +272,7 @@ fn check_motion<S: Real>(
 }
 
 /// Refuses events that act where they cannot.
-pub(super) fn acting(case: &Case, events: &Section<'_>) -> Result<(), CaseError> {
+pub(super) fn acting(case: &Case, events: &Field<'_>) -> Result<(), CaseError> {
     let names = case.coordinates();
     for (event, field) in case.events.iter().zip(events.fields()).filter(|(event, _)| !event.set.is_empty()) {
         let sets = |is: &dyn Fn(Quantity) -> bool| event.set.iter().any(|(quantity, _)| is(*quantity));

@@ -6,12 +6,14 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::CaseError;
-use super::bodies;
-use super::reader::{Field, Section};
+use super::reader::Field;
 use super::scenery::{Scenery, known};
 use crate::formula::similar::nearest;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Law, value_of};
 use crate::solve::Continuation;
+
+const FROM: &str =
+    "initial.from is the folder of an earlier run, or the summary.json there; it stands alone in [initial]";
 
 /// Which of two roots is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,82 +56,78 @@ pub struct StartData {
     pub norm: Option<String>,
 }
 
+/// The position and the rate of a coordinate, as far as they are given, with their places in the text.
+#[derive(Clone, Default)]
+pub(super) struct Given<'t> {
+    pub(super) position: Option<(String, Field<'t>)>,
+    pub(super) rate: Option<(Rate, Field<'t>)>,
+}
+
 /// The initial data with their places in the text.
 pub(super) struct Initial<'t> {
     pub(super) data: StartData,
-    /// Where the position and the rate of every coordinate stand.
-    pub(super) q: Vec<Option<Field<'t>>>,
-    pub(super) rates: Vec<Option<Field<'t>>>,
-    pub(super) norm: Option<Field<'t>>,
-    pub(super) solve: Option<Field<'t>>,
-    pub(super) section: Section<'t>,
+    given: Vec<Given<'t>>,
+    pub(super) section: Field<'t>,
     /// The end of the run that this one continues, if it continues one.
     pub(super) from: Option<Continuation>,
 }
 
 /// Reads `[initial]`.
 pub(super) fn read<'t>(
-    mut section: Section<'t>,
+    section: Field<'t>,
     scenery: &Scenery<'t>,
     geometry: &Geometry,
 ) -> Result<Initial<'t>, CaseError> {
     let names = geometry.names();
-    if let Some(field) = section.take("from") {
-        return continued(&field, section, names);
-    }
-    if !scenery.start.is_empty() {
-        return bodies::start(section, &scenery.start);
-    }
-    let q: Vec<Option<Field<'t>>> = names.iter().map(|name| section.take(name)).collect();
-    let rates_of = |name: &String| [format!("{name}_dot"), format!("p_{name}")].map(|key| section.take(&key));
-    let given: Vec<[Option<Field<'t>>; 2]> = names.iter().map(rates_of).collect();
-    let (norm, solve) = (section.take("norm"), section.take("solve"));
-    let velocity = if scenery.is_of_x { section.take("velocity") } else { None };
-    section.finish().map_err(|error| explain_velocity(error, names))?;
     // A potential has a time that begins at 0.
     let (has_time, is_lifted) = match &scenery.text {
         GeometryText::Metric(_) => (false, false),
         GeometryText::Potential(potential) => (true, potential.law == Law::Newtonian),
     };
-    let positions = positions(&section, &q, geometry, has_time)?;
-    let (mut rates, mut fields): (Vec<_>, Vec<_>) = given.into_iter().map(given_rate).collect::<Result<_, _>>()?;
-    if let Some(velocity) = velocity {
-        rates[1] = Some(rate_of_velocity(&velocity, &fields)?);
-        fields[1] = Some(velocity);
-    }
-    let mut value = from_norm(norm.as_ref(), solve.as_ref(), names, &fields, &mut rates)?;
+    let mut from = None;
+    let given: Vec<Given<'t>> = if let Some(field) = section.get("from") {
+        section.finish(&["from"]).map_err(|error| error.with_help(FROM))?;
+        let (end, given) = continued(&field, names).map_err(|message| field.error(message).with_help(FROM))?;
+        from = Some(end);
+        given
+    } else if scenery.start.is_empty() {
+        let keys = ["norm", "solve"].map(str::to_owned).into_iter().chain(keys(names, scenery.is_of_x));
+        section.finish(&keys.collect::<Vec<_>>()).map_err(|error| explain_velocity(error, names))?;
+        check_positions(&section, geometry, has_time)?;
+        names.iter().map(|name| self::given(&section, name)).collect::<Result<_, _>>()?
+    } else {
+        section.finish(&["t"]).map_err(|error| error.with_help("position and velocity are those of [[body]]"))?;
+        let time = Given { position: position(&section, "t")?, rate: None };
+        [&[time], scenery.start.as_slice(), &[Given::default()]].concat()
+    };
+    let mut rates: Vec<_> = given.iter().map(|given| given.rate.as_ref().map(|(rate, _)| rate.clone())).collect();
+    let mut norm = from_norm(&section, names, &mut rates)?;
     if is_lifted {
-        add_lift(&mut rates, &mut value, norm.as_ref())?;
+        add_lift(&mut rates, &mut norm, section.get("norm").as_ref())?;
     }
-    let found = |(rate, name): (Option<Rate>, &String)| rate.ok_or_else(|| missing(&section, name, &value, is_lifted));
+    let found = |(rate, name): (Option<Rate>, &String)| rate.ok_or_else(|| missing(&section, name, &norm, is_lifted));
     let rates = rates.into_iter().zip(names).map(found).collect::<Result<_, _>>()?;
-    let data = StartData { q: positions, rates, norm: value };
-    Ok(Initial { data, q, rates: fields, norm, solve, section, from: None })
+    let position = |given: &Given<'_>| given.position.as_ref().map_or("0".to_owned(), |(text, _)| text.clone());
+    let data = StartData { q: given.iter().map(position).collect(), rates, norm };
+    Ok(Initial { data, given, section, from })
 }
 
-/// The end of an earlier run, from its folder or its summary.
-fn continued<'t>(field: &Field<'t>, section: Section<'t>, names: &[String]) -> Result<Initial<'t>, CaseError> {
-    const HELP: &str =
-        "initial.from is the folder of an earlier run, or the summary.json there; it stands alone in [initial]";
-    let mistake = |message: String| field.error(message).with_help(HELP);
-    section.finish().map_err(|error| error.with_help(HELP))?;
-    let mut path = PathBuf::from(field.string()?);
+/// The end of an earlier run, from its folder or its summary, and what it gives.
+fn continued<'t>(field: &Field<'t>, names: &[String]) -> Result<(Continuation, Vec<Given<'t>>), String> {
+    let mut path = PathBuf::from(field.as_str().unwrap_or_default());
     if path.is_dir() {
         path.push("summary.json");
     }
-    let text =
-        fs::read_to_string(&path).map_err(|error| mistake(format!("cannot read {}: {error}", path.display())))?;
+    let text = fs::read_to_string(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let end = serde_json::from_str(&text).map(|Ended { end_state }| end_state);
-    let end = end.map_err(|error| mistake(format!("{} has no end_state: {error}", path.display())))?;
-    let mut data = StartData { q: Vec::new(), rates: Vec::new(), norm: None };
-    for name in names {
-        let missing = || mistake(format!("{} ends without a coordinate '{name}'", path.display()));
+    let end = end.map_err(|error| format!("{} has no end_state: {error}", path.display()))?;
+    let given = |name: &String| {
+        let missing = || format!("{} ends without a coordinate '{name}'", path.display());
         let [q, p] = end.formulas(name).filter(|_| end.has(name)).ok_or_else(missing)?;
-        data.q.push(q);
-        data.rates.push(Rate::Momentum(p));
-    }
-    let fields = || vec![Some(field.clone()); names.len()];
-    Ok(Initial { q: fields(), rates: fields(), norm: None, solve: None, section, from: Some(end), data })
+        Ok(Given { position: Some((q, field.clone())), rate: Some((Rate::Momentum(p), field.clone())) })
+    };
+    let given = names.iter().map(given).collect::<Result<_, String>>()?;
+    Ok((end, given))
 }
 
 /// The keys of positions and rates.
@@ -146,41 +144,55 @@ struct Ended {
     end_state: Continuation,
 }
 
-/// The velocity or the momentum that is given, and where it stands.
-fn given_rate(pair: [Option<Field<'_>>; 2]) -> Result<(Option<Rate>, Option<Field<'_>>), CaseError> {
-    match pair {
-        [Some(velocity), Some(momentum)] => {
-            let message = format!("both {} and {} are given", velocity.key, momentum.key);
-            let help = format!("they determine each other: keep one of {} and {}", velocity.key, momentum.key);
-            Err(momentum.key_error(message).with_help(help))
-        }
-        [Some(field), None] => Ok((Some(Rate::Velocity(field.formula()?)), Some(field))),
-        [None, Some(field)] => Ok((Some(Rate::Momentum(field.formula()?)), Some(field))),
-        [None, None] => Ok((None, None)),
-    }
+fn position<'t>(section: &Field<'t>, name: &str) -> Result<Option<(String, Field<'t>)>, CaseError> {
+    section.read(name, |field| Ok((field.formula()?, field.clone())))
 }
 
-/// dx/dγ, where dx/dt is given.
-fn rate_of_velocity(velocity: &Field<'_>, fields: &[Option<Field<'_>>]) -> Result<Rate, CaseError> {
-    if let Some(other) = &fields[1] {
-        let help = "keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)";
-        return Err(velocity.key_error(format!("both {} and velocity are given", other.key)).with_help(help));
+/// What is given of a coordinate.
+fn given<'t>(section: &Field<'t>, name: &str) -> Result<Given<'t>, CaseError> {
+    let velocity =
+        section.read(&format!("{name}_dot"), |field| Ok((Rate::Velocity(field.formula()?), field.clone())))?;
+    let momentum = section.read(&format!("p_{name}"), |field| Ok((Rate::Momentum(field.formula()?), field.clone())))?;
+    if let (Some((_, velocity)), Some((_, momentum))) = (&velocity, &momentum) {
+        let message = format!("both {} and {} are given", velocity.key, momentum.key);
+        let help = format!("they determine each other: keep one of {} and {}", velocity.key, momentum.key);
+        return Err(momentum.key_error(message).with_help(help));
     }
-    let t_dot = fields[0].as_ref().filter(|t_dot| t_dot.key == "t_dot");
-    let t_dot =
-        t_dot.ok_or_else(|| velocity.key_error("velocity needs t_dot").with_help("give x_dot or p_x in its place"))?;
-    Ok(Rate::Velocity(format!("({})*({})", velocity.formula()?, t_dot.formula()?)))
+    let by_time = match section.get("velocity").filter(|_| name == "x" && section.source.is_of_x) {
+        Some(field) => {
+            // dx/dγ, where dx/dt is given.
+            let t_dot = section.get("t_dot");
+            let t_dot = t_dot
+                .ok_or_else(|| field.key_error("velocity needs t_dot").with_help("give x_dot or p_x in its place"))?;
+            Some((Rate::Velocity(format!("({})*({})", field.formula()?, t_dot.formula()?)), field))
+        }
+        None => None,
+    };
+    Ok(Given { position: position(section, name)?, rate: by_time.or(velocity).or(momentum) })
+}
+
+/// Refuses initial data without the position of a coordinate that something depends on, but for the time.
+fn check_positions(section: &Field<'_>, geometry: &Geometry, has_time: bool) -> Result<(), CaseError> {
+    if !section.is_table() {
+        let help = "[initial] needs every coordinate that the metric depends on, and for each coordinate q one of \
+                    q_dot (dq/dgamma) and p_q (its momentum)";
+        return Err(section.error("missing field `initial`").with_help(help));
+    }
+    // A force may act on a coordinate that nothing depends on, as on t of a damped motion.
+    let names = geometry.names().iter().enumerate().skip(usize::from(has_time));
+    let needed = names.filter(|&(a, name)| geometry.depends_on(a) && section.get(name).is_none());
+    let missing: Vec<&str> = needed.map(|(_, name)| name.as_str()).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let (field, them) = if missing.len() == 1 { ("field", "it") } else { ("fields", "them") };
+    let help = format!("the scene depends on {them}; only a coordinate that nothing depends on may be left out");
+    Err(section.error(format!("missing {field} `{}`", missing.join("`, `"))).with_help(help))
 }
 
 /// The norm, if a rate follows from it, which is then marked.
-fn from_norm(
-    norm: Option<&Field<'_>>,
-    solve: Option<&Field<'_>>,
-    names: &[String],
-    given: &[Option<Field<'_>>],
-    rates: &mut [Option<Rate>],
-) -> Result<Option<String>, CaseError> {
-    let (norm, solve) = match (norm, solve) {
+fn from_norm(section: &Field<'_>, names: &[String], rates: &mut [Option<Rate>]) -> Result<Option<String>, CaseError> {
+    let (norm, solve) = match (section.get("norm"), section.get("solve")) {
         (None, None) => return Ok(None),
         (Some(norm), Some(solve)) => (norm, solve),
         (Some(norm), None) => {
@@ -193,42 +205,20 @@ fn from_norm(
             return Err(solve.key_error("solve is given without norm").with_help(help));
         }
     };
-    let (a, rate) = unknown(solve, names)?;
-    if let Some(given) = &given[a] {
-        let message = format!("'{}' is given, so there is nothing to solve for", given.path);
+    let (a, rate) = unknown(&solve, names)?;
+    if rates[a].is_some() {
+        let keys = [format!("{}_dot", names[a]), format!("p_{}", names[a]), "velocity".to_owned()];
+        let given = keys.iter().find_map(|key| section.get(key)).map_or(String::new(), |field| field.path);
+        let message = format!("'{given}' is given, so there is nothing to solve for");
         return Err(solve.error(message).with_help("leave out one of the two"));
     }
     rates[a] = Some(rate);
-    norm_value(norm).map(Some)
-}
-
-/// The position of every coordinate; that of one that nothing depends on, and of the time, is 0 if it is left out.
-fn positions(
-    section: &Section<'_>,
-    fields: &[Option<Field<'_>>],
-    geometry: &Geometry,
-    has_time: bool,
-) -> Result<Vec<String>, CaseError> {
-    if !section.is_given() {
-        let help = "[initial] needs every coordinate that the metric depends on, and for each coordinate q one of \
-                    q_dot (dq/dgamma) and p_q (its momentum)";
-        return Err(section.error("missing field `initial`").with_help(help));
-    }
-    // A force may act on a coordinate that nothing depends on, as on t of a damped motion.
-    let needed = (usize::from(has_time)..fields.len()).filter(|&a| geometry.depends_on(a));
-    let missing: Vec<&str> = needed.filter(|&a| fields[a].is_none()).map(|a| geometry.names()[a].as_str()).collect();
-    if !missing.is_empty() {
-        let list = missing.join("`, `");
-        let (field, them) = if missing.len() == 1 { ("field", "it") } else { ("fields", "them") };
-        let help = format!("the scene depends on {them}; only a coordinate that nothing depends on may be left out");
-        return Err(section.error(format!("missing {field} `{list}`")).with_help(help));
-    }
-    fields.iter().map(|field| field.as_ref().map_or(Ok("0".to_owned()), Field::formula)).collect()
+    norm_value(&norm).map(Some)
 }
 
 /// The rate that `solve` names.
 fn unknown(solve: &Field<'_>, names: &[String]) -> Result<(usize, Rate), CaseError> {
-    let fields = solve.section()?.fields();
+    let fields = solve.fields();
     let [field] = fields.as_slice() else {
         let message =
             format!("'{}' must name exactly one velocity or momentum, and names {}", solve.path, fields.len());
@@ -250,7 +240,7 @@ fn unknown(solve: &Field<'_>, names: &[String]) -> Result<(usize, Rate), CaseErr
 
 /// The K that `norm` asks for.
 pub(super) fn norm_value(field: &Field<'_>) -> Result<String, CaseError> {
-    match field.item.as_str() {
+    match field.as_str() {
         Some("timelike") => Ok("1".to_owned()),
         Some("null") => Ok("0".to_owned()),
         _ => field.formula(),
@@ -287,7 +277,7 @@ pub(super) fn add_lift(
     Ok(())
 }
 
-fn missing(section: &Section<'_>, name: &str, norm: &Option<String>, is_lifted: bool) -> CaseError {
+fn missing(section: &Field<'_>, name: &str, norm: &Option<String>, is_lifted: bool) -> CaseError {
     let help = if is_lifted && name == "s" {
         "where norm determines another coordinate, give the energy as p_t, or s_dot".to_owned()
     } else {
@@ -309,44 +299,33 @@ pub(super) fn explain_velocity(error: CaseError, names: &[String]) -> CaseError 
 impl Initial<'_> {
     /// Refuses what is not a finite number.
     pub(super) fn check_numbers(&self, parameters: &[(String, String)]) -> Result<(), CaseError> {
-        let positions = self.data.q.iter().zip(&self.q);
-        let rates = self.data.rates.iter().zip(&self.rates).filter_map(|(rate, field)| match rate {
-            Rate::Velocity(number) | Rate::Momentum(number) => Some((number, field)),
-            _ => None,
-        });
-        let norm = self.data.norm.iter().zip([&self.norm]);
-        let mut all = positions.chain(rates).chain(norm);
-        all.try_for_each(|(number, field)| check_number(number, field.as_ref(), parameters))
+        let positions = self.given.iter().filter_map(|given| given.position.as_ref());
+        positions.clone().try_for_each(|(number, field)| check_number(number, field, parameters))?;
+        for (rate, field) in self.given.iter().filter_map(|given| given.rate.as_ref()) {
+            if let Rate::Velocity(number) | Rate::Momentum(number) = rate {
+                check_number(number, field, parameters)?;
+            }
+        }
+        let norm = self.data.norm.as_ref().zip(self.section.get("norm"));
+        norm.map_or(Ok(()), |(number, field)| check_number(number, &field, parameters))
     }
 
     /// A mistake in the position, of which only the `active` coordinates matter.
     pub(super) fn error_in_position(&self, active: &[usize], message: String) -> CaseError {
-        let mut given = active.iter().filter_map(|&a| self.q[a].as_ref());
-        self.error_at(given.next().filter(|_| given.next().is_none()), message)
+        let mut given = active.iter().filter_map(|&a| self.given.get(a)?.position.as_ref());
+        let single = given.next().filter(|_| given.next().is_none());
+        single.map_or(&self.section, |(_, field)| field).error(message)
     }
 
     /// A mistake in the rate of a coordinate.
     pub(super) fn error_in_rate(&self, a: usize, message: String) -> CaseError {
-        self.error_at(self.rates[a].as_ref().or(self.solve.as_ref()), message)
-    }
-
-    /// A mistake in `solve` and `norm`.
-    pub(super) fn error_in_norm(&self, message: String) -> CaseError {
-        self.error_at(self.solve.as_ref(), message)
-    }
-
-    fn error_at(&self, field: Option<&Field<'_>>, message: String) -> CaseError {
-        field.map_or_else(|| self.section.error(message.clone()), |field| field.error(message.clone()))
+        let given = self.given.get(a).and_then(|given| given.rate.as_ref());
+        given.map_or_else(|| self.section.at("solve"), |(_, field)| field.clone()).error(message)
     }
 }
 
 /// Refuses what is not a finite number in the parameters.
-pub(super) fn check_number(
-    number: &str,
-    field: Option<&Field<'_>>,
-    parameters: &[(String, String)],
-) -> Result<(), CaseError> {
-    let Some(field) = field else { return Ok(()) };
+pub(super) fn check_number(number: &str, field: &Field<'_>, parameters: &[(String, String)]) -> Result<(), CaseError> {
     value_of::<f64>(number, parameters).map(drop).map_err(|error| match error {
         GeometryError::Formula(_, formula) => {
             field.formula_error(&formula, known(parameters.iter().map(|(name, _)| name.clone()).collect()))

@@ -1,6 +1,7 @@
 //! Limits of numbers of nodes and of spacings, for cases and for studies on other grids.
 
-use super::SbpName;
+use super::reader::Field;
+use super::{CaseError, SbpName};
 use crate::action::Form;
 use crate::number::Real;
 use crate::solve::{Limit, Settings, Setup};
@@ -8,42 +9,46 @@ use crate::solve::{Limit, Settings, Setup};
 /// More nodes than this would exhaust the memory.
 const MOST_POINTS: usize = 100_000_000;
 
-/// A value that is not acceptable: its dotted key, why, and what to do.
-pub(super) type Invalid = (&'static str, String, Option<&'static str>);
+/// A value that is not acceptable: its key in `[grid]`, why, and what to do.
+pub(super) struct Invalid(&'static str, String, Option<&'static str>);
 
-/// Refuses numbers of nodes that do not fit the operator (if it is given) or the memory.
-pub(super) fn check_nodes(sbp: Option<SbpName>, n_gamma: usize, windows: usize) -> Result<(), Invalid> {
-    if let Some(sbp) = sbp {
-        if let Some(nodes) = sbp.fixed_points().filter(|&nodes| nodes != n_gamma) {
-            let help = "leave n_gamma out, or choose the spectral element of that many nodes";
-            return Err(("grid.n_gamma", format!("{sbp} has {nodes} nodes, got n_gamma = {n_gamma}"), Some(help)));
-        }
-        if n_gamma < sbp.minimum_points() {
-            let message = format!("{sbp} needs at least {} points, got n_gamma = {n_gamma}", sbp.minimum_points());
-            return Err(("grid.n_gamma", message, None));
-        }
+impl Invalid {
+    /// The same with its place.
+    pub(super) fn error(self, grid: &Field<'_>) -> CaseError {
+        let Self(key, message, help) = self;
+        grid.at(key).error(message).with_hint(help.map(str::to_owned))
     }
-    if n_gamma > MOST_POINTS {
-        let message = format!("n_gamma = {n_gamma} is above the limit of {MOST_POINTS} points");
-        return Err(("grid.n_gamma", message, None));
-    }
-    if n_gamma.saturating_mul(windows) > MOST_POINTS {
-        let message = format!("{windows} windows of {n_gamma} points are above the limit of {MOST_POINTS}");
-        return Err(("grid.windows", message, None));
-    }
-    Ok(())
+}
+
+/// Refuses numbers of nodes that do not fit the operator or the memory.
+pub(super) fn check_nodes(sbp: SbpName, n_gamma: usize, windows: usize) -> Result<(), Invalid> {
+    let (mut key, mut help) = ("n_gamma", None);
+    let message = if let Some(nodes) = sbp.fixed_points().filter(|&nodes| nodes != n_gamma) {
+        help = Some("leave n_gamma out, or choose the spectral element of that many nodes");
+        format!("{sbp} has {nodes} nodes, got n_gamma = {n_gamma}")
+    } else if n_gamma < sbp.minimum_points() {
+        format!("{sbp} needs at least {} points, got n_gamma = {n_gamma}", sbp.minimum_points())
+    } else if n_gamma > MOST_POINTS {
+        format!("n_gamma = {n_gamma} is above the limit of {MOST_POINTS} points")
+    } else if n_gamma.saturating_mul(windows) > MOST_POINTS {
+        key = "windows";
+        format!("{windows} windows of {n_gamma} points are above the limit of {MOST_POINTS}")
+    } else {
+        return Ok(());
+    };
+    Err(Invalid(key, message, help))
 }
 
 /// Refuses nodes so close together, over a range of γ of this length, that rounding makes them equal, also when γ_i is
 /// added to them.
-pub(super) fn check_spacing(path: &'static str, gamma_i: f64, intervals: usize, length: f64) -> Result<(), Invalid> {
+pub(super) fn check_spacing(key: &'static str, gamma_i: f64, intervals: usize, length: f64) -> Result<(), Invalid> {
     let spacing = length / intervals as f64;
     let largest = gamma_i.abs().max((gamma_i + length).abs());
     if spacing.is_finite() && spacing >= f64::MIN_POSITIVE && spacing > 4.0 * f64::EPSILON * largest {
         return Ok(());
     }
     let message = format!("the spacing {spacing:e} is too small or too large to tell neighbouring nodes apart");
-    Err((path, message, Some("shift gamma_i towards 0, or take fewer points or windows")))
+    Err(Invalid(key, message, Some("shift gamma_i towards 0, or take fewer points or windows")))
 }
 
 /// The settings of the solver on another grid: with that operator and form and so many nodes in each window, on
@@ -66,9 +71,9 @@ pub fn on_grid<S: Real>(
     if !setup.regularised && form == Form::Weak {
         return Err("regularised = false is not possible with form = \"weak\"".to_owned());
     }
-    check_nodes(Some(sbp), n_gamma, windows)
-        .and_then(|()| check_spacing("grid.gamma_f", 0.0, intervals, length.to_f64()))
-        .map_err(|(_, message, _)| message)?;
+    check_nodes(sbp, n_gamma, windows)
+        .and_then(|()| check_spacing("gamma_f", 0.0, intervals, length.to_f64()))
+        .map_err(|Invalid(_, message, _)| message)?;
     Ok(Setup {
         gamma_i: S::ZERO,
         carried: None,

@@ -2,41 +2,35 @@
 
 use super::CaseError;
 use super::names::{self, Taken};
-use super::reader::{Field, Section};
+use super::reader::Field;
 use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
 use crate::formula::similar::nearest;
 use crate::geometry::{GeometryText, MetricText, PRESETS, Place, Preset};
 
 /// Reads `[metric]`.
-pub(super) fn read(mut section: Section<'_>) -> Result<Scenery<'_>, CaseError> {
-    let [coordinates, components] = ["coordinates", "components"].map(|key| section.take(key));
-    let [conformal, preset] = ["conformal", "preset"].map(|key| section.take(key));
+pub(super) fn read(section: Field<'_>) -> Result<Scenery<'_>, CaseError> {
+    let [coordinates, components] = ["coordinates", "components"].map(|key| section.get(key));
     let mut places = Places::default();
-    let named = preset.as_ref().map(|field| self::preset(field, coordinates.as_ref().or(components.as_ref())));
-    let named = named.transpose()?;
-    let mut text = match named {
+    let preset = section.read("preset", preset)?;
+    let mut text = match preset {
         Some(preset) => preset.text(),
         None => metric(&section, [&coordinates, &components], &mut places)?,
     };
     let mut taken = Taken::new(&text.coordinates);
-    places.keep_named(&section.section("parameters")?, PARAMETER, &mut taken, &mut text.parameters)?;
-    places.keep_named(&section.section("definitions")?, DEFINITION, &mut taken, &mut text.definitions)?;
-    text.one_form = places.keep_by_coordinate(&section.section("one_form")?, &text.coordinates, Place::OneForm)?;
-    text.force = places.keep_by_coordinate(&section.section("force")?, &text.coordinates, Place::Force)?;
-    text.conformal = conformal.map(|field| places.keep(Place::Conformal, field)).transpose()?;
-    if let Some(preset) = named {
+    places.keep_named(&section.table("parameters"), PARAMETER, &mut taken, &mut text.parameters)?;
+    places.keep_named(&section.table("definitions"), DEFINITION, &mut taken, &mut text.definitions)?;
+    text.one_form = places.keep_by_coordinate(&section.table("one_form"), &text.coordinates, Place::OneForm)?;
+    text.force = places.keep_by_coordinate(&section.table("force"), &text.coordinates, Place::Force)?;
+    text.conformal = section.get("conformal").map(|field| places.keep(Place::Conformal, field)).transpose()?;
+    if let Some(preset) = preset {
         check_of_preset(preset, &places)?;
     }
-    let whole = components.or(preset).or(coordinates);
-    Ok(Scenery { preset: named, ..Scenery::new(GeometryText::Metric(text), places, section, whole) })
+    let whole = components.or(section.get("preset")).or(coordinates).unwrap_or_else(|| section.clone());
+    Ok(Scenery { preset, ..Scenery::new(GeometryText::Metric(text), places, section, whole) })
 }
 
-/// The preset that a field names; `other` is a key that it excludes.
-fn preset(field: &Field<'_>, other: Option<&Field<'_>>) -> Result<&'static Preset, CaseError> {
-    if let Some(other) = other {
-        let message = format!("'{}' and 'metric.preset' are both given", other.path);
-        return Err(other.key_error(message).with_help("a preset has its own coordinates and components"));
-    }
+/// The preset that a field names.
+fn preset(field: &Field<'_>) -> Result<&'static Preset, CaseError> {
     let known = PRESETS.each_ref().map(|preset| (preset.name, preset));
     field.one_of("preset", &format!("one of {}", known.map(|(name, _)| name).join(", ")), &known)
 }
@@ -88,7 +82,7 @@ pub(super) fn check_use(preset: &Preset, places: &Places<'_>, is_used: impl Fn(&
 
 /// Coordinates and components.
 fn metric<'t>(
-    section: &Section<'t>,
+    section: &Field<'t>,
     [coordinates, components]: [&Option<Field<'t>>; 2],
     places: &mut Places<'t>,
 ) -> Result<MetricText, CaseError> {
@@ -100,7 +94,7 @@ fn metric<'t>(
     };
     let coordinates = names::coordinates(coordinates, &[])?;
     let mut text = MetricText { coordinates, ..MetricText::default() };
-    for field in components.section()?.fields() {
+    for field in components.fields() {
         let pair = pair(&field, &text.coordinates)?;
         if let Some(earlier) = places.of(&Place::Component(pair)) {
             let (line, column) = earlier.line_and_column();

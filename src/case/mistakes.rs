@@ -5,7 +5,7 @@ use super::check::title;
 use super::initial::{self, norm_value};
 use super::observables::direction;
 use super::potential::{KINDS as KINDS_OF_POTENTIAL, law};
-use super::reader::{Field, Section};
+use super::reader::Field;
 use super::settings::{at_least_one, chosen, digits};
 use super::tables::{explain_table, kind, outside};
 use super::{CaseError, Form, SbpName, System, names};
@@ -19,6 +19,7 @@ const TEXT: Check = |field| field.string().map(drop);
 const TEXTS: Check = |field| field.strings().map(drop);
 const NUMBER: Check = |field| field.number().map(drop);
 const NUMBERS: Check = |field| field.numbers().map(drop);
+const FORMULAS: Check = |field| field.formulas().map(drop);
 const FORMULA: Check = |field| field.formula().map(drop);
 const WHOLE: Check = |field| field.whole().map(drop);
 const FLAG: Check = |field| field.is_true().map(drop);
@@ -49,7 +50,10 @@ const KINDS: &[(&str, Check)] = &[
     ("potential.conformal", FORMULA),
     ("potential.parameters.*", FORMULA),
     ("force.*", FORMULA),
-    ("body", ANY),
+    ("body.name", TEXT),
+    ("body.mass", FORMULA),
+    ("body.position", FORMULAS),
+    ("body.velocity", FORMULAS),
     ("pair.formula", TEXT),
     ("pair.parameters.*", FORMULA),
     ("particle.mass", FORMULA),
@@ -108,9 +112,9 @@ pub(super) struct Found {
 
 impl Found {
     /// Looks at all keys.
-    pub(super) fn new<'t>(root: impl Fn() -> Section<'t>) -> Self {
+    pub(super) fn new(root: &Field<'_>) -> Self {
         let mut found = Self { all: Vec::new(), are_names: true };
-        look(root(), "", names_of(root()).as_ref(), &mut found);
+        look(root, "", names_of(root).as_ref(), &mut found);
         found
     }
 
@@ -137,25 +141,21 @@ impl Found {
 type Names = [Vec<String>; 2];
 
 /// The names of the coordinates, as far as the text says them without a mistake.
-fn names_of(mut root: Section<'_>) -> Option<Names> {
-    let [metric, potential, force] = ["metric", "potential", "force"].map(|key| root.take(key));
-    let (start, factor) = match (metric, potential) {
-        (Some(metric), None) => {
-            let mut metric = metric.section().ok()?;
-            let start = match metric.take("preset") {
-                Some(preset) => Preset::from_name(preset.item.as_str()?)?.text().coordinates,
-                None => names::coordinates(&metric.take("coordinates")?, &[]).ok()?,
-            };
-            (start, metric.take("conformal"))
-        }
-        (None, potential) => {
-            let mut potential = potential.map_or_else(|| root.section("potential"), |field| field.section()).ok()?;
-            let is_given = KINDS_OF_POTENTIAL.iter().any(|kind| potential.take(kind).is_some());
-            let force = force.or_else(|| potential.take("force")).filter(|_| !is_given);
-            let law = root.section("particle").ok()?.take("law");
-            let is_newtonian = law.is_some_and(|law| law.item.as_str() == Some("newtonian"));
+fn names_of(root: &Field<'_>) -> Option<Names> {
+    let potential = root.table("potential");
+    let (start, table) = match root.get("metric") {
+        Some(_) if potential.is_table() => return None,
+        Some(metric) => match metric.get("preset") {
+            Some(preset) => (Preset::from_name(preset.as_str()?)?.text().coordinates, metric),
+            None => (names::coordinates(&metric.get("coordinates")?, &[]).ok()?, metric),
+        },
+        None => {
+            let is_given = KINDS_OF_POTENTIAL.iter().any(|kind| potential.get(kind).is_some());
+            let force = root.get("force").or_else(|| potential.get("force")).filter(|_| !is_given);
+            let law = root.table("particle").get("law");
+            let is_newtonian = law.is_some_and(|law| law.as_str() == Some("newtonian"));
             let others: &[&str] = if is_newtonian { &["t", "s"] } else { &["t"] };
-            let mut start = match (potential.take("coordinates"), force) {
+            let mut start = match (potential.get("coordinates"), force) {
                 (Some(coordinates), _) => names::coordinates(&coordinates, others).ok()?,
                 (None, Some(force)) => names::keys(&force, others).ok()?,
                 (None, None) if is_given => vec!["x".to_owned()],
@@ -163,32 +163,32 @@ fn names_of(mut root: Section<'_>) -> Option<Names> {
             };
             start.insert(0, "t".to_owned());
             start.extend(is_newtonian.then(|| "s".to_owned()));
-            (start, potential.take("conformal"))
+            (start, potential)
         }
-        (Some(_), Some(_)) => return None,
     };
-    let end = start.iter().cloned().chain(factor.map(|_| Tau::NAME.to_owned())).collect();
-    Some([start, end])
+    let tau = table.get("conformal").map(|_| Tau::NAME.to_owned());
+    Some([start.clone(), start.into_iter().chain(tau).collect()])
 }
 
 /// Looks at the keys of a table, which is called `path` in [`KINDS`].
-fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut Found) {
-    let mut keys: Vec<&str> = Vec::new();
+fn look(table: &Field<'_>, path: &str, names: Option<&Names>, found: &mut Found) {
+    let mut keys: Vec<String> = Vec::new();
     for key in KINDS.iter().filter_map(|(key, _)| below(key, path)?.split('.').next()) {
-        if !keys.contains(&key) {
-            keys.push(key);
+        if !key.is_empty() && !keys.iter().any(|other| other == key) {
+            keys.push(key.to_owned());
         }
     }
-    keys.iter().filter(|name| !["", "*"].contains(name)).for_each(|name| drop(section.take(name)));
-    let of_coordinates = names.and_then(|[start, end]| match path {
-        "initial" => Some(initial::keys(start, section.source.is_of_x)),
-        "expect" => Some(end.iter().map(|name| format!("{name}_final")).collect()),
-        _ => None,
-    });
-    of_coordinates.iter().flatten().for_each(|key| drop(section.take(key)));
-    let is_open = of_coordinates.is_none() && keys.contains(&"*");
+    let has_star = keys.iter().any(|key| key == "*");
+    keys.retain(|key| key != "*");
+    let named = keys.clone();
+    match (names, path) {
+        (Some([start, _]), "initial") => keys.extend(initial::keys(start, table.source.is_of_x)),
+        (Some([_, end]), "expect") => keys.extend(end.iter().map(|name| format!("{name}_final"))),
+        _ => {}
+    }
+    let is_open = has_star && keys.len() == named.len();
     if !is_open {
-        let unknown = section.unknown().into_iter();
+        let unknown = table.unknown(&keys).into_iter();
         match (names, path) {
             (Some([start, _]), "initial") => {
                 found.all.extend(unknown.map(|error| initial::explain_velocity(error, start)));
@@ -198,15 +198,15 @@ fn look(mut section: Section<'_>, path: &str, names: Option<&Names>, found: &mut
             _ => found.add(unknown),
         }
     }
-    for field in section.fields().into_iter().filter(|field| is_open || section.knows(&field.key)) {
-        let name = if keys.contains(&field.key.as_str()) { &field.key } else { "*" };
+    for field in table.fields().into_iter().filter(|field| is_open || keys.contains(&field.key)) {
+        let name = if named.contains(&field.key) { &field.key } else { "*" };
         let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
         let check = KINDS.iter().find(|(key, _)| *key == path).map(|(_, check)| check);
         let has_keys = KINDS.iter().any(|(key, _)| below(key, &path).is_some());
-        match check.filter(|_| !(has_keys && field.item.is_table_like())) {
+        match check.filter(|_| !(has_keys && field.is_table())) {
             Some(check) => found.add(check(&field).err()),
-            None => match field.section() {
-                Ok(section) => look(section, &path, names, found),
+            None => match field.tables(path == "body") {
+                Ok(tables) => tables.iter().for_each(|table| look(table, &path, names, found)),
                 Err(error) => found.add([error]),
             },
         }

@@ -44,10 +44,7 @@ impl Taken {
         if is_reserved(name) {
             return Err(field.key_error(format!("the {noun} name '{name}' already has a meaning in a formula")));
         }
-        if !is_identifier(name) {
-            let message = format!("the {noun} name '{name}' cannot be written in a formula");
-            return Err(field.key_error(message).with_help(IDENTIFIER));
-        }
+        check_identifier(field, noun, "cannot be written in a formula")?;
         match self.0.insert(name.clone(), kind) {
             Some(other) => {
                 let message = format!("the {noun} name '{name}' is already that of {other}");
@@ -65,7 +62,7 @@ pub(super) fn coordinates(field: &Field<'_>, others: &[&str]) -> Result<Vec<Stri
 
 /// The coordinates that the keys of a table name.
 pub(super) fn keys(field: &Field<'_>, others: &[&str]) -> Result<Vec<String>, CaseError> {
-    let keys = field.section()?.fields().into_iter().map(|field| (field.key, field.key_span));
+    let keys = field.fields().into_iter().map(|field| (field.key, field.key_span));
     checked(field, keys, others)
 }
 
@@ -127,10 +124,7 @@ pub(super) fn index_of(name: &str, field: &Field<'_>, coordinates: &[String]) ->
 /// Refuses a name of an invariant that cannot head its column `delta_<name>`.
 pub(super) fn check_invariant(field: &Field<'_>) -> Result<(), CaseError> {
     let name = &field.key;
-    if !is_identifier(name) {
-        let message = format!("the invariant name '{name}' cannot head a column");
-        return Err(field.key_error(message).with_help(IDENTIFIER));
-    }
+    check_identifier(field, "invariant", "cannot head a column")?;
     if ["k", "energy"].contains(&name.as_str()) || name.starts_with("q_") || name.starts_with("g_") {
         return Err(field.key_error(format!("the column delta_{name} has a meaning already: choose another name")));
     }
@@ -140,13 +134,18 @@ pub(super) fn check_invariant(field: &Field<'_>) -> Result<(), CaseError> {
 /// Refuses a name of an event that cannot be one in a table, or that is one of its columns.
 pub(super) fn check_event(field: &Field<'_>) -> Result<(), CaseError> {
     let name = &field.key;
-    if !is_identifier(name) {
-        let message = format!("the event name '{name}' cannot be a name in a table");
-        return Err(field.key_error(message).with_help(IDENTIFIER));
-    }
+    check_identifier(field, "event", "cannot be a name in a table")?;
     if COLUMNS.contains(&name.as_str()) {
         let message = format!("an event cannot have the name '{name}': it is reserved, for a column or a key");
         return Err(field.key_error(message).with_help("choose another name"));
     }
     Ok(())
+}
+
+/// Refuses a name that is none in formulas.
+fn check_identifier(field: &Field<'_>, noun: &str, refused: &str) -> Result<(), CaseError> {
+    if is_identifier(&field.key) {
+        return Ok(());
+    }
+    Err(field.key_error(format!("the {noun} name '{}' {refused}", field.key)).with_help(IDENTIFIER))
 }

@@ -1,11 +1,12 @@
 //! `[invariants]`, `[events]` and `[plot]` of a case: formulas of what a run computes.
 
+use super::initial::check_number;
 use super::names;
-use super::reader::{Field, Section};
+use super::reader::Field;
 use super::scenery::known;
 use super::{Case, CaseError};
 use crate::formula::{Graph, Known, Names, parse};
-use crate::geometry::{Direction, Geometry, GeometryText, observed};
+use crate::geometry::{Direction, Geometry, GeometryText, observed, value_of};
 use crate::number::Real;
 use crate::solve::Quantity;
 
@@ -25,9 +26,9 @@ pub struct Event {
 }
 
 /// The names that the events of this section set.
-pub(super) fn set_names(events: &Section<'_>) -> Vec<String> {
-    let sets = events.fields().into_iter().filter_map(|event| event.section().ok()?.take("set")?.section().ok());
-    sets.flat_map(|set| set.fields().into_iter().map(|field| field.key)).collect()
+pub(super) fn set_names(events: &Field<'_>) -> Vec<String> {
+    let set = events.fields().into_iter().flat_map(|event| event.table("set").fields());
+    set.map(|field| field.key).collect()
 }
 
 /// `[plot]`: the axes of the picture of the orbit, as formulas of positions and velocities.
@@ -53,11 +54,6 @@ impl Formulas<'_> {
         self.check(field, variables)
     }
 
-    /// A formula of positions, velocities, momenta and the norm.
-    fn of_everything(&self, field: &Field<'_>) -> Result<String, CaseError> {
-        self.check(field, observed(self.coordinates))
-    }
-
     fn check(&self, field: &Field<'_>, variables: Vec<String>) -> Result<String, CaseError> {
         let text = field.formula()?;
         let named = self.scene.parameters().iter().chain(self.scene.definitions()).map(|(name, _)| name.clone());
@@ -71,43 +67,47 @@ impl Formulas<'_> {
         Ok(text)
     }
 
-    /// Reads `[invariants]`.
-    pub(super) fn invariants(&self, section: &Section<'_>) -> Result<Vec<(String, String)>, CaseError> {
-        let read = |field: Field<'_>| {
-            names::check_invariant(&field)?;
-            Ok((field.key.clone(), self.of_everything(&field)?))
-        };
-        section.fields().into_iter().map(read).collect()
+    /// A number, checked, as it is written and as it is.
+    pub(super) fn number(&self, field: &Field<'_>) -> Result<(String, f64), CaseError> {
+        let (text, parameters) = (field.formula()?, self.scene.parameters());
+        check_number(&text, field, parameters)?;
+        let value = value_of(&text, parameters).unwrap_or(f64::NAN);
+        Ok((text, value))
     }
 
-    /// Reads `[events]`.
-    pub(super) fn events(&self, section: &Section<'_>) -> Result<Vec<Event>, CaseError> {
-        section.fields().into_iter().map(|field| self.event(&field)).collect()
-    }
-
-    fn event(&self, field: &Field<'_>) -> Result<Event, CaseError> {
-        names::check_event(field)?;
-        let mut section = field.section()?;
-        let [when, direction, until, set] = ["when", "direction", "until", "set"].map(|key| section.take(key));
-        let when = when.ok_or_else(|| section.error(format!("the event '{}' has no `when`", field.key)))?;
-        let until = until.map_or(Ok(false), |field| field.is_true())?;
-        if let (true, Some(set)) = (until, &set) {
-            let help = "leave one of them out: an event ends the run, or the run goes on from what it sets";
-            let message = format!("the event '{}' has both until and set", field.key);
-            return Err(set.key_error(message).with_help(help));
+    /// A positive number; `name` is the one of messages.
+    pub(super) fn positive(&self, name: &str, field: &Field<'_>) -> Result<String, CaseError> {
+        match self.number(field)? {
+            (_, value) if value <= 0.0 => Err(field.error(format!("{name} must be positive, got {value}"))),
+            (text, _) => Ok(text),
         }
-        Ok(Event {
-            name: field.key.clone(),
-            when: self.of_velocities(&when)?,
-            direction: direction.map_or(Ok(Direction::default()), |field| self::direction(&field))?,
-            until,
-            set: set.map_or(Ok(Vec::new()), |field| self.set(&field))?,
-        })
+    }
+
+    /// Reads an entry of `[invariants]`.
+    pub(super) fn invariant(&self, field: &Field<'_>) -> Result<(String, String), CaseError> {
+        names::check_invariant(field)?;
+        Ok((field.key.clone(), self.check(field, observed(self.coordinates))?))
+    }
+
+    /// Reads an entry of `[events]`.
+    pub(super) fn event(&self, event: &Field<'_>) -> Result<Event, CaseError> {
+        names::check_event(event)?;
+        let name = event.key.clone();
+        let when = event.read("when", |field| self.of_velocities(field))?;
+        let when = when.ok_or_else(|| event.error(format!("the event '{name}' has no `when`")))?;
+        let direction = event.read("direction", direction)?.unwrap_or_default();
+        let until = event.read("until", Field::is_true)?.unwrap_or(false);
+        if let Some(set) = event.get("set").filter(|_| until) {
+            let help = "leave one of them out: an event ends the run, or the run goes on from what it sets";
+            return Err(set.key_error(format!("the event '{name}' has both until and set")).with_help(help));
+        }
+        let set = event.read("set", |field| self.set(field))?.unwrap_or_default();
+        Ok(Event { name, when, direction, until, set })
     }
 
     /// What an event sets.
     fn set(&self, field: &Field<'_>) -> Result<Vec<(Quantity, String)>, CaseError> {
-        let fields = field.section()?.fields();
+        let fields = field.fields();
         let set: Vec<(Quantity, String)> = (fields.iter())
             .map(|field| Ok((self.quantity(field)?, self.of_velocities(field)?)))
             .collect::<Result<_, CaseError>>()?;
@@ -137,14 +137,14 @@ impl Formulas<'_> {
     }
 
     /// Reads `[plot]`.
-    pub(super) fn axes(&self, mut section: Section<'_>) -> Result<Option<Axes>, CaseError> {
-        let (x, y) = (section.take("x"), section.take("y"));
-        match (x, y) {
-            (Some(x), Some(y)) => Ok(Some(Axes { x: self.of_velocities(&x)?, y: self.of_velocities(&y)? })),
-            (None, None) if !section.is_given() => Ok(None),
+    pub(super) fn axes(&self, plot: &Field<'_>) -> Result<Option<Axes>, CaseError> {
+        let axis = |key| plot.read(key, |field| self.of_velocities(field));
+        match (axis("x")?, axis("y")?) {
+            (Some(x), Some(y)) => Ok(Some(Axes { x, y })),
+            (None, None) if !plot.is_table() => Ok(None),
             (x, _) => {
                 let missing = if x.is_none() { "x" } else { "y" };
-                Err(section.error(format!("missing field `{missing}`: [plot] needs the formulas x and y")))
+                Err(plot.error(format!("missing field `{missing}`: [plot] needs the formulas x and y")))
             }
         }
     }

@@ -2,13 +2,11 @@
 
 use super::mistakes::Found;
 use super::observables::{self, Formulas};
-use super::reader::Section;
-use super::settings::{self, Context, Scheme, Solver};
+use super::reader::Field;
 use super::source::Source;
-use super::{Case, CaseError, check, hint, initial, metric, rounding, tables};
-use crate::geometry::value_of;
-use crate::number::{Extended, Real};
-use crate::solve::{Continuation, Settings};
+use super::{Case, CaseError, check, hint, initial, metric, rounding, settings, tables};
+use crate::number::Extended;
+use crate::solve::Continuation;
 
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
@@ -22,67 +20,53 @@ impl Case {
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
         let source = Source::new(source_name, text, overrides)?;
         let document = source.document()?;
-        let root = || Section::root(&source, document.as_table());
-        let read = || Self::read(&source, root());
+        let root = Field::root(&source, document.as_item());
+        let read = || Self::read(&root);
         // It may be missing because it is misspelt.
         let lacks = |error: &CaseError| {
             ["missing field", "neither ", "no potential"].iter().any(|begin| error.message.starts_with(begin))
         };
-        if let Some(error) = Found::new(root).first(|| read().err().filter(|error| !lacks(error))) {
+        if let Some(error) = Found::new(&root).first(|| read().err().filter(|error| !lacks(error))) {
             return Err(error);
         }
         let case = read();
         // All that a case of the paper lacks is named at once.
         let is_incomplete = case.as_ref().err().is_none_or(lacks);
-        let missing = (source.is_of_x && is_incomplete).then(|| hint::missing(document.as_table(), &source));
+        let missing = (source.is_of_x && is_incomplete).then(|| hint::missing(&root));
         missing.flatten().map_or(case, Err)
     }
 
-    fn read<'t>(source: &'t Source, mut root: Section<'t>) -> Result<Self, CaseError> {
-        let [title, metric, potential, force] = ["title", "metric", "potential", "force"].map(|key| root.take(key));
-        let (body, pair) = (root.take("body"), root.section("pair")?);
-        let [particle, initial, grid, scheme] = ["particle", "initial", "grid", "scheme"].map(|key| root.section(key));
-        let [solver, expect, invariants] = ["solver", "expect", "invariants"].map(|key| root.section(key));
-        let [events, plot, tables] = ["events", "plot", "tables"].map(|key| root.section(key));
-        let mut scenery = check::geometry(&mut root, [metric, potential, force, body], [particle?, pair])?;
-        let (tables, events) = (tables::read(&tables?, &scenery.text)?, events?);
+    fn read(root: &Field<'_>) -> Result<Self, CaseError> {
+        check::excluded(root)?;
+        let mut scenery = check::geometry(root)?;
+        let (tables, events) = (tables::read(&root.table("tables"), &scenery.text)?, root.table("events"));
         scenery.text.set_tables(tables.functions);
         scenery.text.hold(observables::set_names(&events));
-        // First, because an accuracy in an override takes the scheme away.
-        let ((mut solver, floor), scheme) = (settings::solver(solver?)?, scheme?);
-        let ignores_scheme = solver.chooses_windows() && scheme.is_given();
-        let scheme = settings::scheme(scheme, &solver)?;
-        let operator = solver.chosen_by().map_or(Ok(scheme.sbp), Err);
+        let (mut settings, regularised) = settings::solver(root)?;
         check::particle(&scenery)?;
         let compiled = scenery.geometry::<f64>()?;
-        let initial = initial::read(initial?, &scenery, &compiled)?;
+        let initial = initial::read(root.table("initial"), &scenery, &compiled)?;
         initial.check_numbers(scenery.text.parameters())?;
-        let mut found = check::start(&scenery, &initial, compiled, rounding(solver.digits))?;
-        if solver.digits > f64::MOST_DIGITS {
-            let geometry = scenery.geometry()?;
-            let exact = check::start::<Extended>(&scenery, &initial, geometry, rounding(solver.digits))?;
+        let mut found = check::start(&scenery, &initial, compiled, rounding(settings.digits))?;
+        if settings.is_extended() {
+            let exact = check::start::<Extended>(&scenery, &initial, scenery.geometry()?, rounding(settings.digits))?;
             (found.is_double, found.tau) = (exact.is_double, exact.tau);
         }
         let (is_double, (start, compiled)) = (found.is_double, found.place(&mut scenery, &initial)?);
         let names = scenery.text.coordinates();
         let formulas = Formulas { coordinates: &names, scene: &scenery.text };
         let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
-        let context = Context { gamma_i, source, formulas: &formulas, start: &start };
-        solver.floor = settings::floor(&floor, &solver, &context)?;
-        let (grid, n_gamma, windows) = settings::grid(grid?, operator, &context)?;
-        let (Solver { system, digits, max_iterations, sensitivity, .. }, Scheme { sbp, form, .. }) =
-            (solver.clone(), scheme);
-        let accuracy = solver.wanted(|number| value_of(number, scenery.text.parameters()).unwrap_or(f64::NAN));
-        let settings = Settings { sbp, form, n_gamma, windows, system, digits, max_iterations, accuracy, sensitivity };
+        let floors = settings::floor(root, &settings, &formulas)?;
+        let invariants = root.table("invariants").fields();
         let case = Self {
-            title: title.map(|field| check::title(&field)).transpose()?,
-            grid,
-            expect: settings::expect(expect?, &context)?,
-            invariants: formulas.invariants(&invariants?)?,
-            events: formulas.events(&events)?,
-            axes: formulas.axes(plot?)?,
+            title: root.read("title", check::title)?,
+            grid: settings::grid(root, &mut settings, &formulas, &start, gamma_i)?,
+            expect: settings::expect(root, &formulas)?,
+            invariants: invariants.iter().map(|field| formulas.invariant(field)).collect::<Result<_, _>>()?,
+            events: events.fields().iter().map(|field| formulas.event(field)).collect::<Result<_, _>>()?,
+            axes: formulas.axes(&root.table("plot"))?,
             preset: scenery.preset.map(|preset| preset.name),
-            is_of_x: source.is_of_x,
+            is_of_x: scenery.is_of_x,
             coefficients: scenery.coefficients,
             bodies: scenery.bodies,
             initial: initial.data,
@@ -91,12 +75,12 @@ impl Case {
             compiled,
             t_dot: names.iter().position(|name| name == "t").map_or(0.0, |t| start.q_dot[t]),
             is_double,
-            ignores_scheme,
+            ignores_scheme: settings.accuracy.is_some() && root.get("scheme").is_some(),
             settings,
-            regularised: scheme.regularised,
-            floors: solver.floor,
+            regularised,
+            floors,
             tables: tables.files,
-            text: source.text.clone(),
+            text: root.source.text.clone(),
         };
         check::acting(&case, &events)?;
         if let Some(preset) = scenery.preset {

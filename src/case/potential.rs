@@ -2,7 +2,7 @@
 
 use super::CaseError;
 use super::names::{self, Taken};
-use super::reader::{Field, Section};
+use super::reader::Field;
 use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
 use crate::geometry::{GeometryText, Law, Place, PotentialText};
 
@@ -13,25 +13,17 @@ pub(super) const POTENTIALS: &str = "give formula = \"expression\" or { expressi
                                      polynomial = { coefficients }";
 
 /// Reads `[potential]` and `[particle]`, and `[force]`, which stands for `[potential]` with this force.
-pub(super) fn read<'t>(
-    mut section: Section<'t>,
-    force: Option<Field<'t>>,
-    mut particle: Section<'t>,
-) -> Result<Scenery<'t>, CaseError> {
-    let [coordinates, own, conformal] = ["coordinates", "force", "conformal"].map(|key| section.take(key));
-    let mut kinds: Vec<Field<'t>> = KINDS.into_iter().filter_map(|kind| section.take(kind)).collect();
-    let mut parameters = vec![section.section("parameters")?];
-    let law = particle.take("law").map_or(Ok(Law::Relativistic), |field| self::law(&field))?;
-    check_particle(&mut particle, law)?;
-    let others: &[&str] = if law == Law::Newtonian { &["t", "s"] } else { &["t"] };
-    if let (Some(own), Some(_)) = (&own, &force) {
-        return Err(own.key_error("both [force] and potential.force are given").with_help("keep one of them"));
-    }
-    let force = force.or(own);
+pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
+    let (section, particle) = (root.table("potential"), root.table("particle"));
+    let mut kinds: Vec<Field<'t>> = KINDS.into_iter().filter_map(|kind| section.get(kind)).collect();
+    let law = particle.read("law", law)?.unwrap_or(Law::Relativistic);
+    check_particle(&particle, law)?;
+    let force = root.get("force").or_else(|| section.get("force"));
     // Under Newton's law a force is enough.
     let alone = force.as_ref().filter(|_| kinds.is_empty() && law == Law::Newtonian);
-    let names = match (&coordinates, alone) {
-        (Some(field), _) => names::coordinates(field, others)?,
+    let others: &[&str] = if law == Law::Newtonian { &["t", "s"] } else { &["t"] };
+    let names = match (section.get("coordinates"), alone) {
+        (Some(field), _) => names::coordinates(&field, others)?,
         (None, Some(force)) => names::keys(force, others)?,
         (None, None) => vec!["x".to_owned()],
     };
@@ -41,30 +33,30 @@ pub(super) fn read<'t>(
     }
     let (kind, mut places) = (kinds.pop(), Places::default());
     let (expression, coefficients) = match &kind {
-        Some(kind) => expression(kind, &names, &mut parameters, &mut places)?,
+        Some(kind) => expression(kind, &names, &mut places)?,
         None if alone.is_some() => ("0".to_owned(), None),
         None => return Err(section.error("no potential is given").with_help(POTENTIALS)),
     };
     let mut taken = Taken::new(&[&["t".to_owned()], names.as_slice()].concat());
     let mut text = PotentialText { coordinates: names, expression, law, ..PotentialText::default() };
-    for section in &parameters {
-        places.keep_named(section, PARAMETER, &mut taken, &mut text.parameters)?;
+    for section in [&section, &section.table("formula")] {
+        places.keep_named(&section.table("parameters"), PARAMETER, &mut taken, &mut text.parameters)?;
     }
     text.parameters.sort();
-    places.keep_named(&section.section("definitions")?, DEFINITION, &mut taken, &mut text.definitions)?;
-    text.one_form = places.keep_by_coordinate(&section.section("one_form")?, &text.coordinates, Place::OneForm)?;
+    places.keep_named(&section.table("definitions"), DEFINITION, &mut taken, &mut text.definitions)?;
+    text.one_form = places.keep_by_coordinate(&section.table("one_form"), &text.coordinates, Place::OneForm)?;
     if let Some(force) = &force {
-        text.force = places.keep_by_coordinate(&force.section()?, &text.coordinates, Place::Force)?;
+        text.force = places.keep_by_coordinate(force, &text.coordinates, Place::Force)?;
     }
-    text.conformal = conformal.map(|field| places.keep(Place::Conformal, field)).transpose()?;
-    add_particle(&mut text, particle, &mut places)?;
-    let is_of_x = section.source.is_of_x;
-    Ok(Scenery { coefficients, is_of_x, ..Scenery::new(GeometryText::Potential(text), places, section, kind) })
+    text.conformal = section.get("conformal").map(|field| places.keep(Place::Conformal, field)).transpose()?;
+    add_particle(&mut text, &particle, &mut places)?;
+    let (is_of_x, whole) = (section.source.is_of_x, kind.unwrap_or_else(|| section.clone()));
+    Ok(Scenery { coefficients, is_of_x, ..Scenery::new(GeometryText::Potential(text), places, section, whole) })
 }
 
 /// Refuses what Newton's law has no use for.
-fn check_particle(section: &mut Section<'_>, law: Law) -> Result<(), CaseError> {
-    let [mass, masses, c] = ["mass", "masses", "c"].map(|key| section.take(key).filter(|_| law == Law::Newtonian));
+fn check_particle(particle: &Field<'_>, law: Law) -> Result<(), CaseError> {
+    let [mass, masses, c] = ["mass", "masses", "c"].map(|key| particle.get(key).filter(|_| law == Law::Newtonian));
     if let Some(c) = c {
         let help = "leave c out, or take law = \"relativistic\"";
         return Err(c.key_error("Newton's law has no speed of light").with_help(help));
@@ -83,19 +75,15 @@ pub(super) fn law(field: &Field<'_>) -> Result<Law, CaseError> {
 }
 
 /// Fills in the masses and c.
-fn add_particle<'t>(
-    text: &mut PotentialText,
-    mut section: Section<'t>,
-    places: &mut Places<'t>,
-) -> Result<(), CaseError> {
-    let mut number = |key: &str, place| section.take(key).map_or(Ok("1".to_owned()), |field| places.keep(place, field));
+fn add_particle<'t>(text: &mut PotentialText, particle: &Field<'t>, places: &mut Places<'t>) -> Result<(), CaseError> {
+    let mut number = |key: &str, place| particle.get(key).map_or(Ok("1".to_owned()), |field| places.keep(place, field));
     text.mass = number("mass", Place::Mass(None))?;
     text.c = number("c", Place::SpeedOfLight)?;
-    let Some(masses) = section.take("masses") else {
+    let Some(masses) = particle.get("masses") else {
         text.masses = vec![text.mass.clone(); text.coordinates.len()];
         return Ok(());
     };
-    let given = places.keep_by_coordinate(&masses.section()?, &text.coordinates, |a| Place::Mass(Some(a)))?;
+    let given = places.keep_by_coordinate(&masses, &text.coordinates, |a| Place::Mass(Some(a)))?;
     for (a, name) in text.coordinates.iter().enumerate() {
         match given.iter().find(|(b, _)| *b == a) {
             Some((_, mass)) => text.masses.push(mass.clone()),
@@ -105,39 +93,39 @@ fn add_particle<'t>(
     Ok(())
 }
 
-/// V as a formula, whatever kind of potential it is, and its coefficients if it is given by them. Parameters of its own
-/// are appended.
+/// The key that a kind of potential needs.
+pub(super) fn key_of_kind(kind: &str) -> &'static str {
+    match kind {
+        "formula" => "expression",
+        "linear" => "alpha",
+        "quartic" => "kappa",
+        "polynomial" => "coefficients",
+        _ => "",
+    }
+}
+
+/// V as a formula, whatever kind of potential it is, and its coefficients if it is given by them.
 fn expression<'t>(
     kind: &Field<'t>,
     coordinates: &[String],
-    parameters: &mut Vec<Section<'t>>,
     places: &mut Places<'t>,
 ) -> Result<(String, Option<Vec<String>>), CaseError> {
-    if kind.key == "formula" {
-        let mut expression = kind.clone();
-        if kind.item.is_table_like() {
-            let mut section = kind.section()?;
-            parameters.push(section.section("parameters")?);
-            let given = section.take("expression");
-            expression = given.ok_or_else(|| section.error("missing field `expression`"))?;
-        }
-        let text = expression.string()?.to_owned();
-        places.0.push((Place::Potential, expression));
-        return Ok((text, None));
+    let key = key_of_kind(&kind.key);
+    if key == "expression" && !kind.is_table() {
+        return Ok((places.keep(Place::Potential, kind.clone())?, None));
+    }
+    let factor = || kind.get(key).ok_or_else(|| kind.error(format!("missing field `{key}`")));
+    if key == "expression" {
+        return Ok((places.keep(Place::Potential, factor()?)?, None));
     }
     let [x] = coordinates else {
         let message = format!("'potential.{}' is for one coordinate, and there are {}", kind.key, coordinates.len());
         return Err(kind.key_error(message).with_help("write V as a formula"));
     };
-    let key = match kind.key.as_str() {
-        "linear" => "alpha",
-        "quartic" => "kappa",
-        "polynomial" => "coefficients",
-        _ => return Ok(("0".to_owned(), Some(Vec::new()))),
-    };
-    let mut section = kind.section()?;
-    let factor = section.take(key);
-    let factor = factor.ok_or_else(|| section.error(format!("missing field `{key}`")))?;
+    if key.is_empty() {
+        return Ok(("0".to_owned(), Some(Vec::new())));
+    }
+    let factor = factor()?;
     let monomial = |power: usize| -> Result<_, CaseError> {
         let number = factor.number()?;
         let zeros = vec!["0".to_owned(); power];

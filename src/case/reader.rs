@@ -1,4 +1,4 @@
-//! Tables of a case, read strictly: every key must be asked for, and every mistake has its place in the text.
+//! Values of a case with their places, so that every mistake is told where it is.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -6,125 +6,114 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use serde::de::value::Error;
-use toml_edit::{Item, Table, TableLike, Value};
+use toml_edit::{Item, TableLike, Value};
 
 use super::source::Source;
 use super::{CaseError, hint};
 use crate::formula::FormulaError;
 use crate::formula::similar::nearest;
 
-/// A table, with the keys that were asked for.
-pub(super) struct Section<'t> {
-    pub(super) source: &'t Source,
-    path: String,
-    table: Option<&'t dyn TableLike>,
-    span: Range<usize>,
-    known: Vec<String>,
-}
-
-/// A value with its place.
+/// A value with its place. A table that is not given is an empty one in the place of the table around it.
 #[derive(Clone)]
 pub(super) struct Field<'t> {
-    source: &'t Source,
+    pub(super) source: &'t Source,
     /// Its dotted key.
     pub(super) path: String,
     /// The last part of its key.
     pub(super) key: String,
-    pub(super) item: &'t Item,
+    item: Option<&'t Item>,
+    table: Option<&'t dyn TableLike>,
     /// The places of the value and of the key.
     pub(super) span: Range<usize>,
     pub(super) key_span: Range<usize>,
 }
 
-impl<'t> Section<'t> {
+impl<'t> Field<'t> {
     /// The table at the top.
-    pub(super) fn root(source: &'t Source, table: &'t Table) -> Self {
-        Self { source, path: String::new(), table: Some(table), span: 0..0, known: Vec::new() }
+    pub(super) fn root(source: &'t Source, root: &'t Item) -> Self {
+        let (path, key, table) = (String::new(), String::new(), root.as_table_like());
+        Self { source, path, key, item: None, table, span: 0..0, key_span: 0..0 }
     }
 
-    /// The value of a key, which is a known one from now on.
-    pub(super) fn take(&mut self, key: &str) -> Option<Field<'t>> {
-        if !self.knows(key) {
-            self.known.push(key.to_owned());
-        }
-        self.field(key)
+    /// The value of a key of this table.
+    pub(super) fn get(&self, key: &str) -> Option<Self> {
+        let (written, item) = self.table?.get_key_value(key)?;
+        let key_span = written.span().unwrap_or_else(|| self.span.clone());
+        // A table that dotted keys make has no place of its own.
+        let span = item.span().unwrap_or_else(|| key_span.clone());
+        let (source, table) = (self.source, item.as_table_like());
+        Some(Self { source, path: self.dotted(key), key: key.to_owned(), item: Some(item), table, span, key_span })
+    }
+
+    /// The value of a key of this table, as `read` understands it.
+    pub(super) fn read<T>(
+        &self,
+        key: &str,
+        read: impl FnOnce(&Self) -> Result<T, CaseError>,
+    ) -> Result<Option<T>, CaseError> {
+        self.get(key).as_ref().map(read).transpose()
     }
 
     /// The table below a key; an empty one if there is none.
-    pub(super) fn section(&mut self, key: &str) -> Result<Section<'t>, CaseError> {
-        match self.take(key) {
-            Some(field) => field.section(),
-            None => {
-                let path = self.dotted(key);
-                Ok(Section { source: self.source, path, table: None, span: self.span.clone(), known: Vec::new() })
-            }
-        }
+    pub(super) fn table(&self, key: &str) -> Self {
+        let empty = || Self { path: self.dotted(key), key: key.to_owned(), item: None, table: None, ..self.clone() };
+        self.get(key).unwrap_or_else(empty)
+    }
+
+    /// The value of a key of this table or, without it, the table: where a mistake about that key is.
+    pub(super) fn at(&self, key: &str) -> Self {
+        self.get(key).unwrap_or_else(|| self.clone())
     }
 
     /// All values of a table whose keys are names of the user.
-    pub(super) fn fields(&self) -> Vec<Field<'t>> {
+    pub(super) fn fields(&self) -> Vec<Self> {
         let keys = self.table.iter().flat_map(|table| table.iter().map(|(key, _)| key));
-        keys.filter_map(|key| self.field(key)).collect()
+        keys.filter_map(|key| self.get(key)).collect()
     }
 
-    /// Returns true if the table is in the text.
-    pub(super) fn is_given(&self) -> bool {
+    /// Returns true if it is a table of the text.
+    pub(super) fn is_table(&self) -> bool {
         self.table.is_some()
     }
 
-    /// Refuses keys that were not asked for.
-    pub(super) fn finish(&self) -> Result<(), CaseError> {
-        self.unknown().into_iter().next().map_or(Ok(()), Err)
+    /// Refuses other keys than these.
+    pub(super) fn finish(&self, known: &[impl AsRef<str>]) -> Result<(), CaseError> {
+        self.unknown(known).into_iter().next().map_or(Ok(()), Err)
     }
 
-    /// Returns true if a key was asked for.
-    pub(super) fn knows(&self, key: &str) -> bool {
-        self.known.iter().any(|known| known == key)
-    }
-
-    /// One mistake for each key that was not asked for.
-    pub(super) fn unknown(&self) -> Vec<CaseError> {
-        let known = || self.known.iter().map(String::as_str);
-        let list = match self.known.as_slice() {
+    /// One mistake for each other key than these.
+    pub(super) fn unknown(&self, known: &[impl AsRef<str>]) -> Vec<CaseError> {
+        let known: Vec<&str> = known.iter().map(AsRef::as_ref).collect();
+        let list = match known.as_slice() {
             [] => "this table has no keys".to_owned(),
             [one] => format!("the only key is `{one}`"),
             all => format!("expected one of `{}`", all.join("`, `")),
         };
-        let mistake = |field: Field<'t>| {
-            let meant = hint::for_key(&field.key, &self.path, known());
+        let mistake = |field: Self| {
+            let meant = hint::for_key(&field.key, &self.path, &known);
             let error = field.key_error(format!("unknown field `{}`, {list}", field.key));
             error.with_hint(meant.map(|meant| format!("did you mean `{meant}`?")))
         };
-        self.fields().into_iter().filter(|field| !self.knows(&field.key)).map(mistake).collect()
-    }
-
-    /// A mistake that concerns the table.
-    pub(super) fn error(&self, message: impl Into<String>) -> CaseError {
-        self.source.error(Some(self.span.clone()), message.into(), None)
+        self.fields().into_iter().filter(|field| !known.contains(&field.key.as_str())).map(mistake).collect()
     }
 
     fn dotted(&self, key: &str) -> String {
         if self.path.is_empty() { key.to_owned() } else { format!("{}.{key}", self.path) }
     }
 
-    fn field(&self, key: &str) -> Option<Field<'t>> {
-        let (written, item) = self.table?.get_key_value(key)?;
-        let key_span = written.span().unwrap_or_else(|| self.span.clone());
-        // A table that dotted keys make has no place of its own.
-        let span = item.span().unwrap_or_else(|| key_span.clone());
-        Some(Field { source: self.source, path: self.dotted(key), key: key.to_owned(), item, span, key_span })
-    }
-}
-
-impl<'t> Field<'t> {
     /// A mistake in the value.
     pub(super) fn error(&self, message: impl Into<String>) -> CaseError {
-        self.source.error(Some(self.span.clone()), message.into(), None)
+        self.error_at(self.span.clone(), message)
     }
 
     /// A mistake in the key.
     pub(super) fn key_error(&self, message: impl Into<String>) -> CaseError {
-        self.source.error(Some(self.key_span.clone()), message.into(), None)
+        self.error_at(self.key_span.clone(), message)
+    }
+
+    /// A mistake at a place inside the value.
+    pub(super) fn error_at(&self, span: Range<usize>, message: impl Into<String>) -> CaseError {
+        self.source.error(Some(span), message.into(), None)
     }
 
     /// A mistake in the formula that the value is, with what to do if the formula itself does not suggest it.
@@ -137,10 +126,14 @@ impl<'t> Field<'t> {
 
     /// The place of a part of a string, if that is written without escapes.
     fn within(&self, string: &str, part: Range<usize>) -> Range<usize> {
-        match self.source.text[self.span.clone()].find(string).filter(|_| self.item.as_str() == Some(string)) {
+        match self.literal().find(string).filter(|_| self.as_str() == Some(string)) {
             Some(offset) => self.span.start + offset + part.start..self.span.start + offset + part.end,
             None => self.span.clone(),
         }
+    }
+
+    fn literal(&self) -> &'t str {
+        &self.source.text[self.span.clone()]
     }
 
     /// (line, column) of the key.
@@ -149,35 +142,37 @@ impl<'t> Field<'t> {
     }
 
     fn expected(&self, what: &str) -> CaseError {
-        self.error(format!("'{}' must be {what}, found {}", self.path, self.item.type_name()))
+        let found = self.item.map_or("table", Item::type_name);
+        self.error(format!("'{}' must be {what}, found {found}", self.path))
     }
 
-    /// The table that the value is.
-    pub(super) fn section(&self) -> Result<Section<'t>, CaseError> {
-        let table = self.item.as_table_like().ok_or_else(|| self.expected("a table"))?;
-        let (path, span) = (self.path.clone(), self.span.clone());
-        Ok(Section { source: self.source, path, table: Some(table), span, known: Vec::new() })
+    fn value(&self) -> Option<&'t Value> {
+        self.item?.as_value()
+    }
+
+    /// The string that the value is, if it is one.
+    pub(super) fn as_str(&self) -> Option<&'t str> {
+        self.value()?.as_str()
     }
 
     /// The string that the value is.
     pub(super) fn string(&self) -> Result<&'t str, CaseError> {
-        self.item.as_str().ok_or_else(|| self.expected("a string"))
+        self.as_str().ok_or_else(|| self.expected("a string"))
     }
 
     /// The number or the formula that the value is, with all digits of a number.
     pub(super) fn formula(&self) -> Result<String, CaseError> {
-        match self.item.as_value() {
-            Some(Value::String(string)) => Ok(string.value().clone()),
-            Some(value) => number(value, &self.source.text[self.span.clone()])
+        match self.as_str() {
+            Some(text) => Ok(text.to_owned()),
+            None => (self.value().and_then(|value| number(value, self.literal())))
                 .ok_or_else(|| self.expected("a number or a formula"))?
                 .map_err(|value| self.error(format!("'{}' must be a finite number, got {value}", self.path))),
-            None => Err(self.expected("a number or a formula")),
         }
     }
 
     /// The number that the value is, with all its digits.
     pub(super) fn number(&self) -> Result<String, CaseError> {
-        if self.item.is_str() { Err(self.expected("a number")) } else { self.formula() }
+        if self.as_str().is_some() { Err(self.expected("a number")) } else { self.formula() }
     }
 
     /// A path, counted from the folder of the case.
@@ -193,7 +188,8 @@ impl<'t> Field<'t> {
         wrong: impl Fn(&Value) -> String,
         read: impl Fn(&'t Value, &str) -> Option<T>,
     ) -> Result<Vec<(T, Range<usize>)>, CaseError> {
-        let array = self.item.as_array().ok_or_else(|| self.expected(&format!("an array of {of}")))?;
+        let array =
+            self.value().and_then(Value::as_array).ok_or_else(|| self.expected(&format!("an array of {of}")))?;
         let element = |value: &'t Value| {
             let span = value.span().unwrap_or_else(|| self.span.clone());
             let wrong = || self.error_at(span.clone(), format!("'{}' must have {}", self.path, wrong(value)));
@@ -223,36 +219,35 @@ impl<'t> Field<'t> {
         self.elements("strings", wrong, |value, _| value.as_str())
     }
 
-    /// The tables of an array.
-    pub(super) fn tables(&self) -> Result<Vec<Section<'t>>, CaseError> {
+    /// The table that the value is, or the tables of an array.
+    pub(super) fn tables(&self, is_array: bool) -> Result<Vec<Self>, CaseError> {
+        if !is_array {
+            return if self.is_table() { Ok(vec![self.clone()]) } else { Err(self.expected("a table")) };
+        }
         let wrong = || self.expected("an array of tables");
         let tables: Vec<(&'t dyn TableLike, Option<Range<usize>>)> = match self.item {
-            Item::ArrayOfTables(tables) => tables.iter().map(|table| (table as _, table.span())).collect(),
-            item => {
+            Some(Item::ArrayOfTables(tables)) => tables.iter().map(|table| (table as _, table.span())).collect(),
+            _ => {
                 let inline = |value: &'t Value| Some((value.as_inline_table()? as _, value.span()));
-                item.as_array().and_then(|array| array.iter().map(inline).collect()).ok_or_else(wrong)?
+                let array = self.value().and_then(Value::as_array);
+                array.and_then(|array| array.iter().map(inline).collect()).ok_or_else(wrong)?
             }
         };
-        let section = |(k, (table, span)): (usize, (_, Option<Range<usize>>))| {
+        let table = |(k, (table, span)): (usize, (_, Option<Range<usize>>))| {
             let (path, span) = (format!("{}.{}", self.path, k + 1), span.unwrap_or_else(|| self.span.clone()));
-            Section { source: self.source, path, table: Some(table), span, known: Vec::new() }
+            Self { path, item: None, table: Some(table), span, ..self.clone() }
         };
-        Ok(tables.into_iter().enumerate().map(section).collect())
-    }
-
-    /// A mistake at a place inside the value.
-    pub(super) fn error_at(&self, span: Range<usize>, message: String) -> CaseError {
-        self.source.error(Some(span), message, None)
+        Ok(tables.into_iter().enumerate().map(table).collect())
     }
 
     /// The truth value that the value is.
     pub(super) fn is_true(&self) -> Result<bool, CaseError> {
-        self.item.as_bool().ok_or_else(|| self.expected("true or false"))
+        self.value().and_then(Value::as_bool).ok_or_else(|| self.expected("true or false"))
     }
 
     /// The whole number that the value is.
     pub(super) fn whole(&self) -> Result<usize, CaseError> {
-        let whole = self.item.as_integer().and_then(|number| usize::try_from(number).ok());
+        let whole = self.value().and_then(Value::as_integer).and_then(|number| usize::try_from(number).ok());
         whole.ok_or_else(|| self.expected("a whole number, 0 or more"))
     }
 

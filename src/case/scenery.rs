@@ -5,10 +5,9 @@
 //! for K > 0 and 1 for K < 0, and dtau/dγ = √|K|.
 
 use super::CaseError;
-use super::bodies::Component;
-use super::initial::StartData;
+use super::initial::{Given, StartData};
 use super::names::{self, Taken};
-use super::reader::{Field, Section};
+use super::reader::Field;
 use crate::formula::functions;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Law, Observable, Place, Preset, Start, Tau, value_of};
 use crate::number::Real;
@@ -36,7 +35,7 @@ impl<'t> Places<'t> {
     /// The formulas of a table below names of their own: they replace those of these names, or are appended.
     pub(super) fn keep_named(
         &mut self,
-        section: &Section<'t>,
+        section: &Field<'t>,
         (kind, place): Kind,
         taken: &mut Taken,
         formulas: &mut Vec<(String, String)>,
@@ -56,7 +55,7 @@ impl<'t> Places<'t> {
     /// The formulas of a table below the names of coordinates.
     pub(super) fn keep_by_coordinate(
         &mut self,
-        section: &Section<'t>,
+        section: &Field<'t>,
         coordinates: &[String],
         place: impl Fn(usize) -> Place,
     ) -> Result<Vec<(usize, String)>, CaseError> {
@@ -80,9 +79,9 @@ pub(super) struct Scenery<'t> {
     pub(super) text: GeometryText,
     pub(super) places: Places<'t>,
     /// `[metric]`, `[potential]` or `[pair]`.
-    pub(super) section: Section<'t>,
+    pub(super) section: Field<'t>,
     /// The coordinates, the components or the preset: what a mistake in the metric as a whole is about.
-    pub(super) whole: Option<Field<'t>>,
+    pub(super) whole: Field<'t>,
     pub(super) preset: Option<&'static Preset>,
     /// The coefficients of a potential of one coordinate, lowest power first, if it is given by them.
     pub(super) coefficients: Option<Vec<String>>,
@@ -90,7 +89,7 @@ pub(super) struct Scenery<'t> {
     pub(super) is_of_x: bool,
     /// The names of bodies, and where they start, if it is made of these.
     pub(super) bodies: Vec<String>,
-    pub(super) start: Vec<Component<'t>>,
+    pub(super) start: Vec<Given<'t>>,
 }
 
 /// The compiled geometry of a case.
@@ -156,7 +155,7 @@ pub(super) fn with_factor<S: Real>(
 
 impl<'t> Scenery<'t> {
     /// A geometry without what only some have.
-    pub(super) fn new(text: GeometryText, places: Places<'t>, section: Section<'t>, whole: Option<Field<'t>>) -> Self {
+    pub(super) fn new(text: GeometryText, places: Places<'t>, section: Field<'t>, whole: Field<'t>) -> Self {
         let (bodies, start) = (Vec::new(), Vec::new());
         Self { text, places, section, whole, preset: None, coefficients: None, is_of_x: false, bodies, start }
     }
@@ -172,38 +171,29 @@ impl<'t> Scenery<'t> {
     }
 
     fn error(&self, error: &GeometryError) -> CaseError {
-        let whole = |message: String| match &self.whole {
-            Some(field) => field.error(message),
-            None => self.section.error(message),
-        };
-        let of = |place: &Place| self.places.of(place);
         let names = self.text.coordinates();
-        match error {
-            GeometryError::Formula(place, formula) => match of(place) {
-                Some(field) => field.formula_error(formula, self.known(place)),
-                None => whole(format!("{formula}")),
-            },
-            GeometryError::NotFinite(place) => match of(place) {
-                Some(field) => field.error(format!("'{}' is not a finite number", field.path)),
-                None => whole(format!("{error}")),
-            },
+        let place = match error {
             GeometryError::Circular(circle) => {
-                let first = circle[0].clone();
-                match of(&Place::Definition(first.clone())).or_else(|| of(&Place::Parameter(first))) {
-                    Some(field) => field.error(format!("{error}")),
-                    None => whole(format!("{error}")),
-                }
+                let of = |kind: fn(String) -> Place| self.places.of(&kind(circle[0].clone()));
+                of(Place::Definition).or_else(|| of(Place::Parameter))
             }
-            GeometryError::WithoutComponent(a) => {
+            _ => error.place().and_then(|place| self.places.of(place)),
+        };
+        let whole = |message: String| place.unwrap_or(&self.whole).error(message);
+        match (error, place) {
+            (GeometryError::Formula(place, formula), Some(field)) => field.formula_error(formula, self.known(place)),
+            (GeometryError::Formula(_, formula), None) => whole(formula.to_string()),
+            (GeometryError::NotFinite(_), Some(field)) => whole(format!("'{}' is not a finite number", field.path)),
+            (GeometryError::WithoutComponent(a), _) => {
                 let name = &names[*a];
                 whole(format!("no component with '{name}' is given, so the metric has no inverse"))
                     .with_help(format!("give a component \"{name} {name}\", or leave out the coordinate"))
             }
-            GeometryError::Degenerate(block) => {
+            (GeometryError::Degenerate(block), _) => {
                 let list = block.iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
                 whole(format!("the determinant of the metric is zero everywhere (coordinates {list})"))
             }
-            GeometryError::BlockTooLarge { .. } => whole(format!("{error}")),
+            _ => whole(error.to_string()),
         }
     }
 
@@ -248,27 +238,21 @@ impl<'t> Scenery<'t> {
 
     /// Refuses what has the name of the coordinate tau, of its velocity or of its momentum.
     fn check_names(&self) -> Result<(), CaseError> {
-        let mut named = Vec::new();
-        for (place, field) in &self.places.0 {
-            match place {
-                Place::Parameter(name) => named.push(("parameter", name.as_str(), field, &field.key_span)),
-                Place::Definition(name) => named.push(("definition", name.as_str(), field, &field.key_span)),
-                _ => {}
-            }
-        }
-        let field = self.section.fields().into_iter().find(|field| field.key == "coordinates");
-        let coordinates = field.as_ref().map_or(Ok(Vec::new()), Field::strings)?;
-        let coordinates =
-            coordinates.iter().filter_map(|(name, span)| Some(("coordinate", *name, field.as_ref()?, span)));
+        let own = self.places.0.iter().filter_map(|(place, field)| match place {
+            Place::Parameter(_) => Some(("parameter", field.key.clone(), field.key_span.clone())),
+            Place::Definition(_) => Some(("definition", field.key.clone(), field.key_span.clone())),
+            _ => None,
+        });
+        let coordinates = self.section.read("coordinates", Field::strings)?.unwrap_or_default();
+        let coordinates = coordinates.into_iter().map(|(name, span)| ("coordinate", name.to_owned(), span));
         let is_taken = |name: &str| name.strip_prefix("p_").or(name.strip_suffix("_dot")).unwrap_or(name) == Tau::NAME;
-        let Some((kind, name, field, span)) = named.into_iter().chain(coordinates).find(|(_, name, ..)| is_taken(name))
-        else {
+        let Some((kind, name, span)) = own.chain(coordinates).find(|(_, name, _)| is_taken(name)) else {
             return Ok(());
         };
         let message = format!(
             "the {kind} '{name}' has the name of what conformal adds, the coordinate tau of a start with K not 0"
         );
-        Err(field.error_at(span.clone(), message).with_help("choose another name"))
+        Err(self.section.error_at(span, message).with_help("choose another name"))
     }
 
     /// Refuses an Ω at a point that is not positive: it would turn the direction of γ.
@@ -276,10 +260,7 @@ impl<'t> Scenery<'t> {
         let omega = factor(&self.text, q).filter(|omega| bare(&self.text).is_some() && *omega <= S::ZERO);
         let Some(omega) = omega else { return Ok(()) };
         let message = format!("conformal must be positive at the start, and it is {}", omega.to_f64());
-        let error = match self.places.of(&Place::Conformal) {
-            Some(field) => field.error(message),
-            None => self.section.error(message),
-        };
+        let error = self.places.of(&Place::Conformal).unwrap_or(&self.whole).error(message);
         Err(error.with_help("take a factor that is positive along the whole orbit"))
     }
 }

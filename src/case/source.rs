@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, TomlError, Value};
 
 use super::CaseError;
-use super::limits::Invalid;
 use crate::geometry::mentions;
 
 /// The text of a case and its name, to which errors refer.
@@ -65,13 +64,6 @@ impl Source {
         let name = format!("{} with --set {}", self.name, overrides.join(" --set "));
         Ok(Self { name, text: document.to_string(), ..self })
     }
-
-    /// A mistake in the value of a dotted key.
-    pub(super) fn invalid(&self, (path, message, help): Invalid) -> CaseError {
-        let document = Document::parse(self.text.as_str()).ok();
-        let span = document.and_then(|document| find(document.as_item(), path));
-        self.error(span, message, help.map(str::to_owned))
-    }
 }
 
 /// Returns true if the tables are those of the paper's particle, which no formula of the case's own looks at.
@@ -91,17 +83,6 @@ fn is_of_time(potential: &dyn TableLike) -> bool {
     let formula = potential.get("formula");
     let inner = formula.and_then(Item::as_table_like).and_then(|table| table.get("expression"));
     inner.or(formula).and_then(Item::as_str).is_some_and(|text| mentions(text, "t"))
-}
-
-/// The place of the value of a dotted key, or of the nearest table around it if it is missing.
-fn find(root: &Item, path: &str) -> Option<Range<usize>> {
-    let (mut span, mut item) = (None, root);
-    for key in path.split('.') {
-        let Some(inner) = item.as_table_like().and_then(|table| table.get(key)) else { break };
-        item = inner;
-        span = item.span().or(span);
-    }
-    span
 }
 
 /// An override of the first key removes the other keys, which it replaces, unless they are overridden too.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::CaseError;
 use super::names::Taken;
-use super::reader::{Field, Section};
+use super::reader::Field;
 use crate::geometry::GeometryText;
 use crate::number::spline::{Kind, Outside, Table, TableError};
 use crate::number::{Extended, Real};
@@ -18,7 +18,7 @@ pub(super) struct Tables {
 }
 
 /// Reads `[tables]`. Their names must differ from all others in formulas of the scene.
-pub(super) fn read(section: &Section<'_>, scene: &GeometryText) -> Result<Tables, CaseError> {
+pub(super) fn read(section: &Field<'_>, scene: &GeometryText) -> Result<Tables, CaseError> {
     let mut taken = Taken::new(&scene.coordinates());
     taken.extend(scene.parameters(), "a parameter");
     taken.extend(scene.definitions(), "a definition");
@@ -34,15 +34,13 @@ pub(super) fn read(section: &Section<'_>, scene: &GeometryText) -> Result<Tables
 
 /// A table, and the file of its values, if it has one.
 fn table(field: &Field<'_>) -> Result<(Table, Option<PathBuf>), CaseError> {
-    let mut section = field.section()?;
-    let [file, x, y, spline, outside] = ["file", "x", "y", "spline", "outside"].map(|key| section.take(key));
-    section.finish()?;
-    let (Some(x), Some(y)) = (x, y) else {
+    let (Some(x), Some(y)) = (field.get("x"), field.get("y")) else {
         let help = "give x = [numbers] and y = [numbers], or file = \"points.csv\" and the names of its columns";
         return Err(field.key_error("a table needs x and y").with_help(help));
     };
-    let kind = spline.as_ref().map_or(Ok(Kind::Natural), kind)?;
-    let outside = outside.as_ref().map_or(Ok(Outside::Refused), self::outside)?;
+    let kind = field.read("spline", kind)?.unwrap_or(Kind::Natural);
+    let outside = field.read("outside", outside)?.unwrap_or(Outside::Refused);
+    let file = field.get("file");
     let (points, path) = match &file {
         Some(file) => {
             let path = file.beside_the_case(Path::new(file.string()?));

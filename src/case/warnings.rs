@@ -1,7 +1,8 @@
 //! Warnings about cases that are valid but may surprise.
 
-use super::scenery::conformal;
-use super::{Case, Rate};
+use toml_edit::{Document, Item, TableLike, Value};
+
+use super::Case;
 use crate::geometry::{GeometryText, Law, PotentialText, Preset, Start, mentions};
 
 /// If K is below this share of g00 ṫ², it is a small difference of large numbers and has lost digits.
@@ -54,40 +55,22 @@ impl Case {
         })
     }
 
-    /// Returns true if a formula mentions a name.
+    /// Returns true if a formula of the case mentions a name.
     pub(super) fn is_used(&self, name: &str) -> bool {
-        self.formulas().iter().any(|formula| mentions(formula, name))
+        let document: Document<&str> = Document::parse(&*self.text).expect("a case that was read can be read again");
+        document.iter().any(|(key, item)| key != "title" && is_mentioned(name, item))
     }
+}
 
-    /// Every formula of the case.
-    fn formulas(&self) -> Vec<&String> {
-        let (scene, grid) = (&self.geometry_text, &self.grid);
-        let mut formulas: Vec<&String> = Vec::new();
-        let by_coordinate = match scene {
-            GeometryText::Metric(metric) => {
-                formulas.extend(metric.components.iter().map(|(_, text)| text));
-                metric.one_form.iter().chain(&metric.force)
-            }
-            GeometryText::Potential(potential) => {
-                formulas.extend([&potential.expression, &potential.mass, &potential.c]);
-                formulas.extend(&potential.masses);
-                potential.one_form.iter().chain(&potential.force)
-            }
-        };
-        let expected = self.expect.iter().flat_map(|expect| &expect.finals);
-        formulas.extend(by_coordinate.chain(&self.floors).chain(expected).map(|(_, text)| text));
-        let named = scene.parameters().iter().chain(scene.definitions()).chain(&self.invariants);
-        formulas.extend(named.map(|(_, text)| text));
-        formulas.extend(self.initial.rates.iter().filter_map(|rate| match rate {
-            Rate::Velocity(text) | Rate::Momentum(text) => Some(text),
-            _ => None,
-        }));
-        let expected = self.expect.iter().flat_map(|expect| [&expect.gamma_final, &expect.tolerance]);
-        let single = [conformal(scene), &self.initial.norm, &grid.gamma_f, &grid.t_f, &grid.until].into_iter();
-        formulas.extend(single.chain(expected).flatten().chain(&self.initial.q).chain([&grid.gamma_i]));
-        formulas
-            .extend(self.events.iter().flat_map(|event| event.set.iter().map(|(_, text)| text).chain([&event.when])));
-        formulas.extend(self.axes.iter().flat_map(|axes| [&axes.x, &axes.y]));
-        formulas
+/// Returns true if a string in an item, which may be a formula, mentions a name. Names of coordinates and of bodies and
+/// of files are none.
+fn is_mentioned(name: &str, item: &Item) -> bool {
+    let is_formula = |key: &str| !["coordinates", "name", "file"].contains(&key);
+    let within = |table: &dyn TableLike| table.iter().any(|(key, item)| is_formula(key) && is_mentioned(name, item));
+    match item {
+        Item::ArrayOfTables(tables) => tables.iter().any(|table| within(table)),
+        Item::Value(Value::Array(array)) => array.iter().any(|value| is_mentioned(name, &Item::Value(value.clone()))),
+        Item::Value(Value::String(text)) => mentions(text.value(), name),
+        _ => item.as_table_like().is_some_and(within),
     }
 }
