@@ -1,7 +1,6 @@
 //! `converge [CASE]`.
 
 use std::process::ExitCode;
-use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
@@ -255,7 +254,7 @@ fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Resul
         &bar,
         move || Sweep::<S>::new(&case, &schemes, &n_gamma),
         |sweep, tell| {
-            sweep.run(&AtomicBool::new(false), &|place, point| tell((place, point.clone())));
+            sweep.run(&|place, point| tell((place, point.clone())));
         },
         |_, (place, point): (usize, ConvergencePoint)| {
             bar.set_message(format!("last: {} N = {}", point.sbp, point.n_gamma));

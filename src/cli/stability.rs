@@ -2,7 +2,6 @@
 
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::Args;
@@ -34,7 +33,7 @@ pub(super) struct StabilityArgs {
         long,
         value_name = "NAME,NAME,…",
         value_delimiter = ',',
-        long_help = study::methods_help(Method::all().iter().map(Method::label))
+        long_help = study::methods_help(Method::charted().iter().map(Method::label))
     )]
     methods: Vec<String>,
 
@@ -71,7 +70,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         let help = "the lengths of a scene are those of --gamma-f";
         return Err(report::refused("--t-dot is for cases of one coordinate", help));
     }
-    let (methods, left_out) = chosen(case, &args.methods, Method::all(), Method::label, Method::unsuitable)?;
+    let (methods, left_out) = chosen(case, &args.methods, Method::charted(), Method::label, Method::unsuitable)?;
     let files = study::begin((&args.case, &args.output), "stability", &[STABILITY], args.plot.then_some(&PICTURES))?;
     let (measured, atlas) = match measure_with_progress(case, methods, args) {
         Ok(Some(measured)) => measured,
@@ -160,7 +159,7 @@ fn measure_with_progress(case: &Case, methods: Vec<Method>, args: &StabilityArgs
         move || planned(&case, methods, &lists),
         |(arena, plan), tell| {
             let tried = |place: usize, cell: Option<&Cell>| tell((place, cell.cloned().map(Box::new)));
-            measure(arena, plan, &AtomicBool::new(false), &tried);
+            measure(arena, plan, &tried);
         },
         |(_, plan), (place, cell)| {
             bar.set_length(plan.grids() as u64);

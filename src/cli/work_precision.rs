@@ -4,7 +4,6 @@ use std::fs::File;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
@@ -12,7 +11,7 @@ use geodesic_ivp::Case;
 use geodesic_ivp::output::pictures::{self, Work};
 use geodesic_ivp::output::{OutputSet, read_rows, work_precision_summary, write_drift, write_work_precision};
 use geodesic_ivp::study::work_precision::{
-    Arena, Budget, DriftPoint, Family, Leader, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
+    Arena, Budget, DriftPoint, Leader, Method, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
 };
 
 use super::lines::{row, short, wrapped};
@@ -50,7 +49,7 @@ pub(super) struct WorkPrecisionArgs {
         long,
         value_name = "NAME,NAME,…",
         value_delimiter = ',',
-        long_help = study::methods_help(Family::all().iter().map(Family::name))
+        long_help = study::methods_help(Method::timed().iter().map(Method::label))
     )]
     methods: Vec<String>,
 
@@ -90,7 +89,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         let message = format!("--gamma-f takes {} lengths at most", BY_LENGTH.len());
         return Err(report::refused_without_help(message));
     }
-    let (families, _) = chosen(case, &args.methods, Family::all(), Family::name, Family::unsuitable)?;
+    let (methods, _) = chosen(case, &args.methods, Method::timed(), Method::label, Method::unsuitable)?;
     let mut others = Vec::new();
     if let Some(path) = &args.rows {
         let name = path.display();
@@ -102,7 +101,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     let pictures: Vec<&str> = by_length.chain([DRIFT_K, DRIFT_ERROR]).collect();
     let tables = [WORK_PRECISION, DRIFT];
     let files = study::begin((&args.case, &args.output), "work-precision", &tables, args.plot.then_some(&pictures))?;
-    let (arenas, mut measured, along) = match measure_all(case, families, args) {
+    let (arenas, mut measured, along) = match measure_all(case, methods, args) {
         Ok(Some(all)) => all,
         Ok(None) => return Ok(interrupt::before_any_result()),
         Err(error) => return Err(study::without_results(files, error)),
@@ -148,14 +147,14 @@ type Chart = (Arc<Vec<Arena>>, WorkPrecision, Vec<DriftPoint>);
 
 /// Measures every length, with a progress bar. After an interrupt the result has the rows that were finished; it is
 /// `None` if the references were not finished.
-fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> anyhow::Result<Option<Chart>> {
+fn measure_all(case: &Case, methods: Vec<Method>, args: &WorkPrecisionArgs) -> anyhow::Result<Option<Chart>> {
     let budget = Budget { longest: args.longest, ..Budget::default() };
     let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
         [] => vec![None],
         ref lengths => lengths.iter().copied().map(Some).collect(),
     };
     let bar =
-        study::bar(args.case.quiet, lengths.len() * (families.len() + budget.rounds), "{bar:30} {pos}/{len} {msg}");
+        study::bar(args.case.quiet, lengths.len() * (methods.len() + budget.rounds), "{bar:30} {pos}/{len} {msg}");
     let (case, mut measured, mut along) = (case.clone(), WorkPrecision::default(), Vec::new());
     let found = study::computed(
         &bar,
@@ -163,11 +162,11 @@ fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> 
             let arenas: Result<Vec<_>, _> = lengths.into_iter().map(|length| Arena::new(&case, length)).collect();
             arenas.map_err(anyhow::Error::from)
         },
-        move |arenas, tell| chart(arenas, &families, &budget, tell),
+        move |arenas, tell| chart(arenas, &methods, &budget, tell),
         |_, news| match news {
             News::Tried(row) => {
-                if measured.rows.last().is_none_or(|last: &Row| last.family != row.family) {
-                    bar.set_message(format!("trying {}", row.family.name()));
+                if measured.rows.last().is_none_or(|last: &Row| last.method != row.method) {
+                    bar.set_message(format!("trying {}", row.method.label()));
                     bar.inc(1);
                 }
                 measured.rows.push(row);
@@ -184,11 +183,10 @@ fn measure_all(case: &Case, families: Vec<Family>, args: &WorkPrecisionArgs) -> 
 }
 
 /// Measures every length, and then the errors along the longest run.
-fn chart(arenas: &[Arena], families: &[Family], budget: &Budget, tell: &(dyn Fn(News) + Sync)) {
-    let never = AtomicBool::new(false);
+fn chart(arenas: &[Arena], methods: &[Method], budget: &Budget, tell: &(dyn Fn(News) + Sync)) {
     let mut before = 0;
     for arena in arenas.iter() {
-        let one = measure(arena, families, budget, &never, &mut |progress| match progress {
+        let one = measure(arena, methods, budget, &mut |progress| match progress {
             Progress::Tried(row) => tell(News::Tried(row.clone())),
             Progress::Retimed(index, row) => tell(News::Retimed(before + index, row.clone())),
             Progress::Round(round, rounds) => tell(News::Round(round, rounds)),
@@ -196,7 +194,7 @@ fn chart(arenas: &[Arena], families: &[Family], budget: &Budget, tell: &(dyn Fn(
         before += one.rows.len();
     }
     if let Some(longest) = arenas.iter().max_by(|a, b| a.length().total_cmp(&b.length())) {
-        families.iter().for_each(|family| tell(News::Along(drift(longest, std::slice::from_ref(family), &never))));
+        methods.iter().for_each(|method| tell(News::Along(drift(longest, std::slice::from_ref(method)))));
     }
 }
 

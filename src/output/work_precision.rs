@@ -8,7 +8,7 @@ use serde_json::json;
 use super::json::study_json;
 use super::study_table::StudyTable;
 use crate::study::work_precision::{
-    Arena, DriftPoint, Family, Leader, Ratio, Row, RowErrors, RowStatus, WorkPrecision, front,
+    Arena, DriftPoint, Leader, Method, Ratio, Row, RowErrors, RowStatus, WorkPrecision, front,
 };
 
 /// The numbers of columns before and behind those of the errors, of which every coordinate has one.
@@ -22,7 +22,7 @@ const BEHIND: usize = 7;
 pub fn write_work_precision(out: impl Write, coordinates: &[String], rows: &[Row]) -> csv::Result<()> {
     let errors = coordinates.iter().map(|name| format!("error_{name}"));
     StudyTable::<Row>::new()
-        .with("method", |row| row.family.name())
+        .with("method", |row| row.method.label())
         .with("setting", |row| row.setting.clone())
         .with_each(errors, |row, a| Some(row.errors.as_ref()?.q[a]))
         .with_number("delta_k_max", |row| Some(row.errors.as_ref()?.delta_k))
@@ -61,7 +61,7 @@ pub fn read_rows(table: impl Read, coordinates: &[String]) -> csv::Result<Vec<Ro
             _ => RowStatus::Failed("failed"),
         };
         Ok(Row {
-            family: Family::Other(record[0].to_owned()),
+            method: Method::Other(record[0].to_owned()),
             setting: record[1].to_owned(),
             gamma_f: value(behind(6)),
             errors: (!matches!(status, RowStatus::Failed(_))).then_some(errors),
@@ -81,7 +81,7 @@ pub fn read_rows(table: impl Read, coordinates: &[String]) -> csv::Result<Vec<Ro
 /// If `out` cannot be written.
 pub fn write_drift(out: impl Write, coordinates: &[String], points: &[DriftPoint]) -> csv::Result<()> {
     StudyTable::<DriftPoint>::new()
-        .with("method", |point| point.family.name())
+        .with("method", |point| point.method.label())
         .with("setting", |point| point.setting.clone())
         .with_number("gamma", |point| Some(point.gamma))
         .with_each(coordinates.iter().map(|name| format!("error_{name}")), |point, a| Some(point.errors.q[a]))
@@ -118,7 +118,7 @@ pub fn work_precision_summary(
     let front_row = |row: &Row| {
         json!({
             "gamma_f": row.gamma_f,
-            "method": row.family.name(),
+            "method": row.method.label(),
             "setting": row.setting,
             "error": row.rank(),
             "seconds_min": row.seconds_min,

@@ -5,8 +5,11 @@ pub mod acting;
 pub mod convergence;
 pub mod errors;
 pub mod many;
+mod method;
 pub mod run;
 pub mod stability;
 mod subject;
 pub mod verdict;
 pub mod work_precision;
+
+pub use method::Method;

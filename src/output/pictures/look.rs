@@ -8,8 +8,7 @@
 use crate::case::{Form, SbpName};
 use crate::methods::{PEERS, Peer};
 use crate::output::chart::{Look, Mark, Shape};
-use crate::study::stability::Method;
-use crate::study::work_precision::{Family, Group};
+use crate::study::Method;
 
 const STRONG: [u8; 3] = [213, 94, 0];
 const WEAK: [u8; 3] = [20, 140, 225];
@@ -65,17 +64,21 @@ pub(super) fn of_scheme(sbp: SbpName, form: Form) -> Look {
     Look { colour: darker(colour, depth(sbp)), shape }
 }
 
-/// The look of a method of `work-precision`.
-pub(super) fn of_family(family: &Family) -> Look {
-    let grey = |colour: [u8; 3], black: f64, shape: Shape| Look { colour: darker(colour, black), shape };
-    match family {
-        Family::Block(sbp, form) => of_scheme(*sbp, *form),
-        Family::Elements(nodes) => grey(SPECTRAL, depth_of_element(*nodes), Shape::Triangle),
-        Family::March(nodes) => grey(MARCH, depth_of_element(*nodes), Shape::Diamond),
-        Family::Accuracy => Look { colour: ACCURACY, shape: Shape::Star },
-        Family::Tolerance => Look { colour: TOLERANCE, shape: Shape::Star },
-        Family::Peer(peer) => of_peer(*peer),
-        Family::Other(name) => of_stranger(name),
+/// The look of a method.
+pub(super) fn of_method(method: &Method) -> Look {
+    let coloured =
+        |colour: [u8; 3], nodes: usize, shape: Shape| Look { colour: darker(colour, depth_of_element(nodes)), shape };
+    match method {
+        Method::Block(sbp, form) => of_scheme(*sbp, *form),
+        // The same scheme, but in windows.
+        Method::Windows(sbp, form) => Look { shape: Shape::Nabla, ..of_scheme(*sbp, *form) },
+        Method::Unregularised(sbp) => Look { shape: Shape::Cross, ..of_scheme(*sbp, Form::Strong) },
+        Method::Elements(nodes) => coloured(SPECTRAL, *nodes, Shape::Triangle),
+        Method::March(nodes) => coloured(MARCH, *nodes, Shape::Diamond),
+        Method::Accuracy => Look { colour: ACCURACY, shape: Shape::Star },
+        Method::Tolerance => Look { colour: TOLERANCE, shape: Shape::Star },
+        Method::Peer(peer) => of_peer(*peer),
+        Method::Other(name) => of_stranger(name),
     }
 }
 
@@ -109,36 +112,16 @@ fn of_stranger(name: &str) -> Look {
     Look { colour: [tone; 3], shape }
 }
 
-/// The look of a curve, which combines the methods of a group.
-pub(super) fn of_group(group: Group, name: &str) -> Look {
-    of_family(&match group {
-        Group::StrongBlocks => Family::Block(SbpName::Sbp42, Form::Strong),
-        Group::WeakBlocks => Family::Block(SbpName::Sbp42, Form::Weak),
-        Group::Elements => Family::Elements(16),
-        Group::March => Family::March(16),
-        Group::Accuracy => Family::Accuracy,
-        Group::Tolerance => Family::Tolerance,
+/// The look of the curve that combines a method and its kin.
+pub(super) fn of_curve(method: &Method) -> Look {
+    of_method(&match method {
+        Method::Block(_, form) => Method::Block(SbpName::Sbp42, *form),
+        Method::Elements(_) => Method::Elements(16),
+        Method::March(_) => Method::March(16),
         // The second of them, if there are several.
-        Group::Peer(first) => {
-            let first = PEERS[first];
-            Family::Peer(kin(first.about().curve).nth(1).unwrap_or(first))
-        }
-        Group::Other => Family::Other(name.to_owned()),
+        Method::Peer(peer) => Method::Peer(kin(peer.about().curve).nth(1).unwrap_or(*peer)),
+        alone => alone.clone(),
     })
-}
-
-/// The look of a method of `stability`.
-pub(super) fn of_method(method: &Method) -> Look {
-    match method {
-        Method::Block(sbp, form) => of_scheme(*sbp, *form),
-        Method::Elements(nodes, form) => of_scheme(SbpName::Gll(*nodes as u8), *form),
-        // The same scheme, but in windows.
-        Method::Windows(sbp, form) => Look { shape: Shape::Nabla, ..of_scheme(*sbp, *form) },
-        Method::Unregularised(sbp) => Look { shape: Shape::Cross, ..of_scheme(*sbp, Form::Strong) },
-        Method::Peer(peer) => of_peer(*peer),
-        Method::Accuracy => of_family(&Family::Accuracy),
-        Method::Tolerance => of_family(&Family::Tolerance),
-    }
 }
 
 /// How the curve of a method is drawn.
@@ -168,16 +151,14 @@ pub(super) mod tests {
         colour.iter().max().unwrap() - colour.iter().min().unwrap()
     }
 
-    fn strangers() -> [Family; 3] {
-        ["SciPy DOP853", "SciPy LSODA", "heyoka"].map(|name| Family::Other(name.to_owned()))
+    fn strangers() -> [Method; 3] {
+        ["SciPy DOP853", "SciPy LSODA", "heyoka"].map(|name| Method::Other(name.to_owned()))
     }
 
     /// All methods of both studies, with their looks, and whether they are of this program.
     fn all() -> Vec<(String, Look, bool)> {
-        let families = Family::all().into_iter().chain(strangers());
-        let families = families.map(|family| (family.name(), of_family(&family), family.is_own()));
-        let methods = Method::all().into_iter().map(|method| (method.label(), of_method(&method), method.is_own()));
-        families.chain(methods).collect()
+        let methods = Method::timed().into_iter().chain(strangers()).chain(Method::charted());
+        methods.map(|method| (method.label(), of_method(&method), method.is_own())).collect()
     }
 
     #[test]
@@ -213,17 +194,12 @@ pub(super) mod tests {
         let alike = |a: Look, b: Look| a.shape == b.shape && (grey(a.colour) - grey(b.colour)).abs() < 10.0;
         // The curves of speed against accuracy: those of this program are filled, others are open.
         for is_own in [true, false] {
-            let groups: Vec<Look> = Family::all()
-                .iter()
-                .map(Family::group)
-                .collect::<std::collections::BTreeSet<_>>()
-                .into_iter()
-                .filter(|group| group.is_own() == is_own)
-                .map(|group| of_group(group, ""))
-                .chain(strangers().iter().filter(|_| !is_own).map(of_family))
-                .collect();
-            for (k, &one) in groups.iter().enumerate() {
-                assert!(groups[..k].iter().all(|&other| !alike(one, other)), "{one:?} among {groups:?}");
+            let methods = Method::timed().into_iter().chain(strangers()).filter(|method| method.is_own() == is_own);
+            let curves: std::collections::BTreeMap<_, _> =
+                methods.map(|method| (method.curve(), of_curve(&method))).collect();
+            let curves: Vec<Look> = curves.into_values().collect();
+            for (k, &one) in curves.iter().enumerate() {
+                assert!(curves[..k].iter().all(|&other| !alike(one, other)), "{one:?} among {curves:?}");
             }
         }
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::look;
 use crate::output::chart::{Chart, Look, Mark, Series};
-use crate::study::work_precision::{DriftPoint, Family, Group, Row, front};
+use crate::study::work_precision::{DriftPoint, Row, front};
 
 /// The quantity on the ordinate, which measures the work.
 #[derive(Debug, Clone, Copy)]
@@ -38,16 +38,6 @@ fn error_label(coordinates: &[String]) -> String {
     }
 }
 
-/// The curve that a method belongs to: that of its group, or one of its own if another program measured it.
-fn curve(family: &Family) -> (Group, String) {
-    let group = family.group();
-    let label = match family {
-        Family::Other(name) => name.clone(),
-        _ => group.label().to_owned(),
-    };
-    (group, label)
-}
-
 /// The best settings of every group of methods on one length, and behind them the front of all methods. Settings
 /// without a result are not drawn.
 pub fn work_precision<'a>(
@@ -59,16 +49,17 @@ pub fn work_precision<'a>(
     let rows: Vec<&Row> = rows.into_iter().collect();
     let place = |row: &Row| (row.rank().unwrap_or(f64::NAN), (work.of)(row));
     let best = |rows: &[&'a Row]| front(rows.iter().copied(), work.of).into_iter().map(place).collect::<Vec<_>>();
-    let mut curves: BTreeMap<(Group, String), Vec<&Row>> = BTreeMap::new();
+    let mut curves: BTreeMap<(usize, String), Vec<&Row>> = BTreeMap::new();
     for row in &rows {
-        curves.entry(curve(&row.family)).or_default().push(row);
+        curves.entry(row.method.curve()).or_default().push(row);
     }
     let mut series = vec![Series::new("front of all methods", Mark::Band, best(&rows)).with_look(Look::PALE)];
     // A method without any result has no curve and no entry in the legend.
     curves.retain(|_, rows| rows.iter().any(|row| row.rank().is_some()));
-    for ((group, label), rows) in &curves {
-        let curve = Series::new(label, look::mark(group.is_own()), best(rows));
-        series.push(curve.with_look(look::of_group(*group, label)));
+    for ((_, label), rows) in &curves {
+        let method = &rows[0].method;
+        let curve = Series::new(label, look::mark(method.is_own()), best(rows));
+        series.push(curve.with_look(look::of_curve(method)));
     }
     Chart::new(work.headline, of, [&error_label(coordinates), work.label], series).log_log()
 }
@@ -87,8 +78,8 @@ pub fn drift(of: &str, coordinates: &[String], points: &[DriftPoint], of_k: bool
         ((share * BINS as f64) as usize).min(BINS - 1)
     };
     let mut series = Vec::new();
-    for run in points.chunk_by(|a, b| a.family == b.family) {
-        let family = &run[0].family;
+    for run in points.chunk_by(|a, b| a.method == b.method) {
+        let method = &run[0].method;
         let mut largest: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         for point in run {
             let value = if of_k { point.errors.delta_k } else { point.errors.largest() };
@@ -98,8 +89,8 @@ pub fn drift(of: &str, coordinates: &[String], points: &[DriftPoint], of_k: bool
                 *best = (point.gamma, value);
             }
         }
-        let curve = Series::new(family.name(), look::mark(family.is_own()), largest.into_values().collect());
-        series.push(curve.with_look(look::of_family(family)));
+        let curve = Series::new(method.label(), look::mark(method.is_own()), largest.into_values().collect());
+        series.push(curve.with_look(look::of_method(method)));
     }
     let (title, label) = match of_k {
         true => ("Does K drift? Level is bounded, slope ½ is rounding, slope 1 is drift", "|ΔK|".to_owned()),

@@ -1,15 +1,13 @@
 //! Sweeps over operators and numbers of nodes: errors against the reference trajectory, and their slopes.
 //!
 //! ```
-//! use std::sync::atomic::AtomicBool;
-//!
 //! use geodesic_ivp::Case;
 //! use geodesic_ivp::case::{Form, SbpName, builtin};
 //! use geodesic_ivp::study::convergence::{Quantity, sweep};
 //!
 //! let case = Case::parse("linear", builtin::text("linear").expect("it is built in"), &[])?;
 //! let scheme = (SbpName::Sbp21, Form::Strong);
-//! let convergence = sweep::<f64>(&case, &[scheme], &[32, 64, 128], &AtomicBool::new(false), &|_| {})?;
+//! let convergence = sweep::<f64>(&case, &[scheme], &[32, 64, 128])?;
 //! let slopes = convergence.slopes((0, usize::MAX));
 //! let of_x = slopes.iter().find(|slope| slope.quantity == Quantity::EPS_X_FINAL).expect("it is measured");
 //! assert!((of_x.fit.as_ref().expect("three grids").slope - 2.0).abs() < 0.01);
@@ -163,7 +161,7 @@ pub struct Convergence<S = f64> {
     pub charges: Vec<String>,
     /// Digits of the arithmetic, from which the level of rounding follows.
     pub digits: u32,
-    /// True if the sweep was cancelled before all grids were done.
+    /// True if not all grids of the sweep are done.
     pub interrupted: bool,
 }
 

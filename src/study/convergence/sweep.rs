@@ -1,7 +1,5 @@
 //! The grids of a sweep, solved in parallel and measured.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use rayon::prelude::*;
 
 use super::{Convergence, ConvergencePoint, Errors, ReferenceInfo, SweepError};
@@ -26,19 +24,14 @@ pub struct Sweep<S: Real = f64> {
 /// Solves `setup` for every operator with its form and every number of nodes, in parallel. The order of the results
 /// does not depend on which grid is finished first.
 ///
-/// `finished` is called for every grid when it is done. Once `cancel` is true, no further grids are started.
-///
 /// # Errors
 /// See [`Sweep::new`].
 pub fn sweep<S: Arithmetic>(
     setup: impl Into<Setup<S>>,
     schemes: &[(SbpName, Form)],
     n_gamma: &[usize],
-    cancel: &AtomicBool,
-    finished: &(dyn Fn(&ConvergencePoint) + Sync),
 ) -> Result<Convergence<S>, SweepError> {
-    let sweep = Sweep::new(setup, schemes, n_gamma)?;
-    Ok(sweep.run(cancel, &|_, point| finished(point)))
+    Ok(Sweep::new(setup, schemes, n_gamma)?.run(&|_, _| ()))
 }
 
 impl<S: Arithmetic> Sweep<S> {
@@ -84,22 +77,18 @@ impl<S: Arithmetic> Sweep<S> {
         self.setups.len()
     }
 
-    /// Solves all grids. `finished` is called for each when it is done, with its index in the order. Once `cancel` is
-    /// true, no further grids are started.
-    pub fn run(&self, cancel: &AtomicBool, finished: &(dyn Fn(usize, &ConvergencePoint) + Sync)) -> Convergence<S> {
+    /// Solves all grids. `finished` is called for each when it is done, with its index in the order.
+    pub fn run(&self, finished: &(dyn Fn(usize, &ConvergencePoint) + Sync)) -> Convergence<S> {
         // The largest grids are started first, so that no core is still busy with one when the others have finished.
         let mut jobs: Vec<usize> = (0..self.grids()).collect();
         jobs.sort_by_key(|&place| {
             let Settings { n_gamma, windows, .. } = self.setups[place].settings;
             std::cmp::Reverse(n_gamma * windows)
         });
-        let points = jobs.into_par_iter().with_max_len(1).filter_map(|place| {
-            if cancel.load(Ordering::Relaxed) {
-                return None;
-            }
+        let points = jobs.into_par_iter().with_max_len(1).map(|place| {
             let point = measure(&self.setups[place], self.length, &self.reference);
             finished(place, &point);
-            Some((place, point))
+            (place, point)
         });
         self.gathered(points.collect())
     }

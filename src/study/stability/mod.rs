@@ -13,21 +13,23 @@
 
 mod arena;
 mod frequency;
-mod method;
+mod limit;
 mod run;
 pub mod status;
 mod track;
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use rayon::prelude::*;
 
+pub use super::method::Method;
 pub use arena::{Arena, Pace};
-pub use method::{Limit, Method, WINDOW};
+pub use limit::Limit;
 pub use status::{ACCURATE, CellStatus, DIVERGED, DRIFTING, ROUGHER, SAWTOOTH};
 
 use self::run::Job;
 use self::status::Sizes;
+
+/// Number of intervals of each window of a finite-difference operator that is run in windows; it has one node more.
+pub const WINDOW: usize = 20;
 
 /// Tolerances of adaptive methods.
 pub const TOLERANCES: [f64; 6] = [1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8];
@@ -106,7 +108,7 @@ impl Cell {
 pub struct Atlas {
     /// Method by method, length by length, from fine to coarse.
     pub cells: Vec<Cell>,
-    /// True if it was cancelled before it was complete.
+    /// True if it is not complete.
     pub interrupted: bool,
 }
 
@@ -141,36 +143,21 @@ impl Plan {
 }
 
 /// Measures all cells. `tried` is called after each grid, with its index in the order and its cell, if there is one.
-/// Once `cancel` is true, running cells are finished and no further ones are started.
-pub fn measure(
-    arena: &Arena,
-    plan: &Plan,
-    cancel: &AtomicBool,
-    tried: &(dyn Fn(usize, Option<&Cell>) + Sync),
-) -> Atlas {
+pub fn measure(arena: &Arena, plan: &Plan, tried: &(dyn Fn(usize, Option<&Cell>) + Sync)) -> Atlas {
     let jobs = plan.jobs();
     let mut lengths: Vec<f64> = jobs.iter().map(Job::stretched).collect();
     lengths.sort_by(f64::total_cmp);
     lengths.dedup();
     let sizes: Vec<Option<Sizes>> = lengths.par_iter().map(|&length| arena.sizes(length)).collect();
     let sizes_of = |length: f64| lengths.iter().position(|&known| known == length).and_then(|at| sizes[at].as_ref());
-    let (all, done) = (jobs.len(), std::sync::atomic::AtomicUsize::new(0));
     let mut order: Vec<(usize, Job)> = jobs.into_iter().enumerate().collect();
     // The largest cells are started first, so that no core is still busy with one when the others have finished.
     let size = |job: &Job| job.length / job.setting;
     order.sort_by(|(_, a), (_, b)| size(b).total_cmp(&size(a)));
-    let cells: Vec<(usize, Cell)> = order
-        .into_par_iter()
-        .with_max_len(1)
-        .filter_map(|(place, job)| {
-            if cancel.load(Ordering::Relaxed) {
-                return None;
-            }
-            let cell = job.measure(arena, sizes_of(job.stretched()));
-            done.fetch_add(1, Ordering::Relaxed);
-            tried(place, cell.as_ref());
-            Some((place, cell?))
-        })
-        .collect();
-    Atlas::gathered(cells, done.load(Ordering::Relaxed) < all)
+    let cells = order.into_par_iter().with_max_len(1).filter_map(|(place, job)| {
+        let cell = job.measure(arena, sizes_of(job.stretched()));
+        tried(place, cell.as_ref());
+        Some((place, cell?))
+    });
+    Atlas::gathered(cells.collect(), false)
 }

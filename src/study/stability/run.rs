@@ -1,15 +1,14 @@
 //! One method on one grid: its run, and the measurements on its result.
 
 use super::arena::Arena;
-use super::method::{Method, WINDOW};
 use super::status::{Sizes, judge, rough_above};
 use super::track::Track;
-use super::{Cell, CellStatus, Numbers};
+use super::{Cell, CellStatus, Method, Numbers, WINDOW};
 use crate::case::{Form, SbpName, on_grid};
 use crate::engine::Accuracy;
 use crate::geometry::Start;
-use crate::methods::{Output, Peer, Problem, Setting, Windows};
-use crate::solve::{Limit, NoSolution, Setup, System, bytes_needed, solve};
+use crate::methods::{Failure, Output, Peer, Setting, Windows};
+use crate::solve::{Limit, NoSolution, Setup, Status, System, bytes_needed, solve};
 use crate::study::subject::timed;
 
 /// As the numbers of elements and windows are whole, the spacing can differ from the one that was asked for. If it does
@@ -24,12 +23,8 @@ const MOST_UNREGULARISED: usize = 200;
 const OUTPUT_EVERY: f64 = 2.0;
 const MOST_OUTPUTS: f64 = 10_000.0;
 
-/// A run, ready to be timed.
-enum Ready {
-    /// A scheme of this program.
-    Scheme(Box<Setup>),
-    Other(&'static dyn Peer, Problem, Output, Setting),
-}
+/// What a run has come to, or its status with the iterations; the intervals of its grid, and its seconds.
+type Ran = (Result<Track, (CellStatus, Option<usize>)>, usize, f64);
 
 /// A method, and the grid that is asked for.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,21 +45,7 @@ impl Job {
 
     /// Runs and measures the cell of this grid; `None` if the method has no such grid.
     pub(super) fn measure(&self, arena: &Arena, sizes: Option<&Sizes>) -> Option<Cell> {
-        let is_lifted = arena.subject.is_lifted;
-        let (track, grid, seconds) = match self.ready(arena)? {
-            Ready::Scheme(setup) => {
-                let (line, seconds) = timed(|| solve(&*setup));
-                let failed = |failure: NoSolution| {
-                    (CellStatus::of_solve(failure.status), Some(failure.iterations.history.len()))
-                };
-                (line.map(|line| Track::of_line(&line, is_lifted)).map_err(failed), intervals(&setup), seconds)
-            }
-            Ready::Other(peer, problem, output, setting) => {
-                let (found, seconds) = timed(|| peer.run(&problem, &output, setting));
-                let track = found.map(|found| Track::of_states(&problem, &found, setting.count > 0, is_lifted));
-                (track.map_err(|failure| (CellStatus::of_method(failure), None)), setting.count, seconds)
-            }
-        };
+        let (track, grid, seconds) = self.ran(arena)?;
         let (status, numbers, intervals, iterations) = match track {
             Err((status, iterations)) => (status, None, grid, iterations),
             Ok(track) => {
@@ -90,56 +71,56 @@ impl Job {
     }
 
     /// The status of a track, and all that is measured on it.
-    fn judged(&self, arena: &Arena, mut track: Track, sizes: Option<&Sizes>) -> (CellStatus, Numbers) {
+    fn judged(&self, arena: &Arena, track: Track, sizes: Option<&Sizes>) -> (CellStatus, Numbers) {
         let active = arena.geometry().active();
-        let (mut status, mut numbers) = (CellStatus::Inaccurate, std::mem::take(&mut track.numbers));
-        numbers.sawtooth = track.roughest(active, sizes).and_then(|a| track.sawtooth(&track.q[a]));
+        let rough: Vec<(usize, f64)> = active.iter().filter_map(|&a| Some((a, track.sawtooth(&track.q[a])?))).collect();
+        let share = |&(a, amplitude): &(usize, f64)| amplitude / sizes.map_or(1.0, |sizes| sizes.q[a]);
+        let roughest = rough.iter().max_by(|one, other| share(one).total_cmp(&share(other)));
+        let mut numbers = Numbers { sawtooth: roughest.map(|(_, amplitude)| *amplitude), ..track.numbers.clone() };
         let reference: Option<Vec<Start>> = track.gamma.iter().map(|gamma| arena.at(gamma * self.tangent)).collect();
-        if let (Some(reference), Some(sizes)) = (reference, sizes) {
-            let (errors, mut sawtooth) = (track.errors(&reference), Vec::new());
-            for &a in active {
-                let smooth: Vec<f64> = reference.iter().map(|point| point.q[a]).collect();
-                let Some(both) = track.sawtooth(&track.q[a]).zip(track.sawtooth(&smooth)) else { continue };
-                sawtooth.push((a, both.into()));
-                let here = track.sawtooth_from(a, rough_above(sizes.q[a], both.1));
-                numbers.sawtooth_from = [numbers.sawtooth_from, here].into_iter().flatten().reduce(f64::min);
-            }
-            let sizes = Sizes { k: sizes.k * self.tangent * self.tangent, ..sizes.clone() };
-            status = judge(&errors, &sawtooth, track.k_drift(), &sizes, active);
-            numbers.errors = Some(errors);
+        let (Some(reference), Some(sizes)) = (reference, sizes) else { return (CellStatus::Inaccurate, numbers) };
+        let (errors, mut sawtooth) = (track.errors(&reference), Vec::new());
+        for (a, amplitude) in rough {
+            let smooth: Vec<f64> = reference.iter().map(|point| point.q[a]).collect();
+            let Some(smooth) = track.sawtooth(&smooth) else { continue };
+            sawtooth.push((a, [amplitude, smooth]));
+            let here = track.sawtooth_from(a, rough_above(sizes.q[a], smooth));
+            numbers.sawtooth_from = [numbers.sawtooth_from, here].into_iter().flatten().reduce(f64::min);
         }
+        let sizes = Sizes { k: sizes.k * self.tangent * self.tangent, ..sizes.clone() };
+        let status = judge(&errors, &sawtooth, track.k_drift(), &sizes, active);
+        numbers.errors = Some(errors);
         (status, numbers)
     }
 
-    /// The run; `None` if there is no such grid.
-    fn ready(&self, arena: &Arena) -> Option<Ready> {
+    /// Runs the method; `None` if there is no such grid.
+    fn ran(&self, arena: &Arena) -> Option<Ran> {
         let (subject, place) = (&arena.subject, arena.subject.stretched(self.tangent));
         let wanted = (self.length / self.setting).round().max(1.0) as usize;
         let whole = |nodes: usize| (wanted as f64 / nodes as f64).round().max(1.0) as usize;
-        let other = |peer: &'static dyn Peer| {
-            let (output, setting) = self.output(arena, wanted);
-            Some(Ready::Other(peer, subject.problem(&place, self.length), output, setting))
+        let mut setup = Setup { place: place.clone(), rough: place, ..subject.plain.clone() };
+        let solved = |setup: Setup| {
+            let is_affordable = !subject.is_scene || bytes_needed(&setup, false, 0) <= MOST_BYTES;
+            is_affordable.then(|| solved(&setup, subject.is_lifted))
         };
-        let mut setup = Setup { place: place.clone(), rough: place.clone(), ..subject.plain.clone() };
-        let is_affordable = |setup: &Setup| !subject.is_scene || bytes_needed(setup, false, 0) <= MOST_BYTES;
         let (scheme, nodes) = match self.method {
-            Method::Peer(peer) => return other(peer),
-            Method::Tolerance => return other(&Windows::Tolerance),
+            Method::Peer(peer) => return Some(self.integrated(arena, peer, wanted)),
+            Method::Tolerance => return Some(self.integrated(arena, &Windows::Tolerance, wanted)),
             Method::Accuracy => {
                 (setup.limit, setup.until) = (Limit::Length(self.length), Vec::new());
                 setup.settings.accuracy = Some(Accuracy::Promised(self.setting));
-                return is_affordable(&setup).then(|| Ready::Scheme(setup.into()));
+                return solved(setup);
             }
             Method::Block(sbp, form) => ((sbp, form), wanted + 1),
             Method::Windows(sbp, form) => {
                 setup.settings.windows = whole(WINDOW);
                 ((sbp, form), WINDOW + 1)
             }
-            Method::Elements(nodes, form) => ((SbpName::Gll(nodes as u8), form), whole(nodes - 1) * (nodes - 1) + 1),
+            Method::Elements(nodes) => ((SbpName::Gll(nodes as u8), Form::Weak), whole(nodes - 1) * (nodes - 1) + 1),
             Method::Unregularised(sbp) if wanted < MOST_UNREGULARISED && !subject.is_scene => {
                 ((sbp, Form::Strong), wanted + 1)
             }
-            Method::Unregularised(_) => return None,
+            Method::Unregularised(_) | Method::March(_) | Method::Other(_) => return None,
         };
         let mut setup = on_grid(&setup, scheme, nodes, self.length).ok()?;
         if matches!(self.method, Method::Unregularised(_)) {
@@ -147,18 +128,38 @@ impl Job {
         }
         let spacing = self.length / intervals(&setup) as f64;
         let ratio = (spacing / self.setting).max(self.setting / spacing);
-        (is_affordable(&setup) && ratio <= SAME_SPACING).then(|| Ready::Scheme(setup.into()))
+        if ratio <= SAME_SPACING { solved(setup) } else { None }
     }
 
-    /// Where one of [`crate::methods`] is measured, and its setting: constant steps at the ends of all of them.
-    fn output(&self, arena: &Arena, wanted: usize) -> (Output, Setting) {
-        if !self.method.is_adaptive() {
-            return (Output::even(wanted), Setting::steps(wanted));
-        }
-        let every = OUTPUT_EVERY / (arena.pace().rate() * self.tangent);
-        let output = Output::even((self.length / every).ceil().clamp(8.0, MOST_OUTPUTS) as usize);
-        (output, Setting::tolerance(self.setting))
+    /// Runs one of [`crate::methods`], and measures it at the ends of all constant steps, or in even distances.
+    fn integrated(&self, arena: &Arena, peer: &dyn Peer, wanted: usize) -> Ran {
+        let subject = &arena.subject;
+        let (intervals, setting) = if self.method.is_adaptive() {
+            let every = OUTPUT_EVERY / (arena.pace().rate() * self.tangent);
+            ((self.length / every).ceil().clamp(8.0, MOST_OUTPUTS) as usize, Setting::tolerance(self.setting))
+        } else {
+            (wanted, Setting::steps(wanted))
+        };
+        let problem = subject.problem(&subject.stretched(self.tangent), self.length);
+        let (found, seconds) = timed(|| peer.run(&problem, &Output::even(intervals), setting));
+        let status = |failure: Failure| match failure {
+            Failure::OutsideDomain => CellStatus::OutsideDomain,
+            Failure::Diverged => CellStatus::Diverged,
+            _ => CellStatus::NoCriticalPoint,
+        };
+        let track = found.map(|found| Track::of_states(&problem, &found, setting.count > 0, subject.is_lifted));
+        (track.map_err(|failure| (status(failure), None)), setting.count, seconds)
     }
+}
+
+/// Solves a scheme of this program.
+fn solved(setup: &Setup, is_lifted: bool) -> Ran {
+    let (line, seconds) = timed(|| solve(setup));
+    let failed = |NoSolution { status, iterations, .. }: NoSolution| match status {
+        Status::OutsideDomain => (CellStatus::OutsideDomain, Some(iterations.history.len())),
+        _ => (CellStatus::NoCriticalPoint, Some(iterations.history.len())),
+    };
+    (line.map(|line| Track::of_line(&line, is_lifted)).map_err(failed), intervals(setup), seconds)
 }
 
 /// The intervals of a grid; 0 where it is chosen for an accuracy.

@@ -14,9 +14,6 @@
 //! domain before the end, there is no trajectory to compare with. A result is then called inaccurate, and its errors
 //! are empty.
 
-use crate::methods::Failure;
-use crate::solve::Status;
-
 /// Largest error of an accurate trajectory, relative to A and T.
 pub const ACCURATE: f64 = 1e-2;
 /// A wrong time alone causes errors of at most two amplitudes; twice that means another motion.
@@ -49,20 +46,6 @@ pub enum CellStatus {
 }
 
 impl CellStatus {
-    /// The status of a solve that ended without a solution.
-    pub(super) fn of_solve(status: Status) -> Self {
-        if status == Status::OutsideDomain { Self::OutsideDomain } else { Self::NoCriticalPoint }
-    }
-
-    /// The status of another method that has failed.
-    pub(super) fn of_method(failure: Failure) -> Self {
-        match failure {
-            Failure::OutsideDomain => Self::OutsideDomain,
-            Failure::Diverged => Self::Diverged,
-            _ => Self::NoCriticalPoint,
-        }
-    }
-
     /// All of them, from best to worst.
     pub const ALL: [Self; 7] = [
         Self::Accurate,

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use super::Numbers;
-use super::status::Sizes;
 use crate::action::Form;
 use crate::diagnostics::{Diagnostics, energy_off, sawtooth};
 use crate::geometry::Start;
@@ -114,45 +113,26 @@ impl Track {
         self.stretches.iter().find_map(first)
     }
 
-    /// The coordinate with the largest sawtooth in units of its size, among these.
-    pub(super) fn roughest(&self, active: &[usize], sizes: Option<&Sizes>) -> Option<usize> {
-        let share = |a: usize| Some((a, self.sawtooth(&self.q[a])? / sizes.map_or(1.0, |sizes| sizes.q[a])));
-        let most = active.iter().filter_map(|&a| share(a)).max_by(|one, other| one.1.total_cmp(&other.1));
-        most.map(|(a, _)| a)
-    }
-
-    /// The mean of ΔK over the last quarter of the nodes minus that over the first quarter.
+    /// How far K has drifted away along the nodes.
     pub(super) fn k_drift(&self) -> f64 {
-        let count = self.delta_k.len();
-        let quarter = (count / 4).max(1).min(count);
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-        mean(&self.delta_k[count - quarter..]) - mean(&self.delta_k[..quarter])
+        drift_of(&self.delta_k)
     }
+}
+
+/// The mean over the last quarter of these values minus that over the first quarter.
+fn drift_of(values: &[f64]) -> f64 {
+    let quarter = (values.len() / 4).max(1).min(values.len());
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+    mean(&values[values.len() - quarter..]) - mean(&values[..quarter])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Coordinates 0 and 1 on five nodes, both with a sawtooth.
-    fn track(delta_k: Vec<f64>) -> Track {
-        let sawtooth = |size: f64| (0..5).map(|k| if k % 2 == 0 { size } else { -size }).collect();
-        let (q, numbers) = (vec![sawtooth(3.0), sawtooth(2.0)], Numbers::default());
-        let gamma = vec![0.0, 0.25, 0.5, 0.75, 1.0];
-        Track { gamma, q, delta_k, stretches: std::iter::once(0..5).collect(), intervals: 4, iterations: None, numbers }
-    }
-
-    #[test]
-    fn the_roughest_coordinate_is_so_in_units_of_its_size() {
-        let (track, sizes) = (track(vec![0.0; 5]), Sizes { q: vec![100.0, 10.0], k: 1.0 });
-        assert_eq!((track.roughest(&[0, 1], None), track.roughest(&[0, 1], Some(&sizes))), (Some(0), Some(1)));
-        assert_eq!((track.roughest(&[0], Some(&sizes)), track.roughest(&[], None)), (Some(0), None));
-    }
-
     #[test]
     fn a_drift_is_the_difference_of_the_quarters_at_the_ends() {
-        let drift = |delta_k: &[f64]| track(delta_k.to_vec()).k_drift();
-        assert_eq!(drift(&[1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 5.0, 6.0]), 3.5);
-        assert_eq!((drift(&[1.0, 4.0]), drift(&[7.0; 9])), (3.0, 0.0));
+        assert_eq!(drift_of(&[1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 5.0, 6.0]), 3.5);
+        assert_eq!((drift_of(&[1.0, 4.0]), drift_of(&[7.0; 9])), (3.0, 0.0));
     }
 }

@@ -19,8 +19,9 @@ pub struct Arena {
     /// The settings of a solver, without those of one scheme only.
     pub(super) setup: Setup,
     reference: ReferenceTrajectory<Extended>,
-    /// Largest values at the points of output.
-    sizes: Vec<f64>,
+    /// The sizes of the coordinates, by which errors are judged: the largest |x| at the points of output, and of t and
+    /// the ignorable ones of a scene the largest distance from the start.
+    pub sizes: Vec<f64>,
 }
 
 /// Sixteen digits of the coordinates at the end, and four more to judge them. Errors of the phase grow with the square
@@ -95,12 +96,6 @@ impl Arena {
         let q = state.q.iter().zip(&exact.q).map(error).collect();
         let (exact, [k, _]) = (in_f64(&exact), norm_and_first_rate(&self.problem, state));
         RowErrors { q, delta_k: (k - self.problem.space.norm(&exact.q, &exact.q_dot)).abs() }
-    }
-
-    /// The sizes of the coordinates, by which errors are judged: the largest |x|, and of t and the ignorable ones of a
-    /// scene the largest distance from the start.
-    pub fn sizes(&self) -> &[f64] {
-        &self.sizes
     }
 
     /// Returns true if errors are small enough for a result: a tenth of the size of every coordinate, with a finite K.

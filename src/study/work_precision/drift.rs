@@ -1,11 +1,8 @@
 //! Errors along a long run, with about the same work for every method. They show a drift, a bounded oscillation, or the
 //! random walk of rounding.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use super::family::Family;
-use super::run::Timed;
-use super::{Arena, RowErrors};
+use super::run::job;
+use super::{Arena, Method, RowErrors};
 use crate::case::{Form, SbpName};
 use crate::methods::{Composition, Dop853, Gauss, Output, Rk4, Setting, Taylor, Trajectory};
 
@@ -23,7 +20,7 @@ const POINTS: usize = 200;
 #[derive(Debug, Clone, PartialEq)]
 pub struct DriftPoint {
     /// The method.
-    pub family: Family,
+    pub method: Method,
     /// Its setting.
     pub setting: String,
     /// γ − γ_i.
@@ -38,44 +35,41 @@ pub struct DriftPoint {
 /// method it is the tolerance that comes closest to that. An interval is three steps of the reference, each of which
 /// covers about 0.6 radians of the motion. The states are taken at 200 values of γ, evenly spaced in log γ, at which
 /// constant steps end. A method that fails is left out.
-pub fn drift(arena: &Arena, chosen: &[Family], cancel: &AtomicBool) -> Vec<DriftPoint> {
+pub fn drift(arena: &Arena, chosen: &[Method]) -> Vec<DriftPoint> {
     let intervals = ((arena.scale() / PIECES).ceil() as usize).max(POINTS / 2);
     let mark = |k: usize| (intervals as f64).powf(k as f64 / (POINTS - 1) as f64).round() as usize;
     let mut marks: Vec<usize> = (0..POINTS).map(mark).collect();
     marks.dedup();
     let output = Output { intervals, marks };
     // Evaluations per step, roughly; 0 for adaptive methods.
-    let families = [
-        (Family::Block(SbpName::Sbp21, Form::Strong), 1.0),
-        (Family::Block(SbpName::Sbp42, Form::Strong), 2.0),
-        (Family::Block(SbpName::Sbp42, Form::Weak), 2.0),
-        (Family::Block(SbpName::Sbp84, Form::Weak), 2.0),
-        (Family::March(8), 64.0),
-        (Family::March(16), 176.0),
-        (Family::Peer(&Rk4), 4.0),
-        (Family::Peer(&Composition::VERLET), 1.0),
-        (Family::Peer(&Composition::KAHAN_LI_8), 17.0),
-        (Family::Peer(&Composition::KAHAN_LI_8_COMPENSATED), 17.0),
-        (Family::Peer(&Gauss { stages: 4 }), 32.0),
-        (Family::Peer(&Gauss { stages: 8 }), 88.0),
-        (Family::Peer(&Dop853), 0.0),
-        (Family::Peer(&Taylor), 0.0),
+    let methods = [
+        (Method::Block(SbpName::Sbp21, Form::Strong), 1.0),
+        (Method::Block(SbpName::Sbp42, Form::Strong), 2.0),
+        (Method::Block(SbpName::Sbp42, Form::Weak), 2.0),
+        (Method::Block(SbpName::Sbp84, Form::Weak), 2.0),
+        (Method::March(8), 64.0),
+        (Method::March(16), 176.0),
+        (Method::Peer(&Rk4), 4.0),
+        (Method::Peer(&Composition::VERLET), 1.0),
+        (Method::Peer(&Composition::KAHAN_LI_8), 17.0),
+        (Method::Peer(&Composition::KAHAN_LI_8_COMPENSATED), 17.0),
+        (Method::Peer(&Gauss { stages: 4 }), 32.0),
+        (Method::Peer(&Gauss { stages: 8 }), 88.0),
+        (Method::Peer(&Dop853), 0.0),
+        (Method::Peer(&Taylor), 0.0),
     ];
     let mut points = Vec::new();
-    for (family, cost) in families.into_iter().filter(|(family, _)| chosen.contains(family)) {
-        if cancel.load(Ordering::Relaxed) {
-            break;
-        }
+    for (method, cost) in methods.into_iter().filter(|(method, _)| chosen.contains(method)) {
         let run = |setting: Setting| {
-            let (_, outcome) = Timed::new(arena, &family, setting, output.clone()).attempt(&output);
-            outcome.ok().map(|outcome| (setting, outcome))
+            let found = job(arena, &method, setting, &output)().ok()?;
+            Some((setting, found.at(&output)))
         };
         let Some((setting, outcome)) = in_budget(intervals, cost, run) else { continue };
         let evaluations = outcome.evaluations as f64 / arena.length();
         let label = format!("{evaluations:.0} evaluations a unit of gamma");
         let label = if setting.tolerance > 0.0 { format!("tol={:e}, {label}", setting.tolerance) } else { label };
         points.extend(output.gamma(arena.length()).zip(outcome.states.iter()).map(|(gamma, state)| DriftPoint {
-            family: family.clone(),
+            method: method.clone(),
             setting: label.clone(),
             gamma,
             errors: arena.error(gamma, state),

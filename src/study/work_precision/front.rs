@@ -67,14 +67,14 @@ pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
             let enough = |row: &&Row| row.gamma_f == gamma_f && row.rank().is_some_and(|rank| rank <= error);
             let rows = rows.iter().filter(enough).filter(|row| wanted(row));
             let best = rows.min_by(|a, b| a.seconds_min.total_cmp(&b.seconds_min))?;
-            Some(Leader { method: best.family.name(), setting: best.setting.clone(), seconds: best.seconds_min })
+            Some(Leader { method: best.method.label(), setting: best.setting.clone(), seconds: best.seconds_min })
         };
         Ratio {
             gamma_f,
             error,
-            own: fastest(&|row| row.family.is_own()),
-            certified: fastest(&|row| row.family.is_certified()),
-            other: fastest(&|row| !row.family.is_own()),
+            own: fastest(&|row| row.method.is_own()),
+            certified: fastest(&|row| row.method.is_certified()),
+            other: fastest(&|row| !row.method.is_own()),
         }
     };
     lengths.into_iter().flat_map(|length| (3..=12).map(move |decade| of(length, decade))).collect()
@@ -82,13 +82,13 @@ pub fn ratios(rows: &[Row]) -> Vec<Ratio> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Family, RowErrors, RowStatus};
+    use super::super::{Method, RowErrors, RowStatus};
     use super::*;
     use crate::methods::{Composition, Rk4};
 
-    fn row(family: Family, error: f64, seconds: f64, status: RowStatus) -> Row {
+    fn row(method: Method, error: f64, seconds: f64, status: RowStatus) -> Row {
         Row {
-            family,
+            method,
             setting: String::new(),
             gamma_f: 1.0,
             errors: Some(RowErrors { q: vec![error, 0.5 * error], delta_k: 0.0 }),
@@ -104,12 +104,12 @@ mod tests {
     fn the_front_has_what_nothing_beats() {
         let good = RowStatus::Converged;
         let rows = [
-            row(Family::Peer(&Rk4), 1e-4, 1.0, good),
-            row(Family::Peer(&Rk4), 1e-8, 10.0, good),
-            row(Family::March(8), 1e-8, 8.0, good),
-            row(Family::March(8), 1e-6, 9.0, good),
-            row(Family::Peer(&Composition::VERLET), 1e-12, 0.1, RowStatus::Inaccurate),
-            row(Family::Peer(&Composition::VERLET), 1e-3, 2.0, good),
+            row(Method::Peer(&Rk4), 1e-4, 1.0, good),
+            row(Method::Peer(&Rk4), 1e-8, 10.0, good),
+            row(Method::March(8), 1e-8, 8.0, good),
+            row(Method::March(8), 1e-6, 9.0, good),
+            row(Method::Peer(&Composition::VERLET), 1e-12, 0.1, RowStatus::Inaccurate),
+            row(Method::Peer(&Composition::VERLET), 1e-3, 2.0, good),
         ];
         let found: Vec<f64> = front(&rows, |row| row.seconds_min).iter().map(|row| row.seconds_min).collect();
         assert_eq!(found, [8.0, 1.0]);

@@ -16,25 +16,22 @@
 //! disturbance affects all methods alike. The minimum and the median over the rounds are reported; their difference
 //! shows the noise. A setting that failed or is inaccurate keeps the time of its trial and is never part of the front.
 //!
-//! A family of settings ends when a setting costs more than [`Budget::longest`] or its errors have stopped falling.
+//! The settings of a method end when a setting costs more than [`Budget::longest`] or its errors have stopped falling.
 //! Methods whose iteration has a tolerance of its own (`march` and Gauss) get the loosest one that hardly changes the
 //! error of the same setting iterated to rounding: the best choice that a user could make, for both alike.
 
 mod arena;
 mod drift;
-mod family;
 mod front;
 mod run;
 mod trial;
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
+pub use super::method::Method;
 pub use arena::Arena;
 pub use drift::{DriftPoint, drift};
-pub use family::{Family, Group};
 pub use front::{Leader, Ratio, front, ratios};
 
-use self::trial::{time, try_family};
+use self::trial::{time, try_method};
 use crate::number::norm::larger;
 
 /// Number of points at which every method reports its state.
@@ -43,12 +40,12 @@ pub const OUTPUTS: usize = 10;
 /// The amount of what is measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
-    /// Seconds that a single run may take. After a longer one, no further setting of its family is tried.
+    /// Seconds that a single run may take. After a longer one, no further setting of its method is tried.
     pub longest: f64,
     /// Number of rounds for runs below a millisecond. Runs below ten milliseconds have half of them and longer runs a
     /// fifth, but at least three.
     pub rounds: usize,
-    /// Largest number of settings of a family.
+    /// Largest number of settings of a method.
     pub settings: usize,
 }
 
@@ -101,7 +98,7 @@ impl RowErrors {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// The method.
-    pub family: Family,
+    pub method: Method,
     /// Its setting, for display.
     pub setting: String,
     /// γ_f − γ_i.
@@ -131,9 +128,9 @@ impl Row {
 /// The measured rows, for one length or several.
 #[derive(Debug, Clone, Default)]
 pub struct WorkPrecision {
-    /// All rows: families in order, settings from cheap to expensive.
+    /// All rows: methods in order, settings from cheap to expensive.
     pub rows: Vec<Row>,
-    /// True if it was cancelled before it was complete.
+    /// True if it is not complete.
     pub interrupted: bool,
 }
 
@@ -148,22 +145,17 @@ pub enum Progress<'a> {
     Round(usize, usize),
 }
 
-/// Tries all settings of `families` and times those that succeed. Once `cancel` is true, it ends with the rows so far.
+/// Tries all settings of `methods` and times those that succeed.
 pub fn measure(
     arena: &Arena,
-    families: &[Family],
+    methods: &[Method],
     budget: &Budget,
-    cancel: &AtomicBool,
     progress: &mut dyn FnMut(Progress<'_>),
 ) -> WorkPrecision {
-    let is_cancelled = || cancel.load(Ordering::Relaxed);
     let mut trials = Vec::new();
-    for family in families {
-        if is_cancelled() {
-            break;
-        }
-        trials.extend(try_family(arena, family, budget, &is_cancelled, &mut |row| progress(Progress::Tried(row))));
+    for method in methods {
+        trials.extend(try_method(arena, method, budget, &mut |row| progress(Progress::Tried(row))));
     }
-    time(&mut trials, budget, &is_cancelled, progress);
-    WorkPrecision { rows: trials.into_iter().map(|trial| trial.row).collect(), interrupted: is_cancelled() }
+    time(&mut trials, budget, progress);
+    WorkPrecision { rows: trials.into_iter().map(|trial| trial.row).collect(), interrupted: false }
 }

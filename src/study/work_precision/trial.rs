@@ -1,13 +1,13 @@
 //! Trying settings one after the other, and timing those that succeed in turns.
 
-use super::family::Family;
-use super::run::Timed;
-use super::{Arena, Budget, OUTPUTS, Progress, Row, RowStatus};
+use super::run::{Job, job};
+use super::{Arena, Budget, Method, OUTPUTS, Progress, Row, RowStatus};
 use crate::methods::{Output, Setting, Step, Trajectory};
+use crate::study::subject::timed;
 
 /// Runs shorter than this many seconds are repeated within a round until they take that long.
 const BATCH: f64 = 5e-5;
-/// A family ends after this many settings whose errors are no longer smaller. Only errors below the second number times
+/// A method ends after this many settings whose errors are no longer smaller. Only errors below the second number times
 /// the size of t or x count: those are due to rounding, and not to an irregularity of coarse settings.
 const PLATEAU: usize = 3;
 const ROUNDING: f64 = 1e-9;
@@ -20,42 +20,46 @@ const SPOILT: f64 = 1.5;
 /// A row, and the job to run it again.
 pub(super) struct Trial<'a> {
     pub(super) row: Row,
-    job: Timed<'a>,
+    job: Job<'a>,
     /// Seconds of the first run.
     tried: f64,
+    /// Seconds of a run in each of the rounds.
+    samples: Vec<f64>,
 }
 
 impl Trial<'_> {
-    /// Replaces the time of the trial by the minimum and the median of the times of the rounds.
-    pub(super) fn time(&mut self, samples: &[f64]) {
-        let mut samples = samples.to_vec();
+    /// Runs it again. Its results are not looked at: a run that succeeded once succeeds again.
+    fn repeat(&mut self) {
+        // The time of the trial includes warming up. From the second round on, that of the first round shows better how
+        // many runs make a batch.
+        let known = self.samples.first().copied().unwrap_or(self.tried);
+        let runs = (BATCH / known.max(1e-9)).ceil().clamp(1.0, 1000.0) as u32;
+        let ((), seconds) = timed(|| (0..runs).for_each(|_| drop(std::hint::black_box((self.job)()))));
+        self.samples.push(seconds / f64::from(runs));
+        let mut samples = self.samples.clone();
         samples.sort_by(f64::total_cmp);
         (self.row.seconds_min, self.row.seconds_median) = (samples[0], samples[samples.len() / 2]);
     }
 }
 
-/// Tries the settings of one family, from cheap to expensive.
-pub(super) fn try_family<'a>(
+/// Tries the settings of one method, from cheap to expensive.
+pub(super) fn try_method<'a>(
     arena: &'a Arena,
-    family: &Family,
+    method: &Method,
     budget: &Budget,
-    is_cancelled: &dyn Fn() -> bool,
     tried: &mut dyn FnMut(&Row),
 ) -> Vec<Trial<'a>> {
     let mut trials: Vec<Trial<'a>> = Vec::new();
-    let (mut least, mut stale, size) = (f64::INFINITY, 0, arena.sizes().iter().copied().fold(0.0, f64::max));
-    for setting in family.settings(arena.scale()).take(budget.settings) {
-        if is_cancelled() {
-            break;
-        }
-        let trial = try_setting(arena, family, setting);
+    let (mut least, mut stale, size) = (f64::INFINITY, 0, arena.sizes.iter().copied().fold(0.0, f64::max));
+    for setting in method.settings(arena.scale()).take(budget.settings) {
+        let trial = try_setting(arena, method, setting);
         tried(&trial.row);
-        let (rank, seconds) = (trial.row.rank(), trial.row.seconds_min);
+        let (rank, seconds) = (trial.row.rank(), trial.tried);
         trials.push(trial);
         if let Some(error) = rank {
             // A slightly smaller error is no progress, since settings differ by factors. Adaptive methods have only a
             // few tolerances, and may take the same steps for several of them, so that all of these are tried.
-            let rounding = error < ROUNDING * size && family.step() != Step::Adaptive;
+            let rounding = error < ROUNDING * size && !method.is_adaptive();
             stale = if error < 0.8 * least || !rounding { 0 } else { stale + 1 };
             least = least.min(error);
         }
@@ -68,12 +72,12 @@ pub(super) fn try_family<'a>(
 
 /// Runs a setting. If the iteration of the method has a tolerance, it is run to rounding first, and then with tighter
 /// and tighter tolerances, by factors of a hundred, until the error is about the same.
-fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
-    let to_rounding = attempt(arena, family, setting);
-    let (Some(error), true) = (to_rounding.row.rank(), family.step() == Step::Iterated) else { return to_rounding };
+fn try_setting<'a>(arena: &'a Arena, method: &Method, setting: Setting) -> Trial<'a> {
+    let to_rounding = attempt(arena, method, setting);
+    let (Some(error), true) = (to_rounding.row.rank(), method.step() == Step::Iterated) else { return to_rounding };
     let mut power = (error / LOOSEST).log10().floor();
     while power >= TIGHTEST {
-        let trial = attempt(arena, family, setting.with_inner(10.0_f64.powf(power)));
+        let trial = attempt(arena, method, setting.with_inner(10.0_f64.powf(power)));
         if trial.row.rank().is_some_and(|rank| rank <= SPOILT * error) {
             return trial;
         }
@@ -82,11 +86,11 @@ fn try_setting<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial
     to_rounding
 }
 
-fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a> {
+fn attempt<'a>(arena: &'a Arena, method: &Method, setting: Setting) -> Trial<'a> {
     let output = Output::even(OUTPUTS);
-    let mut job = Timed::new(arena, family, setting, output.clone());
-    let (seconds, result) = job.attempt(&output);
-    let (status, errors, evaluations, points) = match result {
+    let mut job = job(arena, method, setting, &output);
+    let (found, seconds) = timed(&mut job);
+    let (status, errors, evaluations, points) = match found.map(|found| found.at(&output)) {
         Ok(Trajectory { states, evaluations, steps }) => {
             let errors = arena.errors(&output, &states);
             (arena.judge(&errors), Some(errors), evaluations, steps)
@@ -94,8 +98,8 @@ fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a>
         Err(word) => (RowStatus::Failed(word), None, 0, 0),
     };
     let row = Row {
-        family: family.clone(),
-        setting: family.label(&setting),
+        method: method.clone(),
+        setting: method.setting(setting),
         gamma_f: arena.length(),
         errors,
         seconds_min: seconds,
@@ -104,42 +108,21 @@ fn attempt<'a>(arena: &'a Arena, family: &Family, setting: Setting) -> Trial<'a>
         points,
         status,
     };
-    Trial { row, job, tried: seconds }
+    Trial { row, job, tried: seconds, samples: Vec::new() }
 }
 
 /// Times all settings that succeeded, in rounds.
-pub(super) fn time(
-    trials: &mut [Trial<'_>],
-    budget: &Budget,
-    is_cancelled: &dyn Fn() -> bool,
-    progress: &mut dyn FnMut(Progress<'_>),
-) {
+pub(super) fn time(trials: &mut [Trial<'_>], budget: &Budget, progress: &mut dyn FnMut(Progress<'_>)) {
     let rounds = |seconds: f64| match seconds {
         ..1e-3 => budget.rounds,
         ..1e-2 => budget.rounds.div_ceil(2),
         _ => budget.rounds.div_ceil(5),
     };
-    let mut samples: Vec<Vec<f64>> = vec![Vec::new(); trials.len()];
     for round in 0..budget.rounds {
-        let before: Vec<usize> = samples.iter().map(Vec::len).collect();
-        for (trial, samples) in trials.iter_mut().zip(&mut samples) {
-            if trial.row.status != RowStatus::Converged || round >= rounds(trial.tried).max(3) {
-                continue;
-            }
-            if is_cancelled() {
-                break;
-            }
-            // The time of the trial includes warming up. From the second round on, that of the first round shows better
-            // how many runs make a batch.
-            let known = samples.first().copied().unwrap_or(trial.tried);
-            let repetitions = (BATCH / known.max(1e-9)).ceil().clamp(1.0, 1000.0) as u32;
-            samples.push(trial.job.repeat(repetitions) / f64::from(repetitions));
-        }
-        for (index, (trial, samples)) in trials.iter_mut().zip(&samples).enumerate() {
-            if samples.len() > before[index] {
-                trial.time(samples);
-                progress(Progress::Retimed(index, &trial.row));
-            }
+        let is_due = |trial: &Trial<'_>| trial.row.status == RowStatus::Converged && round < rounds(trial.tried).max(3);
+        trials.iter_mut().filter(|trial| is_due(trial)).for_each(Trial::repeat);
+        for (index, trial) in trials.iter().enumerate().filter(|(_, trial)| is_due(trial)) {
+            progress(Progress::Retimed(index, &trial.row));
         }
         progress(Progress::Round(round + 1, budget.rounds));
     }

@@ -1,7 +1,5 @@
 //! Sweeps of grids: slopes and errors of every coordinate, for one coordinate and for several.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::number::Extended;
@@ -14,7 +12,7 @@ const LINEAR: &str = "potential={linear={alpha=0.25}}";
 const BOTH: [(SbpName, Form); 2] = [(SbpName::Sbp21, Form::Strong), (SbpName::Sbp42, Form::Strong)];
 
 fn swept<S: Arithmetic>(case: &Case, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Convergence<S> {
-    sweep(case, schemes, n_gamma, &AtomicBool::new(false), &|_| {}).unwrap()
+    sweep(case, schemes, n_gamma).unwrap()
 }
 
 fn slope(convergence: &Convergence, sbp: SbpName, quantity: Quantity) -> f64 {
@@ -183,18 +181,6 @@ fn points_are_ordered_and_failures_are_points() {
     let failed = &convergence.points[3];
     assert!(failed.errors.is_none() && failed.status.as_str() != "converged", "{failed:?}");
     assert!(convergence.points[5].errors.is_some());
-}
-
-#[test]
-fn a_cancelled_sweep_keeps_what_is_finished() {
-    let cancel = AtomicBool::new(false);
-    let stop_after_first = |_: &_| cancel.store(true, Ordering::Relaxed);
-    // On one thread exactly one grid is done before the flag is seen.
-    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let convergence: Convergence =
-        one_thread.install(|| sweep(&case(""), &BOTH, &[8, 16, 32, 64, 128, 256], &cancel, &stop_after_first)).unwrap();
-    assert!(convergence.interrupted);
-    assert_eq!(convergence.points.len(), 1);
 }
 
 #[test]

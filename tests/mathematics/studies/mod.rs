@@ -7,14 +7,12 @@ mod random_verdicts;
 mod stability;
 mod work_precision;
 
-use std::sync::atomic::AtomicBool;
-
 use geodesic_ivp::study::stability::{Arena, Atlas, Method, Plan, measure};
 
 /// The map of these methods.
 fn charted(arena: &Arena, methods: Vec<Method>, lengths: &[f64], spacings: &[f64]) -> Atlas {
     let plan = Plan { methods, lengths: lengths.to_vec(), tangents: vec![1.0], spacings: spacings.to_vec() };
-    let atlas = measure(arena, &plan, &AtomicBool::new(false), &|_, _| {});
+    let atlas = measure(arena, &plan, &|_, _| {});
     assert!(!atlas.interrupted);
     atlas
 }

@@ -1,12 +1,10 @@
 //! Every method of `stability` and of `work-precision` is what it is called: its error falls at its order as the
 //! setting is refined, in the very rows and cells that the commands write.
 
-use std::sync::atomic::AtomicBool;
-
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::methods::{Peer, Step};
 use geodesic_ivp::study::stability::{Arena, Cell, Method};
-use geodesic_ivp::study::work_precision::{self, Budget, Family};
+use geodesic_ivp::study::work_precision::{self, Budget};
 
 use super::charted;
 use crate::common::{case, shipped};
@@ -124,10 +122,11 @@ fn law_of_method(method: &Method) -> Law {
         Method::Windows(SbpName::Sbp21, Form::Weak) => Law::Order(1.9, 2.1),
         Method::Windows(..) => Law::Order(2.8, 3.3),
         // This is the order of the nodes inside; with sixteen of them rounding comes before the order is reached.
-        Method::Elements(nodes, _) => Law::Order(*nodes as f64 - 2.5, *nodes as f64 + 1.5),
+        Method::Elements(nodes) => Law::Order(*nodes as f64 - 2.5, *nodes as f64 + 1.5),
         Method::Unregularised(_) => Law::Wrong,
         Method::Peer(peer) => law_of(*peer),
         Method::Accuracy | Method::Tolerance => Law::Promise,
+        Method::March(_) | Method::Other(_) => unreachable!("not charted"),
     }
 }
 
@@ -138,12 +137,12 @@ const STEPS: [f64; 18] = [
 #[test]
 fn every_method_of_the_atlas_has_its_order() {
     let arena = Arena::new(&case(""), &[4.0]).unwrap();
-    assert_eq!(contradicted(&arena, Method::all(), 4.0, law_of_method, ROUNDING), "");
+    assert_eq!(contradicted(&arena, Method::charted(), 4.0, law_of_method, ROUNDING), "");
 }
 
 #[test]
 fn every_method_of_the_atlas_has_its_order_in_scenes() {
-    let is_high = |method: &Method| matches!(method, Method::Elements(16, _)) || method.label() == "Gauss 8";
+    let is_high = |method: &Method| matches!(method, Method::Elements(16)) || method.label() == "Gauss 8";
     // On a short orbit around a hole methods of high order go from coarse to rounding at once.
     let all =
         [("henon-heiles", 15.0, None), ("kerr-inclined", 40.0, Some(false)), ("kerr-inclined", 160.0, Some(true))];
@@ -151,14 +150,14 @@ fn every_method_of_the_atlas_has_its_order_in_scenes() {
         let case = shipped(name, &[]);
         let is_separable = case.geometry::<f64>().is_separable();
         let methods: Vec<Method> =
-            Method::all().into_iter().filter(|method| method.unsuitable(is_separable).is_none()).collect();
+            Method::charted().into_iter().filter(|method| method.unsuitable(is_separable).is_none()).collect();
         assert_eq!(methods.iter().any(|method| method.label() == "Verlet"), is_separable);
         let methods = methods.into_iter().filter(|method| high.is_none_or(|high| is_high(method) == high)).collect();
         let arena = Arena::new(&case, &[length]).unwrap();
         let law = |method: &Method| match method {
             // Few grids of high orders are both asymptotic and above rounding: errors may still fall faster, and around
             // a hole, whose singularity is near, more slowly.
-            Method::Elements(16, _) => Law::Order(if is_separable { 12.5 } else { 8.0 }, 17.5),
+            Method::Elements(16) => Law::Order(if is_separable { 12.5 } else { 8.0 }, 17.5),
             Method::Block(SbpName::Sbp84, _) => Law::Order(4.4, 6.0),
             Method::Peer(peer) if peer.about().order == Some(16) => {
                 Law::Order(if is_separable { 15.0 } else { 12.0 }, 26.0)
@@ -173,38 +172,38 @@ fn every_method_of_the_atlas_has_its_order_in_scenes() {
 fn every_method_of_the_chart_has_its_order() {
     // By settings and not by time, so that a slow machine measures the same.
     let budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 12 };
-    let families = Family::all();
-    let is_spectral = |family: &Family| match family {
-        Family::Peer(peer) => peer.about().step == Step::Iterated,
-        _ => matches!(family, Family::Elements(_) | Family::March(_)),
+    let families = Method::timed();
+    let is_spectral = |family: &Method| match family {
+        Method::Peer(peer) => peer.about().step == Step::Iterated,
+        _ => matches!(family, Method::Elements(_) | Method::March(_)),
     };
     let (spectral, others): (Vec<_>, Vec<_>) = families.iter().cloned().partition(is_spectral);
     let mut rows = Vec::new();
     // On a short run windows of many nodes would have nothing but rounding.
     for (length, families) in [("40.0", spectral), ("4.0", others)] {
         let arena = work_precision::Arena::new(&case(&format!("grid.gamma_f={length}")), None).unwrap();
-        rows.extend(work_precision::measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |_| {}).rows);
+        rows.extend(work_precision::measure(&arena, &families, &budget, &mut |_| {}).rows);
     }
     let contradicted = families.iter().filter_map(|family| {
         let law = match family {
-            Family::Block(sbp, form) => law_of_method(&Method::Block(*sbp, *form)),
+            Method::Block(sbp, form) => law_of_method(&Method::Block(*sbp, *form)),
             // 2n - 2 at the ends of windows and, as amplitudes shift the phase of a long run, one more. With many nodes
             // rounding comes before the order is reached.
-            Family::Elements(nodes) => Law::Order((2.0 * *nodes as f64 - 3.5).min(17.0), 2.0 * *nodes as f64 - 0.5),
+            Method::Elements(nodes) => Law::Order((2.0 * *nodes as f64 - 3.5).min(17.0), 2.0 * *nodes as f64 - 0.5),
             // n + 1 between the ends, unless the errors at the ends are larger still.
-            Family::March(nodes) => Law::Dense((*nodes as f64).min(11.0), 2.0 * *nodes as f64 - 0.5),
+            Method::March(nodes) => Law::Dense((*nodes as f64).min(11.0), 2.0 * *nodes as f64 - 0.5),
             // Between the ends of the steps of Gauss the order is that of its polynomials.
-            Family::Peer(peer) if peer.about().step == Step::Iterated => {
+            Method::Peer(peer) if peer.about().step == Step::Iterated => {
                 let order = peer.about().order.unwrap() as f64;
                 Law::Dense((order / 2.0).min(11.0), order + 0.5)
             }
-            Family::Peer(peer) => law_of(*peer),
-            Family::Accuracy | Family::Tolerance => Law::Promise,
-            Family::Other(_) => unreachable!("measured elsewhere"),
+            Method::Peer(peer) => law_of(*peer),
+            Method::Accuracy | Method::Tolerance => Law::Promise,
+            _ => unreachable!("not timed"),
         };
         let errors: Vec<(f64, f64)> = rows
             .iter()
-            .filter(|row| row.family == *family)
+            .filter(|row| row.method == *family)
             .filter_map(|row| {
                 let number = |key: &str| {
                     let value = row.setting.split(key).nth(1)?.split_whitespace().next()?;
@@ -214,11 +213,11 @@ fn every_method_of_the_chart_has_its_order() {
                 Some((count.or_else(|| number("tol=").map(f64::recip))?, row.errors.as_ref()?.largest()))
             })
             // Whatever looser accuracy is asked for, it is that of 1e-4.
-            .filter(|(count, _)| !matches!(family, Family::Accuracy | Family::Tolerance) || *count > 9e3)
+            .filter(|(count, _)| !matches!(family, Method::Accuracy | Method::Tolerance) || *count > 9e3)
             // On the ends of windows errors are smaller by far than between them.
             .filter(|(count, _)| !matches!(law, Law::Dense(..)) || count % work_precision::OUTPUTS as f64 != 0.0)
             .collect();
-        contradiction(&family.name(), &law, &errors, ROUNDING)
+        contradiction(&family.label(), &law, &errors, ROUNDING)
     });
     assert_eq!(contradicted.collect::<Vec<_>>().join("\n"), "");
 }

@@ -1,14 +1,13 @@
 //! The chart of speed against accuracy: what its rows say. Nothing here depends on how fast the machine is.
 
 use std::collections::BTreeSet;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use geodesic_ivp::case::{Case, Form, SbpName};
 use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::work_precision::{
-    Arena, Budget, Family, Leader, OUTPUTS, Progress, Ratio, Row, RowErrors, RowStatus, drift, measure,
+    Arena, Budget, Leader, Method, OUTPUTS, Progress, Ratio, Row, RowErrors, RowStatus, drift, measure,
 };
 
 use crate::common::{case, g00, line_of, norm_of, parsed, reference, shipped};
@@ -16,32 +15,32 @@ use crate::common::{case, g00, line_of, norm_of, parsed, reference, shipped};
 /// By settings and not by time, so that a slow machine measures the same.
 const BUDGET: Budget = Budget { longest: f64::INFINITY, rounds: 1, settings: 12 };
 
-fn rows_of(arena: &Arena, families: &[Family], budget: &Budget) -> Vec<Row> {
-    let measured = measure(arena, families, budget, &AtomicBool::new(false), &mut |_| {});
+fn rows_of(arena: &Arena, families: &[Method], budget: &Budget) -> Vec<Row> {
+    let measured = measure(arena, families, budget, &mut |_| {});
     assert!(!measured.interrupted);
     measured.rows
 }
 
 /// The best result of every method is below its bound; rows that have converged tell the errors of every coordinate.
-fn every_method_arrives(case: &Case, length: f64, bound: impl Fn(&Family) -> f64) {
+fn every_method_arrives(case: &Case, length: f64, bound: impl Fn(&Method) -> f64) {
     let arena = Arena::new(case, Some(length)).unwrap();
     assert!(arena.length() == length && arena.reference_error() < 1e-18, "{}", arena.reference_error());
     assert_eq!(arena.coordinates(), case.coordinates());
     let separable = case.geometry::<f64>().is_separable();
-    let mut families = Family::all();
+    let mut families = Method::timed();
     families.retain(|family| family.unsuitable(separable).is_none());
-    assert_eq!(families.contains(&Family::Peer(&Composition::VERLET)), separable);
+    assert_eq!(families.contains(&Method::Peer(&Composition::VERLET)), separable);
     let measured = rows_of(&arena, &families, &BUDGET);
     for family in &families {
-        let rows: Vec<_> = measured.iter().filter(|row| row.family == *family).collect();
+        let rows: Vec<_> = measured.iter().filter(|row| row.method == *family).collect();
         let best = rows.iter().filter_map(|row| row.rank()).fold(f64::INFINITY, f64::min);
-        assert!(best < bound(family), "{}: {best} in {} settings", family.name(), rows.len());
+        assert!(best < bound(family), "{}: {best} in {} settings", family.label(), rows.len());
         for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
             let errors = row.errors.as_ref().unwrap();
             assert_eq!(errors.q.len(), case.coordinates().len());
             assert_eq!(row.rank(), Some(errors.q.iter().copied().fold(0.0, f64::max)));
             // K depends on x and w, which are as accurate as x; a node of the strong form is less so.
-            assert!(errors.delta_k < 1e3 * errors.largest() + 1e-9, "{} {}: {errors:?}", family.name(), row.setting);
+            assert!(errors.delta_k < 1e3 * errors.largest() + 1e-9, "{} {}: {errors:?}", family.label(), row.setting);
             assert!(row.evaluations > 0 && row.points > 0 && row.seconds_min <= row.seconds_median);
         }
     }
@@ -50,11 +49,11 @@ fn every_method_arrives(case: &Case, length: f64, bound: impl Fn(&Family) -> f64
 #[test]
 fn every_method_arrives_in_one_coordinate() {
     every_method_arrives(&case("grid.gamma_f=4.0"), 4.0, |family| match family {
-        Family::Block(SbpName::Sbp21, _) => 1e-2,
-        Family::Block(SbpName::Sbp42, _) => 1e-3,
-        Family::Block(..) => 1e-4,
-        Family::March(4) => 1e-5,
-        Family::Peer(peer) => match peer.about().order {
+        Method::Block(SbpName::Sbp21, _) => 1e-2,
+        Method::Block(SbpName::Sbp42, _) => 1e-3,
+        Method::Block(..) => 1e-4,
+        Method::March(4) => 1e-5,
+        Method::Peer(peer) => match peer.about().order {
             Some(2) => 1e-2,
             Some(5) => 1e-3,
             Some(4) => 1e-5,
@@ -70,11 +69,11 @@ fn every_method_arrives_in_one_coordinate() {
 fn every_method_arrives_in_scenes() {
     for (name, length) in [("henon-heiles", 5.0), ("kerr-inclined", 60.0)] {
         every_method_arrives(&shipped(name, &[]), length, |family| match family {
-            Family::Block(SbpName::Sbp21, _) => 3e-1,
-            Family::Block(..) => 1e-2,
-            Family::Elements(4) => 1e-3,
-            Family::Elements(6) => 1e-6,
-            Family::Peer(peer) => match (peer.about().order, peer.about().step) {
+            Method::Block(SbpName::Sbp21, _) => 3e-1,
+            Method::Block(..) => 1e-2,
+            Method::Elements(4) => 1e-3,
+            Method::Elements(6) => 1e-6,
+            Method::Peer(peer) => match (peer.about().order, peer.about().step) {
                 (Some(2), _) => 1e-1,
                 (Some(4), _) => 1e-3,
                 (Some(5), Step::Adaptive) => 1e-2,
@@ -88,7 +87,7 @@ fn every_method_arrives_in_scenes() {
 #[test]
 fn what_fails_has_its_status_and_no_rank() {
     let arena = Arena::new(&case("grid.gamma_f=300.0"), None).unwrap();
-    let families = [Family::Peer(&Gauss { stages: 2 }), Family::Peer(&Rk4)];
+    let families = [Method::Peer(&Gauss { stages: 2 }), Method::Peer(&Rk4)];
     let rows = rows_of(&arena, &families, &BUDGET);
     let statuses: Vec<&str> = rows.iter().map(|row| row.status.as_str()).collect();
     for status in ["converged", "inaccurate", "not-converged"] {
@@ -103,25 +102,23 @@ fn what_fails_has_its_status_and_no_rank() {
 fn a_case_is_charted_at_its_length() {
     let arena = Arena::new(&case("grid={t_f=3.0,n_gamma=32}"), None).unwrap();
     assert!((arena.length() - 2.0).abs() < 0.5, "{}", arena.length());
-    let cancelled = measure(&arena, &[Family::Peer(&Rk4)], &BUDGET, &AtomicBool::new(true), &mut |_| {});
-    assert!(cancelled.interrupted && cancelled.rows.is_empty());
     let case = shipped("henon-heiles", &["grid.gamma_f=20.0", "grid.until=\"x\"", "grid.windows=1"]);
     let arena = Arena::new(&case, None).unwrap();
     assert!((0.1..20.0).contains(&arena.length()), "{}", arena.length());
-    let own = [Family::Block(SbpName::Sbp42, Form::Weak), Family::Elements(16)];
+    let own = [Method::Block(SbpName::Sbp42, Form::Weak), Method::Elements(16)];
     let rows = rows_of(&arena, &own, &BUDGET);
-    assert!(own.iter().all(|family| rows.iter().any(|row| row.family == *family && row.rank() < Some(1e-3))));
+    assert!(own.iter().all(|family| rows.iter().any(|row| row.method == *family && row.rank() < Some(1e-3))));
 }
 
 #[test]
 fn along_a_run_runge_kutta_drifts_and_windows_do_not() {
     let arena = Arena::new(&case("grid.gamma_f=100.0"), None).unwrap();
     assert!(arena.reference_error() < 1e-20, "{:e}", arena.reference_error());
-    let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET), Family::March(16)];
-    let points = drift(&arena, &families, &AtomicBool::new(false));
-    let growth = |family: &Family| {
+    let families = [Method::Peer(&Rk4), Method::Peer(&Composition::VERLET), Method::March(16)];
+    let points = drift(&arena, &families);
+    let growth = |family: &Method| {
         let of = |from: f64, to: f64| {
-            let part = points.iter().filter(|p| p.family == *family && (from..to).contains(&p.gamma));
+            let part = points.iter().filter(|p| p.method == *family && (from..to).contains(&p.gamma));
             part.map(|point| point.errors.delta_k).fold(0.0, f64::max)
         };
         of(80.0, 101.0) / of(0.0, 20.0)
@@ -132,7 +129,7 @@ fn along_a_run_runge_kutta_drifts_and_windows_do_not() {
         growth(&families[0]),
         growth(&families[1])
     );
-    let windows = points.iter().filter(|point| point.family == families[2]);
+    let windows = points.iter().filter(|point| point.method == families[2]);
     assert!(windows.map(|point| point.errors.delta_k).fold(0.0, f64::max) < 1e-13);
 }
 
@@ -140,9 +137,9 @@ fn along_a_run_runge_kutta_drifts_and_windows_do_not() {
 fn along_a_run_a_tolerance_is_chosen_that_costs_as_much_as_constant_steps() {
     let arena = Arena::new(&case("grid.gamma_f=10.0"), None).unwrap();
     let families: [&'static dyn Peer; 3] = [&Rk4, &Composition::VERLET, &Dop853];
-    let points = drift(&arena, &families.map(Family::Peer), &AtomicBool::new(false));
+    let points = drift(&arena, &families.map(Method::Peer));
     for peer in families {
-        let own: Vec<_> = points.iter().filter(|point| point.family == Family::Peer(peer)).collect();
+        let own: Vec<_> = points.iter().filter(|point| point.method == Method::Peer(peer)).collect();
         let setting = &own[0].setting;
         let (tolerance, work) = setting.split_once(", ").map_or((None, setting.as_str()), |(a, b)| (Some(a), b));
         let is_adaptive = peer.about().step == Step::Adaptive;
@@ -159,8 +156,8 @@ fn along_a_run_a_tolerance_is_chosen_that_costs_as_much_as_constant_steps() {
 #[test]
 fn along_a_run_all_methods_get_about_the_same_budget() {
     let arena = Arena::new(&case("grid.gamma_f=10.0"), None).unwrap();
-    let points = drift(&arena, &Family::all(), &AtomicBool::new(false));
-    let mut settings: Vec<(String, &str)> = points.iter().map(|p| (p.family.name(), p.setting.as_str())).collect();
+    let points = drift(&arena, &Method::timed());
+    let mut settings: Vec<(String, &str)> = points.iter().map(|p| (p.method.label(), p.setting.as_str())).collect();
     settings.dedup();
     assert_eq!(settings.len(), 14, "{settings:?}");
     for (name, setting) in settings.into_iter().filter(|(_, setting)| !setting.starts_with("tol=")) {
@@ -174,25 +171,25 @@ fn along_a_run_all_methods_get_about_the_same_budget() {
 fn a_row_counts_the_points_of_its_grid() {
     let arena = Arena::new(&case("grid.gamma_f=4.0"), None).unwrap();
     let budget = Budget { settings: 3, ..BUDGET };
-    let rows = rows_of(&arena, &Family::all(), &budget);
+    let rows = rows_of(&arena, &Method::timed(), &budget);
     let mut counted = 0;
     for row in rows.iter().filter(|row| row.status == RowStatus::Converged) {
         let number =
             |key: &str| -> Option<usize> { row.setting.split(key).nth(1)?.split_whitespace().next()?.parse().ok() };
-        let points = match (&row.family, number("N="), number("windows="), number("steps=")) {
+        let points = match (&row.method, number("N="), number("windows="), number("steps=")) {
             (_, Some(nodes), ..) => nodes,
-            (Family::Elements(nodes) | Family::March(nodes), None, Some(windows), _) => windows * nodes,
+            (Method::Elements(nodes) | Method::March(nodes), None, Some(windows), _) => windows * nodes,
             (_, None, None, Some(steps)) => steps,
             _ => continue,
         };
-        assert_eq!(row.points, points, "{} {}", row.family.name(), row.setting);
-        let evaluations = match &row.family {
-            Family::Peer(peer) if peer.name() == "RK4" => 4 * points,
+        assert_eq!(row.points, points, "{} {}", row.method.name(), row.setting);
+        let evaluations = match &row.method {
+            Method::Peer(peer) if peer.name() == "RK4" => 4 * points,
             // A recursion, which does not iterate.
-            Family::Block(SbpName::Sbp21, Form::Strong) => points,
+            Method::Block(SbpName::Sbp21, Form::Strong) => points,
             _ => row.evaluations,
         };
-        assert_eq!(row.evaluations, evaluations, "{} {}", row.family.name(), row.setting);
+        assert_eq!(row.evaluations, evaluations, "{} {}", row.method.name(), row.setting);
         counted += 1;
     }
     assert!(counted > 20, "{counted}");
@@ -206,7 +203,7 @@ fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
     let (arena, q_t, k) = (Arena::new(&case, None).unwrap(), start.p[0], norm_of(&geometry, &start));
     assert!(arena.reference_error() > 0.0);
     let budget = Budget { settings: 4, ..BUDGET };
-    let rows = rows_of(&arena, &[Family::Peer(&Composition::VERLET)], &budget);
+    let rows = rows_of(&arena, &[Method::Peer(&Composition::VERLET)], &budget);
     let mut large = false;
     for row in &rows {
         let steps: usize = row.setting.strip_prefix("steps=").unwrap().parse().unwrap();
@@ -235,12 +232,12 @@ fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
 #[test]
 fn a_method_is_drawn_on_its_own_curve() {
     for peer in PEERS {
-        let family = Family::Peer(peer);
-        assert_eq!(family.group().label(), peer.about().curve, "{peer:?}");
+        let family = Method::Peer(peer);
+        assert_eq!(family.curve().1, peer.about().curve, "{peer:?}");
         assert!(!family.is_own() && !family.is_certified());
     }
-    assert!(Family::March(8).is_own() && !Family::March(8).is_certified());
-    for certified in [Family::Block(SbpName::Sbp21, Form::Weak), Family::Elements(8), Family::Accuracy] {
+    assert!(Method::March(8).is_own() && !Method::March(8).is_certified());
+    for certified in [Method::Block(SbpName::Sbp21, Form::Weak), Method::Elements(8), Method::Accuracy] {
         assert!(certified.is_own() && certified.is_certified(), "{}", certified.name());
     }
 }
@@ -250,8 +247,8 @@ fn times_are_those_of_single_runs_in_all_rounds() {
     let arena = Arena::new(&case("grid.gamma_f=1.0"), None).unwrap();
     let budget = Budget { rounds: 5, settings: 4, ..BUDGET };
     let (start, mut rounds) = (Instant::now(), Vec::new());
-    let families = [Family::Peer(&Rk4), Family::Peer(&Composition::VERLET)];
-    let rows = measure(&arena, &families, &budget, &AtomicBool::new(false), &mut |progress| {
+    let families = [Method::Peer(&Rk4), Method::Peer(&Composition::VERLET)];
+    let rows = measure(&arena, &families, &budget, &mut |progress| {
         if let Progress::Round(done, all) = progress {
             rounds.push((done, all));
         }
@@ -279,7 +276,7 @@ fn the_time_of_a_setting_is_that_of_one_run() {
     let arena = Arena::new(&case("grid.gamma_f=1.0"), None).unwrap();
     let budget = Budget { longest: 0.1, rounds: 201, settings: 2 };
     let start = Instant::now();
-    let rows = rows_of(&arena, &[Family::Peer(PEERS[0])], &budget);
+    let rows = rows_of(&arena, &[Method::Peer(PEERS[0])], &budget);
     let all = start.elapsed().as_secs_f64();
     let sum: f64 = rows.iter().map(|row| row.seconds_median).sum();
     assert!(rows.len() == 2 && sum > 0.0 && 3.0 * budget.rounds as f64 * sum < all, "{sum} of {all}");
@@ -303,14 +300,14 @@ fn sizes_of_scenes() {
     let arena = orbit();
     for (name, size) in [("t", 8.0), ("r", 4.0), ("phi", 0.5)] {
         let a = arena.coordinates().iter().position(|other| other == name).unwrap();
-        assert!((arena.sizes()[a] - size).abs() < 1e-12, "{name}: {}", arena.sizes()[a]);
+        assert!((arena.sizes[a] - size).abs() < 1e-12, "{name}: {}", arena.sizes[a]);
     }
 }
 
 #[test]
 fn a_result_is_near_in_all_coordinates_and_has_a_finite_k() {
     let arena = orbit();
-    let sizes = arena.sizes();
+    let sizes = &arena.sizes;
     let status = |a: usize, share: f64, delta_k: f64| {
         let mut q = vec![0.0; sizes.len()];
         q[a] = share * sizes[a];
@@ -328,7 +325,7 @@ fn a_result_is_near_in_all_coordinates_and_has_a_finite_k() {
 fn an_accuracy_of_the_case_does_not_take_the_place_of_the_grids() {
     let arena = Arena::new(&shipped("kepler-polar", &[]), Some(1.0)).unwrap();
     let budget = Budget { settings: 4, ..BUDGET };
-    let families = [Family::Block(SbpName::Sbp42, Form::Weak)];
+    let families = [Method::Block(SbpName::Sbp42, Form::Weak)];
     let rows = rows_of(&arena, &families, &budget);
     let errors: Vec<f64> = rows.iter().filter_map(|row| row.rank()).collect();
     assert!(errors.len() >= 3 && errors.windows(2).all(|pair| pair[1] < 0.3 * pair[0]), "{errors:?}");
@@ -344,10 +341,10 @@ fn a_row_of_this_program_is_that_of_its_solve() {
     let reference = reference(&base.geometry(), &base.start(), length);
     assert!(arena.reference_error() < 1e-16 && arena.reference_error() > 0.0, "{:e}", arena.reference_error());
     let families = [
-        Family::Block(SbpName::Sbp42, Form::Strong),
-        Family::Block(SbpName::Sbp42, Form::Weak),
-        Family::Elements(8),
-        Family::Accuracy,
+        Method::Block(SbpName::Sbp42, Form::Strong),
+        Method::Block(SbpName::Sbp42, Form::Weak),
+        Method::Elements(8),
+        Method::Accuracy,
     ];
     let budget = Budget { settings: 6, ..BUDGET };
     let rows = rows_of(&arena, &families, &budget);
@@ -356,11 +353,11 @@ fn a_row_of_this_program_is_that_of_its_solve() {
         let value = |key: &str| row.setting.strip_prefix(key).unwrap();
         let grid =
             |nodes: &str, windows: &str| format!("grid={{gamma_f={length:?},n_gamma={nodes},windows={windows}}}");
-        let settings = match &row.family {
-            Family::Block(sbp, form) => {
+        let settings = match &row.method {
+            Method::Block(sbp, form) => {
                 vec![grid(value("N="), "1"), format!("scheme={{sbp='{sbp}',form='{}'}}", form.as_str())]
             }
-            Family::Elements(_) => vec![grid("8", value("windows=")), "scheme={sbp='GLL8',form='weak'}".to_owned()],
+            Method::Elements(_) => vec![grid("8", value("windows=")), "scheme={sbp='GLL8',form='weak'}".to_owned()],
             _ => vec![
                 "grid={gamma_f=30.0}".to_owned(),
                 "scheme={}".to_owned(),
@@ -373,8 +370,8 @@ fn a_row_of_this_program_is_that_of_its_solve() {
         // An iteration of a run to an accuracy is one of a window, and evaluates all of its nodes.
         assert_eq!(row.evaluations, line.iterations.count.max(windows) * line.sbp().points(), "{row:?}");
         assert_eq!(row.points, line.nodes(), "{row:?}");
-        compared.insert(families.iter().position(|family| *family == row.family));
-        if row.family == Family::Accuracy {
+        compared.insert(families.iter().position(|family| *family == row.method));
+        if row.method == Method::Accuracy {
             assert!(windows > 1);
             assert!(row.rank() < Some(value("tol=").parse::<f64>().unwrap() * 30.0), "{row:?}");
             continue;

@@ -1,43 +1,19 @@
-//! The methods of the atlas, and the step that linear theory allows for each of them.
+//! The step that linear theory allows for a method.
 
 use std::sync::Arc;
 
 use nalgebra::{Complex, ComplexField};
 
+use super::{Method, WINDOW};
 use crate::case::{Form, SbpName};
 use crate::geometry::{Geometry, PotentialText, Start as Position};
-use crate::methods::{Output, PEERS, Peer, Problem, Setting, Step};
+use crate::methods::{Output, Peer, Problem, Setting};
 use crate::sbp::symbol::{Start, amplification, largest_symbol};
-
-/// Number of intervals of each window of a finite-difference operator that is run in windows; it has one node more.
-pub const WINDOW: usize = 20;
-
-/// Those of [`PEERS`] that are not charted: they differ from another one in rounding, or in their number of stages.
-const NOT_CHARTED: [&str; 3] = ["Kahan-Li 8 compensated", "Gauss 6", "Gauss 12"];
 
 /// The relative growth of an oscillation over a window or step, above which it cannot be rounding.
 const GROWTH: f64 = 1e-9;
 /// The values of hω that are tried: the first, the last, and the factor from each to the next.
 const TRIED: (f64, f64, f64) = (0.02, 30.0, 1.005);
-
-/// A method of the atlas.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Method {
-    /// One block of a finite-difference operator over all nodes.
-    Block(SbpName, Form),
-    /// The same operator in windows of [`WINDOW`] intervals.
-    Windows(SbpName, Form),
-    /// Spectral elements with this many nodes, one per window.
-    Elements(usize, Form),
-    /// The paper's strong form with D in place of D̄. It is solved as the doubled system, on small grids only.
-    Unregularised(SbpName),
-    /// One of [`PEERS`].
-    Peer(&'static dyn Peer),
-    /// The windows that this program chooses for an accuracy of the run.
-    Accuracy,
-    /// Those that it chooses for a tolerance of each of them.
-    Tolerance,
-}
 
 /// The limit of a method in linear theory, for an oscillation of frequency ω with the step h.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,74 +27,6 @@ pub enum Limit {
 }
 
 impl Method {
-    /// Every method that is charted by default.
-    pub fn all() -> Vec<Self> {
-        let mut all = Vec::new();
-        for form in [Form::Strong, Form::Weak] {
-            all.extend(SbpName::STENCILS.map(|sbp| Self::Block(sbp, form)));
-        }
-        all.extend([Form::Strong, Form::Weak].map(|form| Self::Windows(SbpName::Sbp21, form)));
-        all.push(Self::Windows(SbpName::Sbp42, Form::Weak));
-        all.extend([4, 8, 16].map(|nodes| Self::Elements(nodes, Form::Weak)));
-        all.extend([SbpName::Sbp21, SbpName::Sbp42].map(Self::Unregularised));
-        all.extend([Self::Accuracy, Self::Tolerance]);
-        all.extend(PEERS.into_iter().filter(|peer| !NOT_CHARTED.contains(&peer.name().as_str())).map(Self::Peer));
-        all
-    }
-
-    /// Why there is no such method in a scene; `None` if there is.
-    pub fn unsuitable(&self, is_separable: bool) -> Option<&'static str> {
-        match self {
-            Self::Unregularised(_) => Some("is for one coordinate"),
-            Self::Peer(peer) => peer.unsuitable(is_separable),
-            _ => None,
-        }
-    }
-
-    /// The name in the column `method`.
-    pub fn name(&self) -> String {
-        match self {
-            Self::Block(sbp, _) => sbp.to_string(),
-            Self::Windows(sbp, _) => format!("{sbp} windows"),
-            Self::Elements(nodes, _) => format!("GLL{nodes}"),
-            Self::Unregularised(sbp) => format!("{sbp} unregularised"),
-            Self::Peer(peer) => peer.name(),
-            Self::Accuracy => "accuracy".to_owned(),
-            Self::Tolerance => "tolerance".to_owned(),
-        }
-    }
-
-    /// The form of the action, for schemes of this program.
-    pub fn form(&self) -> Option<Form> {
-        match self {
-            Self::Block(_, form) | Self::Windows(_, form) | Self::Elements(_, form) => Some(*form),
-            Self::Unregularised(_) => Some(Form::Strong),
-            Self::Accuracy | Self::Tolerance => Some(Form::Weak),
-            Self::Peer(_) => None,
-        }
-    }
-
-    /// Name and form, for display and for the command line.
-    pub fn label(&self) -> String {
-        match self.form().filter(|_| !matches!(self, Self::Unregularised(_) | Self::Accuracy | Self::Tolerance)) {
-            Some(form) => format!("{} {}", self.name(), form.as_str()),
-            None => self.name(),
-        }
-    }
-
-    /// Returns true if it chooses its steps by a tolerance.
-    pub fn is_adaptive(&self) -> bool {
-        match self {
-            Self::Peer(peer) => peer.about().step == Step::Adaptive,
-            _ => matches!(self, Self::Accuracy | Self::Tolerance),
-        }
-    }
-
-    /// Returns true if it belongs to this program.
-    pub fn is_own(&self) -> bool {
-        self.form().is_some()
-    }
-
     /// The step that linear theory allows, from the operator's or the method's own coefficients.
     ///
     /// For one block it is the limit of the interior stencil, see [`crate::sbp::symbol`], and for windows the condition
@@ -130,9 +38,9 @@ impl Method {
                 sbp.coefficients().map_or(Limit::None, |table| Limit::Step(largest_symbol(table)))
             }
             Self::Windows(sbp, form) => of_windows(*sbp, WINDOW + 1, *form),
-            Self::Elements(nodes, form) => of_windows(SbpName::Gll(*nodes as u8), *nodes, *form),
+            Self::Elements(nodes) => of_windows(SbpName::Gll(*nodes as u8), *nodes, Form::Weak),
             Self::Peer(peer) if !self.is_adaptive() => first_growing(|step| step_radius(*peer, step)),
-            Self::Peer(_) | Self::Accuracy | Self::Tolerance => Limit::Adaptive,
+            _ => Limit::Adaptive,
         }
     }
 }
@@ -214,28 +122,10 @@ mod tests {
         assert!((step(Method::Peer(&Composition::VERLET)) - 2.0).abs() < 1e-3);
         assert!((step(Method::Peer(&Rk4)) - 8.0_f64.sqrt()).abs() < 1e-3);
         // Windows of the weak form are A-stable; in the strong form each begins with an Euler step, which grows.
-        for method in [Method::Windows(SbpName::Sbp21, Form::Weak), Method::Elements(8, Form::Weak)] {
+        for method in [Method::Windows(SbpName::Sbp21, Form::Weak), Method::Elements(8)] {
             assert_eq!(method.limit(), Limit::None, "{}", method.label());
         }
         assert_eq!(step(Method::Windows(SbpName::Sbp21, Form::Strong)), 0.0);
         assert_eq!(Method::Peer(&Dop853).limit(), Limit::Adaptive);
-    }
-
-    #[test]
-    fn what_does_not_suit_a_scene_is_told() {
-        assert!(Method::Unregularised(SbpName::Sbp42).unsuitable(true).is_some());
-        let verlet = Method::Peer(&Composition::VERLET);
-        assert!(verlet.unsuitable(true).is_none() && verlet.unsuitable(false).is_some());
-        assert!(Method::Peer(&Rk4).unsuitable(false).is_none() && Method::Accuracy.unsuitable(false).is_none());
-    }
-
-    #[test]
-    fn names_are_unique() {
-        assert!(NOT_CHARTED.iter().all(|name| PEERS.iter().any(|peer| peer.name() == *name)));
-        let mut labels: Vec<String> = Method::all().iter().map(Method::label).collect();
-        let count = labels.len();
-        labels.sort();
-        labels.dedup();
-        assert_eq!(labels.len(), count);
     }
 }
