@@ -46,15 +46,6 @@ pub struct Piece<S: Real = f64> {
     pub acted: Vec<usize>,
 }
 
-/// A run with events that act.
-#[derive(Debug)]
-pub struct Acted<S: Real = f64> {
-    /// Its pieces in order.
-    pub pieces: Vec<Piece<S>>,
-    /// Its error; `None` if no event acted, so that the estimate of its only piece is that of the run.
-    pub error: Option<RunError>,
-}
-
 /// A run that did not come to its end.
 #[derive(Debug)]
 pub struct Stopped<S: Real = f64> {
@@ -66,6 +57,9 @@ pub struct Stopped<S: Real = f64> {
     pub next: Option<Setup<S>>,
 }
 
+/// The pieces of a run, one if no event acts; and the error of a run with several.
+pub type Pieces<S> = (Vec<Piece<S>>, Option<RunError>);
+
 /// Solves the setup of a case with events that act, to its accuracy or its tolerance.
 ///
 /// # Errors
@@ -73,11 +67,11 @@ pub struct Stopped<S: Real = f64> {
 ///
 /// # Panics
 /// If the setup has neither an accuracy nor a tolerance.
-pub fn solve_acting<S: Arithmetic>(case: &Case, setup: &Setup<S>) -> Result<Acted<S>, Box<Stopped<S>>> {
+pub fn solve_acting<S: Arithmetic>(case: &Case, setup: &Setup<S>) -> Result<Pieces<S>, Box<Stopped<S>>> {
     let wanted = setup.settings.accuracy.expect("events act in runs to an accuracy");
     let mut pieces = chain(case, setup, wanted, false)?;
     if pieces.len() == 1 {
-        return Ok(Acted { pieces, error: None });
+        return Ok((pieces, None));
     }
     let second = chain(case, setup, Accuracy::Estimated(SECOND), true).ok();
     let (mut accuracy, mut least) = (wanted.value(), f64::INFINITY);
@@ -89,24 +83,20 @@ pub fn solve_acting<S: Arithmetic>(case: &Case, setup: &Setup<S>) -> Result<Acte
             let line = &mut pieces.last_mut().expect("a chain has pieces").line;
             (line.accuracy, line.error_estimate) = (Some(wanted), Some(estimate));
             line.good_until = found.as_ref().map_or(line.good_until.map(|_| 0.0), |found| found.good_until);
-            return Ok(Acted { pieces, error: found.map(|found| found.error) });
+            return Ok((pieces, found.map(|found| found.error)));
         }
         accuracy /= TIGHTER;
-        let tighter =
-            if accuracy < LEAST { None } else { chain(case, setup, Accuracy::Promised(accuracy), false).ok() };
-        let Some(tighter) = tighter else {
-            let last = pieces.iter().rev().find_map(|piece| piece.acted.last().copied());
-            let failure = failed(setup, Status::AccuracyNotReached, &pieces, last);
-            let failure = NoSolution { residual: least, needed: least, asked: wanted.value(), ..failure };
-            return Err(Box::new(Stopped { failure, pieces: Vec::new(), next: None }));
-        };
-        pieces = tighter;
+        let is_possible = accuracy >= LEAST;
+        match is_possible.then(|| chain(case, setup, Accuracy::Promised(accuracy), false)) {
+            Some(Ok(tighter)) => pieces = tighter,
+            _ => {
+                let last = pieces.iter().rev().find_map(|piece| piece.acted.last().copied());
+                let failure = failed(setup, Status::AccuracyNotReached, &pieces, last);
+                let failure = NoSolution { residual: least, needed: least, asked: wanted.value(), ..failure };
+                return Err(Box::new(Stopped { failure, pieces: Vec::new(), next: None }));
+            }
+        }
     }
-}
-
-/// The number of events that acted.
-pub fn acting_events<S: Real>(pieces: &[Piece<S>]) -> usize {
-    pieces.iter().map(|piece| piece.acted.len()).sum()
 }
 
 /// The failure of a run at the end of its last piece, where the event `place` was the last one.
@@ -114,7 +104,7 @@ fn failed<S: Real>(setup: &Setup<S>, status: Status, pieces: &[Piece<S>], place:
     let line = &pieces.last().expect("a chain has pieces").line;
     let change = place.and_then(|place| setup.until[place].change.as_ref());
     let name = change.map_or_else(String::new, |change| change.name.clone());
-    let event = LastEvent { name, count: acting_events(pieces) };
+    let event = LastEvent { name, count: pieces.iter().map(|piece| piece.acted.len()).sum() };
     NoSolution::at_event(status, &setup.rough.geometry, line.gamma_f().to_f64(), &in_f64(&line.end()).q, event)
 }
 
@@ -125,10 +115,9 @@ fn chain<S: Arithmetic>(
     accuracy: Accuracy,
     is_shaken: bool,
 ) -> Result<Vec<Piece<S>>, Box<Stopped<S>>> {
-    let mut pieces: Vec<Piece<S>> = Vec::new();
-    let mut here = setup.clone();
+    let (mut pieces, mut here): (Vec<Piece<S>>, _) = (Vec::new(), setup.clone());
     here.settings.accuracy = Some(accuracy);
-    here.sides = Event::new(setup, &setup.rough.start, (reach(&here.limit, &here), &[])).sides;
+    (here.sides, _) = sides_at(setup, &setup.rough.start, (reach(setup), &[]));
     let (mut unresolved, mut count) = (0, 0);
     loop {
         let mut line = match solve(&here) {
@@ -143,12 +132,14 @@ fn chain<S: Arithmetic>(
             pieces.push(Piece { line, setup: here, acted: Vec::new() });
             return Ok(pieces);
         };
-        let before = pieces.last().map(|piece| (piece.line.length.to_f64(), piece.acted.as_slice()));
-        unresolved = if is_short(&line) { unresolved + 1 } else { 0 };
-        let is_same = before.is_some_and(|(_, acted)| acted.contains(&first));
-        let shrinks = before.is_some_and(|(length, _)| line.length.to_f64() < length);
+        let gamma = line.gamma_f().to_f64().abs().max(line.gamma_i.to_f64().abs());
+        let is_short = line.length.to_f64() <= SHORT * gamma;
+        unresolved = if is_short { unresolved + 1 } else { 0 };
+        let shrinks_again = pieces
+            .last()
+            .is_some_and(|before| before.acted.contains(&first) && line.length.to_f64() < before.line.length.to_f64());
         let piles_up = unresolved > IN_TURN
-            || is_same && shrinks && (unresolved > 0 || is_low(&here, &line, first))
+            || shrinks_again && (unresolved > 0 || is_low(&here, &line, first))
             || count >= MOST_EVENTS;
         let changed = if piles_up { Err(Status::EventsPileUp) } else { changed(case, &here, &line, first) };
         pieces.push(Piece { line, setup: here, acted: Vec::new() });
@@ -182,10 +173,10 @@ fn rest_of<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<Limit<S>> {
     }
 }
 
-/// The length of γ that the start is looked at with.
-fn reach<S: Real>(limit: &Limit<S>, setup: &Setup<S>) -> f64 {
+/// The length of γ that the start of a run is looked at with.
+fn reach<S: Real>(setup: &Setup<S>) -> f64 {
     let start = &setup.rough.start;
-    match *limit {
+    match setup.limit {
         Limit::Length(length) => length.to_f64(),
         Limit::Value { coordinate: a, value } => ((value.to_f64() - start.q[a]) / start.q_dot[a]).abs(),
     }
@@ -198,12 +189,6 @@ fn add_up<S: Real>(line: &mut WorldLine<S>, before: Option<&Piece<S>>) {
     line.iterations.count += before.iterations.count;
     line.gradient_norm = line.gradient_norm.max(before.gradient_norm);
     line.windows_unproved = line.windows_unproved.zip(before.windows_unproved).map(|(one, other)| one + other);
-}
-
-/// Returns true if a piece is so short that γ hardly changes.
-fn is_short<S: Real>(line: &WorldLine<S>) -> bool {
-    let (length, gamma) = (line.length.to_f64(), line.gamma_f().to_f64().abs().max(line.gamma_i.to_f64().abs()));
-    length <= SHORT * gamma
 }
 
 /// Returns true if the formula of an event that began and ended a piece is zero in its middle, up to rounding.
@@ -226,8 +211,6 @@ struct Event<S: Real> {
     rebuilt: Option<Setup<S>>,
     /// The signs that formulas have behind it, as in [`Setup::sides`].
     sides: Vec<[f64; 2]>,
-    /// Those of formulas that are zero there, and change their sign in a direction that counts.
-    here: Vec<usize>,
     acted: Vec<usize>,
 }
 
@@ -237,44 +220,48 @@ fn changed<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>, first: u
     let begin = &setup.rough.start;
     let norm = setup.rough.geometry.norm(&begin.q, &begin.q_dot);
     let (mut start, mut rebuilt) = (in_f64(&line.end_inside()), None);
-    let (mut acted, mut next, mut event) = (Vec::new(), Some(first), None);
+    let (mut acted, mut next, mut sides) = (Vec::new(), Some(first), Vec::new());
     while let Some(place) = next {
-        let Until { rough, change, .. } = &rebuilt.as_ref().unwrap_or(setup).until[place];
+        let here = rebuilt.as_ref().unwrap_or(setup);
+        let Until { rough, change, .. } = &here.until[place];
         let value = rough.clone().at(&start.q, &start.q_dot, &start.p, norm);
         let mut change: Change = change.clone().ok_or(Status::OutsideDomain)?;
         let values = change.values(&start, norm);
         if values.iter().any(|(quantity, _)| matches!(quantity, Quantity::Parameter(_))) {
-            let here = rebuilt.as_ref().unwrap_or(setup);
             rebuilt = Some(case.with_set(here, &values, &start.q).ok_or(Status::OutsideDomain)?);
         }
         let here = rebuilt.as_ref().unwrap_or(setup);
         start = change.of(&here.rough.geometry, &start, &values).ok_or(Status::OutsideDomain)?;
         acted.push((place, value));
-        let found = Event::new(here, &start, (line.length.to_f64(), &acted));
-        next = found.here.iter().copied().find(|other| !acted.iter().any(|(place, _)| place == other));
-        event = Some(found);
+        let (found, zeros) = sides_at(here, &start, (line.length.to_f64(), &acted));
+        next = zeros.into_iter().find(|other| !acted.iter().any(|(place, _)| place == other));
+        sides = found;
     }
-    let acted = acted.into_iter().map(|(place, _)| place).collect();
-    event.map(|event| Event { acted, rebuilt, ..event }).ok_or(Status::OutsideDomain)
+    Ok(Event { start, rebuilt, sides, acted: acted.into_iter().map(|(place, _)| place).collect() })
+}
+
+/// Looks at all formulas at a state behind a piece of this length, at whose end these events acted where their formulas
+/// had these values. Returns their signs, as in [`Setup::sides`], and the places of those that are zero there and change
+/// their sign in a direction that counts.
+fn sides_at<S: Real>(
+    setup: &Setup<S>,
+    start: &Start,
+    (before, acted): (f64, &[(usize, f64)]),
+) -> (Vec<[f64; 2]>, Vec<usize>) {
+    let geometry = &setup.rough.geometry;
+    let norm = geometry.norm(&start.q, &start.q_dot);
+    let (mut sides, mut zeros) = (Vec::new(), Vec::new());
+    for (place, until) in setup.until.iter().enumerate() {
+        let zero = acted.iter().find(|(other, _)| *other == place).map_or(0.0, |(_, value)| value.abs());
+        let found = Beginning::new((geometry, start), &mut until.rough.clone(), norm, (before, zero));
+        let is_here = found.is_zero && found.side != 0.0 && until.direction.counts(found.side > 0.0);
+        zeros.extend((is_here && until.change.is_some()).then_some(place));
+        sides.push([found.side, if found.is_zero { found.noise } else { 0.0 }]);
+    }
+    (sides, zeros)
 }
 
 impl<S: Real> Event<S> {
-    /// Looks at all formulas at a state behind a piece of this length, at whose end these events acted where their
-    /// formulas had these values.
-    fn new(setup: &Setup<S>, start: &Start, (before, acted): (f64, &[(usize, f64)])) -> Self {
-        let geometry = &setup.rough.geometry;
-        let norm = geometry.norm(&start.q, &start.q_dot);
-        let (mut sides, mut here) = (Vec::new(), Vec::new());
-        for (place, until) in setup.until.iter().enumerate() {
-            let zero = acted.iter().find(|(other, _)| *other == place).map_or(0.0, |(_, value)| value.abs());
-            let found = Beginning::new((geometry, start), &mut until.rough.clone(), norm, (before, zero));
-            let is_here = found.is_zero && found.side != 0.0 && until.direction.counts(found.side > 0.0);
-            here.extend((is_here && until.change.is_some()).then_some(place));
-            sides.push([found.side, if found.is_zero { found.noise } else { 0.0 }]);
-        }
-        Self { start: start.clone(), rebuilt: None, sides, here, acted: Vec::new() }
-    }
-
     /// The setup of the run that goes on from here, up to `limit`, after a piece.
     fn next(&self, piece: &Piece<S>, limit: Limit<S>, is_shaken: bool) -> Setup<S> {
         let (setup, line, mut start) = (self.rebuilt.as_ref().unwrap_or(&piece.setup), &piece.line, self.start.clone());

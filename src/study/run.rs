@@ -1,8 +1,5 @@
 //! One run of a case: solved, measured and judged. A row of many runs is the same.
 
-use std::any::Any;
-use std::time::Instant;
-
 use crate::case::Case;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::{Reason, Verdict};
@@ -10,8 +7,9 @@ use crate::diagnostics::{Diagnostics, OfX};
 use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
 use crate::solve::{Arithmetic, NoSolution, Setup, WorldLine, solve, solve_window_by_window};
-use crate::study::acting::{Acted, Piece, Stopped, acting_events, solve_acting};
+use crate::study::acting::{Piece, Pieces, Stopped, solve_acting};
 use crate::study::errors::{RunError, reference_error, run_error};
+use crate::study::subject::timed;
 use crate::study::verdict::facts_of_run;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
 
@@ -92,10 +90,12 @@ pub struct Judged {
 
 /// The measures of a run, part by part.
 struct Measures<'m, 'o, S: Real> {
-    /// The terms of conserved sums.
+    case: &'m Case,
+    /// The conserved sums, and whether each has held so far.
+    sums: Vec<(ConservedSum, bool)>,
+    /// Their terms.
     terms: Vec<Vec<(usize, S)>>,
     observables: Vec<(String, Observable<S>)>,
-    is_lifted: bool,
     events: EventSearch<'m, S>,
     samples: Option<SampleStream<S>>,
     observer: Option<Observer<'o, S>>,
@@ -104,20 +104,21 @@ struct Measures<'m, 'o, S: Real> {
     set: Vec<(usize, f64)>,
 }
 
-impl<S: Real> Measures<'_, '_, S> {
+impl<S: Arithmetic> Measures<'_, '_, S> {
     /// Goes on with the formulas of a setup, whose parameters events may have set.
-    fn of(&mut self, case: &Case, setup: &Setup<S>) {
+    fn of(&mut self, setup: &Setup<S>) {
         if setup.set == self.set {
             return;
         }
-        let case = case.with_parameters(&setup.set, &setup.rough.start.q).expect("it was solved with these numbers");
+        let case =
+            self.case.with_parameters(&setup.set, &setup.rough.start.q).expect("it was solved with these numbers");
         self.observables = case.observables();
         self.events.replace(&case.watches());
         self.set.clone_from(&setup.set);
     }
 
     fn see(&mut self, part: &WorldLine<S>) {
-        let here = Diagnostics::of(part, &self.terms, &mut self.observables, self.is_lifted);
+        let here = Diagnostics::of(part, &self.terms, &mut self.observables, self.case.is_lifted());
         if let Some(observer) = &mut self.observer {
             observer(part, &here);
         }
@@ -130,30 +131,46 @@ impl<S: Real> Measures<'_, '_, S> {
         self.samples.iter_mut().for_each(|samples| samples.see(part));
     }
 
-    /// Sees the pieces of a run of a case with events that act, and returns them with their rows.
-    fn see_pieces(&mut self, case: &Case, pieces: Vec<Piece<S>>) -> Vec<Part<S>> {
-        let (watches, mut parts) = (case.acting_watches(), Vec::with_capacity(pieces.len()));
-        for Piece { line, setup, acted } in pieces {
-            self.of(case, &setup);
-            self.see(&line);
-            let acted: Vec<usize> = acted.into_iter().filter_map(|place| watches[place]).collect();
-            self.events.act(&line, &acted, &watches);
+    /// Looks whether the sums are conserved where a piece has come to, too: a formula may be another one there.
+    fn check_sums(&mut self, line: &WorldLine<S>, geometry: &Geometry) {
+        let every = line.nodes().div_ceil(PLACES_ALONG);
+        let q_dot: Vec<f64> = line.end().q_dot.iter().map(|u| u.to_f64()).collect();
+        let place = |node: usize| line.q.iter().map(|row| row[node].to_f64()).collect::<Vec<f64>>();
+        for (sum, holds) in &mut self.sums {
+            *holds &= (0..line.nodes()).step_by(every).all(|node| geometry.conserves(sum, &place(node), &q_dot));
+        }
+    }
+
+    /// Sees the pieces of a run, unless they were seen, and returns them with their rows.
+    fn see_pieces(&mut self, pieces: Vec<Piece<S>>, is_seen: bool) -> Vec<Part<S>> {
+        let (watches, mut parts) = (self.case.acting_watches(), Vec::with_capacity(pieces.len()));
+        let last = pieces.len().saturating_sub(1);
+        for (place, Piece { line, setup, acted }) in pieces.into_iter().enumerate() {
+            self.of(&setup);
+            if !is_seen {
+                self.see(&line);
+            }
+            if setup.has_acting_events() {
+                let acted: Vec<usize> = acted.into_iter().filter_map(|place| watches[place]).collect();
+                self.events.act(&line, &acted, &watches);
+            }
+            self.check_sums(&line, &setup.rough.geometry);
             // The rows of joined measures are those of the last part.
-            parts.extend(self.measured.clone().map(|rows| (line, rows)));
+            let rows = if place == last { self.measured.take() } else { self.measured.clone() };
+            let rows = rows.unwrap_or_else(|| Diagnostics::new(&line));
+            parts.push((line, rows));
         }
         parts
     }
 
     /// Sees the windows before a failure, which a run with events that act has not kept.
-    fn see_stopped(&mut self, case: &Case, pieces: Vec<Piece<S>>, next: Option<Setup<S>>)
-    where
-        S: Arithmetic,
-    {
+    fn see_stopped(&mut self, pieces: Vec<Piece<S>>, next: Option<Setup<S>>) {
         let before = pieces.last().map_or(0, |piece| piece.line.window_count);
-        self.see_pieces(case, pieces);
+        let rows = self.see_pieces(pieces, false).pop().map(|(_, rows)| rows);
         let mut windows: Vec<WorldLine<S>> = Vec::new();
         let Some(next) = next else { return };
-        self.of(case, &next);
+        self.measured = rows;
+        self.of(&next);
         // A run that begins again shows its windows again.
         let _ = solve_window_by_window(next, &mut |window| {
             if window.window_count == 1 {
@@ -165,48 +182,27 @@ impl<S: Real> Measures<'_, '_, S> {
     }
 }
 
-/// A solved run, before it is measured to its end.
-struct Solved<S: Real> {
-    line: WorldLine<S>,
-    before: Vec<Part<S>>,
-    acting_events: usize,
-    error: Option<RunError>,
-}
-
-/// Solves a setup, and shows the run to its measures.
+/// The pieces of a run, of which `see` sees the only one window by window if there is a `see` and no event acts.
 fn solved<S: Arithmetic>(
     case: &Case,
     setup: &Setup<S>,
-    is_streamed: bool,
-    measures: &mut Measures<'_, '_, S>,
-) -> Result<Solved<S>, NoSolution> {
-    let whole = |line| Solved { line, before: Vec::new(), acting_events: 0, error: None };
-    if !setup.has_acting_events() {
-        return if is_streamed {
-            solve_window_by_window(setup, &mut |part| measures.see(part)).map(whole)
-        } else {
-            solve(setup).map(whole)
-        };
+    see: Option<&mut dyn FnMut(&WorldLine<S>)>,
+) -> Result<Pieces<S>, Box<Stopped<S>>> {
+    if setup.has_acting_events() {
+        return solve_acting(case, setup);
     }
-    match solve_acting(case, setup) {
-        Ok(Acted { pieces, error }) => {
-            let acting_events = acting_events(&pieces);
-            let mut parts = measures.see_pieces(case, pieces);
-            let (line, _) = parts.pop().expect("a run has a piece");
-            Ok(Solved { line, before: parts, acting_events, error })
-        }
-        Err(stopped) => {
-            let Stopped { failure, pieces, next } = *stopped;
-            if is_streamed {
-                measures.see_stopped(case, pieces, next);
-            }
-            Err(failure)
-        }
+    let line = match see {
+        Some(see) => solve_window_by_window(setup, see),
+        None => solve(setup),
+    };
+    match line {
+        Ok(line) => Ok((vec![Piece { line, setup: setup.clone(), acted: Vec::new() }], None)),
+        Err(failure) => Err(Box::new(Stopped { failure, pieces: Vec::new(), next: None })),
     }
 }
 
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
-/// is streamed, or has events that act, they contain those of measuring.
+/// is streamed they contain those of measuring.
 pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let rough = &setup.rough;
     let sums = if wanted.sums && !case.is_of_x {
@@ -216,21 +212,25 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
     };
     let mut watches = case.watches();
     let mut measures = Measures {
+        case,
         terms: sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect(),
+        sums: sums.into_iter().map(|sum| (sum, true)).collect(),
         observables: case.observables(),
-        is_lifted: case.is_lifted(),
         events: EventSearch::new(&mut watches),
         samples: wanted.samples,
         observer: wanted.observer,
         measured: None,
         set: Vec::new(),
     };
-    let start = Instant::now();
-    let solved = solved(case, setup, wanted.is_streamed, &mut measures);
-    let solve_seconds = start.elapsed().as_secs_f64();
-    let Solved { line, mut before, acting_events, error } = match solved {
-        Ok(solved) => solved,
-        Err(mut failure) => {
+    let mut see = |part: &WorldLine<S>| measures.see(part);
+    let (found, solve_seconds) = timed(|| solved(case, setup, wanted.is_streamed.then_some(&mut see as _)));
+    let (pieces, error) = match found {
+        Ok(found) => found,
+        Err(stopped) => {
+            let Stopped { mut failure, pieces, next } = *stopped;
+            if wanted.is_streamed {
+                measures.see_stopped(pieces, next);
+            }
             if setup.is_backward {
                 let gamma_i = setup.gamma_i.to_f64();
                 failure.gamma = gamma_i - (failure.gamma - gamma_i);
@@ -238,53 +238,31 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
             return (Err(NoRun::Unsolved(failure, measures.events.found())), solve_seconds);
         }
     };
-    let start = Instant::now();
-    if !wanted.is_streamed && !setup.has_acting_events() {
-        measures.see(&line);
-    }
-    let Measures { events, samples, measured, .. } = measures;
-    let missed = events.missed();
-    let events = events.finish(&line);
-    let mut diagnostics = measured.unwrap_or_else(|| Diagnostics::new(&line));
-    let sums = kept_along(sums, &rough.geometry, (&line, &mut diagnostics), &mut before);
-    let samples = match samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
-        Ok(samples) => samples,
-        Err(none) => return (Err(NoRun::Unsampled(none)), solve_seconds),
-    };
-    let is_whole = !wanted.is_streamed;
-    let seconds = start.elapsed().as_secs_f64();
-    let run = Run { line, before, is_whole, sums, diagnostics, samples, events, acting_events, missed, error, seconds };
-    (Ok(run), solve_seconds)
-}
-
-/// The sums that are conserved where the run has come to, too. The measures of others are dropped.
-fn kept_along<S: Real>(
-    sums: Vec<ConservedSum>,
-    geometry: &Geometry,
-    (line, diagnostics): (&WorldLine<S>, &mut Diagnostics<S>),
-    before: &mut [Part<S>],
-) -> Vec<ConservedSum> {
-    let holds = |sum: &ConservedSum| {
-        before.iter().map(|(line, _)| line).chain([line]).all(|line| holds_along(line, geometry, sum))
-    };
-    let is_kept: Vec<bool> = sums.iter().map(holds).collect();
-    let measures = before.iter_mut().map(|(_, rows)| rows).chain([diagnostics]);
-    measures.for_each(|rows| {
-        let mut kept = is_kept.iter();
-        rows.sums.retain(|_| kept.next().is_some_and(|is_kept| *is_kept));
+    let acting_events = pieces.iter().map(|piece| piece.acted.len()).sum();
+    let (mut run, seconds) = timed(|| {
+        let mut before = measures.see_pieces(pieces, wanted.is_streamed && !setup.has_acting_events());
+        for (_, rows) in &mut before {
+            let mut sums = measures.sums.iter();
+            rows.sums.retain(|_| sums.next().is_some_and(|(_, holds)| *holds));
+        }
+        let (line, diagnostics) = before.pop().expect("a run has a piece");
+        let samples = measures.samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line));
+        Ok(Run {
+            is_whole: !wanted.is_streamed,
+            sums: measures.sums.into_iter().filter_map(|(sum, holds)| holds.then_some(sum)).collect(),
+            diagnostics,
+            samples: samples.map_err(NoRun::Unsampled)?,
+            acting_events,
+            missed: measures.events.missed(),
+            events: measures.events.finish(&line),
+            error,
+            seconds: 0.0,
+            before,
+            line,
+        })
     });
-    sums.into_iter().zip(&is_kept).filter(|(_, is_kept)| **is_kept).map(|(sum, _)| sum).collect()
-}
-
-/// Returns true if a sum is conserved where the run has come to, too: a formula may be another one there.
-fn holds_along<S: Real>(line: &WorldLine<S>, geometry: &Geometry, sum: &ConservedSum) -> bool {
-    let every = line.nodes().div_ceil(PLACES_ALONG);
-    let same: &dyn Any = line.geometry();
-    // An event may have set parameters.
-    let geometry = same.downcast_ref().unwrap_or(geometry);
-    let q_dot: Vec<f64> = line.end().q_dot.iter().map(|u| u.to_f64()).collect();
-    let place = |node: usize| line.q.iter().map(|row| row[node].to_f64()).collect::<Vec<f64>>();
-    (0..line.nodes()).step_by(every).all(|node| geometry.conserves(sum, &place(node), &q_dot))
+    run.iter_mut().for_each(|run: &mut Run<S>| run.seconds = seconds);
+    (run, solve_seconds)
 }
 
 impl<S: Real> Run<S> {

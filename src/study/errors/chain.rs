@@ -1,10 +1,10 @@
 //! The error of a run with events that act, by a second one.
 
-use super::stepped_over::own_windows;
+use super::between::own_windows;
+use super::compare::clock;
 use super::{Judge, RunError};
 use crate::engine::GOOD_DIGITS;
 use crate::number::Real;
-use crate::solve::{Limit, WorldLine};
 use crate::study::acting::Piece;
 use crate::trajectory::Sampler;
 
@@ -29,37 +29,46 @@ pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], mar
     if flights.len() != others.len() || flights.iter().zip(&others).any(|(one, other)| one.1 != other.1) {
         return None;
     }
-    let (last, of_second) = (&pieces.last()?.line, &second.last()?.line);
-    let sizes = &last.sizes;
+    let (end, of_second) = (pieces.last()?, &second.last()?.line);
+    let (last, sizes) = (&end.line, &end.line.sizes);
     let relative = |off: &[f64]| {
         let shares = off.iter().zip(sizes).filter(|(off, _)| **off != 0.0).map(|(off, size)| off / size);
         shares.fold(0.0, f64::max)
     };
     let own = second.iter().filter_map(|piece| piece.line.error_estimate).fold(0.0, f64::max);
-    let (mut largest, mut end, mut good) = (vec![0.0_f64; sizes.len()], Vec::new(), GOOD_DIGITS.map(|_| None));
+    let (mut found, mut good) = (RunError::none(sizes.len()), GOOD_DIGITS.map(|_| None));
     for ((piece, _), (other, _)) in flights.iter().zip(&others) {
         let (mut here, mut there) = (Sampler::new(&piece.line), Sampler::new(&other.line));
-        for gamma in places(&piece.line) {
-            let sample = here.at_gamma(gamma).ok()?.q;
-            end = off(&sample, gamma, &other.line, &mut there)?.iter().map(|off| margin * off.abs()).collect();
-            largest.iter_mut().zip(&end).for_each(|(largest, off)| *largest = largest.max(*off));
-            let share = relative(&end) + own;
+        let (start, of_other) = (piece.line.gamma_i, &other.line);
+        let of_windows = piece.line.windows.iter().flat_map(|window| {
+            let [first, last] = window.gamma;
+            [start + (first + last).half(), start + last]
+        });
+        for gamma in std::iter::once(start).chain(of_windows) {
+            let q = here.at_gamma(gamma).ok()?.q;
+            // Beyond its ends the other piece goes straight on.
+            let end = of_other.gamma_f();
+            let inside = if gamma > end { end } else { gamma.max(of_other.gamma_i) };
+            let other = there.at_gamma(inside).ok()?;
+            let straight = other.q.iter().zip(&other.q_dot).map(|(&q, &q_dot)| q + (gamma - inside) * q_dot);
+            found.see(q.iter().zip(straight).map(|(&q, other)| margin * (q - other).to_f64()));
+            let share = relative(&found.end) + own;
             for (good, digits) in good.iter_mut().zip(GOOD_DIGITS) {
                 let is_good = share <= 10.0_f64.powi(-digits);
                 *good = if is_good { *good } else { good.or(Some((gamma - last.gamma_i).to_f64())) };
             }
         }
     }
-    if let (Limit::Value { coordinate: clock, .. }, None) = (pieces.last()?.setup.limit, last.ended_by) {
-        let (q_dot, late) = (last.end().q_dot, end[clock]);
+    if let Some(clock) = clock(&end.setup, last) {
+        let (q_dot, late) = (last.end().q_dot, found.end[clock]);
         let pace = |a: usize| (q_dot[a] / q_dot[clock]).to_f64().abs();
-        end.iter_mut().enumerate().for_each(|(a, off)| *off = if a == clock { 0.0 } else { *off + late * pace(a) });
-        largest.iter_mut().zip(&end).for_each(|(largest, off)| *largest = largest.max(*off));
+        let off = |(a, off): (usize, &f64)| if a == clock { 0.0 } else { *off + late * pace(a) };
+        found.see(found.end.iter().enumerate().map(off).collect::<Vec<_>>());
     }
-    let estimate = relative(&largest) + own;
+    let estimate = relative(&found.largest) + own;
     let stepped_over = pieces.iter().map(|piece| own_windows(&piece.setup, &piece.line)).fold(0.0, f64::max);
     let judge = Judge::SecondSolve(of_second.accuracy.map_or(own, |accuracy| own.max(accuracy.value())));
-    let error = RunError { end, largest, own: sizes.iter().map(|size| own * size).collect(), judge, stepped_over };
+    let error = RunError { own: sizes.iter().map(|size| own * size).collect(), judge, stepped_over, ..found };
     let whole = last.length.to_f64();
     Some(ChainError { error, estimate, good_until: good.map(|good| good.unwrap_or(whole)) })
 }
@@ -77,24 +86,4 @@ fn flights<S: Real>(pieces: &[Piece<S>]) -> Vec<(&Piece<S>, Vec<usize>)> {
     }
     flights.iter_mut().for_each(|(_, acted)| acted.sort_unstable());
     flights
-}
-
-/// γ at the ends and in the middles of the windows of a piece.
-fn places<S: Real>(line: &WorldLine<S>) -> impl Iterator<Item = S> + '_ {
-    let start = line.gamma_i;
-    let of_windows = line.windows.iter().flat_map(move |window| {
-        let [first, last] = window.gamma;
-        [start + (first + last).half(), start + last]
-    });
-    std::iter::once(start).chain(of_windows)
-}
-
-/// By how much a state is off from that of another piece at the same γ. Beyond its ends that one goes straight on.
-fn off<S: Real>(q: &[S], gamma: S, line: &WorldLine<S>, sampler: &mut Sampler<'_, S>) -> Option<Vec<f64>> {
-    let end = line.gamma_f();
-    let inside = if gamma > end { end } else { gamma.max(line.gamma_i) };
-    let sample = sampler.at_gamma(inside).ok()?;
-    let rest = gamma - inside;
-    let there = sample.q.iter().zip(&sample.q_dot).map(|(&q, &q_dot)| q + rest * q_dot);
-    Some(q.iter().zip(there).map(|(&q, there)| (q - there).to_f64()).collect())
 }

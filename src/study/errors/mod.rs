@@ -5,16 +5,17 @@
 //! last digits is compared with the Taylor series of [`crate::reference`] in the same precision, and so is any run for
 //! which that is wanted.
 
+mod between;
 mod chain;
 mod compare;
-mod stepped_over;
 
 pub(crate) use chain::chain_error;
 
-use self::compare::{Points, with_second_solve, with_taylor};
-use self::stepped_over::own_windows;
+use self::between::own_windows;
+use self::compare::{Points, clock};
 use crate::number::Real;
-use crate::solve::{Limit, Setup, WorldLine};
+use crate::number::norm::larger;
+use crate::solve::{Setup, WorldLine};
 use crate::trajectory::Sample;
 
 /// If the errors of an extended run are below this, relative to the sizes of the coordinates, they are measured in
@@ -75,6 +76,20 @@ impl Judge {
 }
 
 impl RunError {
+    /// No error of so many coordinates, yet.
+    fn none(coordinates: usize) -> Self {
+        let zeros = || vec![0.0; coordinates];
+        Self { end: zeros(), largest: zeros(), own: zeros(), judge: Judge::OwnEstimate, stepped_over: 0.0 }
+    }
+
+    /// Takes the next node into account, which is off by this.
+    fn see(&mut self, off: impl IntoIterator<Item = f64>) {
+        for ((largest, last), off) in self.largest.iter_mut().zip(&mut self.end).zip(off) {
+            *last = off.abs();
+            *largest = larger(*largest, *last);
+        }
+    }
+
     /// Upper estimates of the absolute errors of the coordinates at the last node.
     pub fn at_most_at_end(&self) -> Vec<f64> {
         self.with_own(&self.end)
@@ -93,31 +108,24 @@ impl RunError {
 /// The error of the run of `setup`, of which only its last part, `line`, and `samples` of all of it may be kept; `None`
 /// if no second solve reaches the end.
 pub fn run_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
+    let clock = clock(setup, line);
     if let Some(estimate) = line.error_estimate {
-        let largest: Vec<f64> = line.sizes.iter().map(|size| estimate * size).collect();
-        let mut end = largest.clone();
-        clock(setup, line).into_iter().for_each(|clock| end[clock] = 0.0);
-        let own = vec![0.0; largest.len()];
-        return Some(RunError { end, largest, own, judge: Judge::OwnEstimate, stepped_over: own_windows(setup, line) });
+        let mut found = RunError::none(line.sizes.len());
+        found.see(line.sizes.iter().map(|size| estimate * size));
+        clock.into_iter().for_each(|clock| found.end[clock] = 0.0);
+        return Some(RunError { stepped_over: own_windows(setup, line), ..found });
     }
-    let points = Points::new(line, samples, clock(setup, line));
-    let found = with_second_solve(&setup.rough, &points);
+    let points = Points::new(line, samples, clock);
+    let found = points.with_second_solve(&setup.rough);
     let is_beyond = |error: &RunError| {
         let sizes = points.sizes();
         error.at_most().iter().zip(&sizes).all(|(most, size)| *most <= BEYOND_F64 * size)
     };
-    if S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond) { with_taylor(line, &points).or(found) } else { found }
+    let is_asked = S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond);
+    if is_asked { points.with_taylor(&setup.rough).or(found) } else { found }
 }
 
 /// The same against a Taylor reference of as many digits; `None` if that does not reach the end.
 pub fn reference_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    with_taylor(line, &Points::new(line, samples, clock(setup, line)))
-}
-
-/// The coordinate whose value ended the run, if one did.
-fn clock<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<usize> {
-    match setup.limit {
-        Limit::Value { coordinate, .. } if line.ended_by.is_none() => Some(coordinate),
-        _ => None,
-    }
+    Points::new(line, samples, clock(setup, line)).with_taylor(&setup.rough)
 }
