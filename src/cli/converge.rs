@@ -230,7 +230,7 @@ fn draw<S: Real>(
             // With many schemes only the errors of x are drawn: twice as many curves would be too many to tell apart.
             let is_crowded = slopes.len() > MOST_SCHEMES * 4;
             let is_shown =
-                |quantity: Quantity| quantity == of_x || (!is_crowded && quantity.is_at_end() == of_x.is_at_end());
+                |quantity: Quantity| quantity == of_x || (!is_crowded && quantity.is_at_end == of_x.is_at_end);
             slopes.iter().filter(|slope| is_shown(slope.quantity)).cloned().collect()
         } else {
             // The largest error of several coordinates is drawn.

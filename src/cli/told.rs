@@ -5,7 +5,7 @@ use std::path::Path;
 use geodesic_ivp::Case;
 use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::verdict::Reason;
-use geodesic_ivp::diagnostics::{ChargeDeviation, Diagnostics, NEGLIGIBLE, OfX};
+use geodesic_ivp::diagnostics::{ChargeDeviation, Diagnostics, NEGLIGIBLE};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::solve::{InitialGuess, Iterations, WorldLine};
 use geodesic_ivp::study::errors::{Judge, RunError};
@@ -144,9 +144,9 @@ impl<S: Real> Told<'_, S> {
 
     /// The deviation of the motion from Newton's, if there is one. Other doubts come first.
     fn motion(&self) -> Option<String> {
-        let newtonian = &self.run.diagnostics.of_x.as_ref()?.newtonian;
-        let deviation = newtonian.deviation;
-        let remedy = match newtonian.c() {
+        let of_x = self.run.diagnostics.of_x.as_ref()?;
+        let deviation = of_x.deviation;
+        let remedy = match of_x.c() {
             Some(c) => format!("; particle.c = {c} would make that {NEGLIGIBLE:e}"),
             None => String::new(),
         };
@@ -201,7 +201,7 @@ fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
         return format!("the energy of positions and velocities by {:.1e}", energy.max_ends.to_f64().abs());
     }
     let drift = diagnostics.norm.max_interior.max(diagnostics.norm.max_ends).to_f64();
-    match diagnostics.of_x.as_ref().map(|of_x| of_x.scales.x_dot * of_x.scales.x_dot).filter(|square| *square > 0.0) {
+    match diagnostics.of_x.as_ref().map(|of_x| of_x.x_dot * of_x.x_dot).filter(|square| *square > 0.0) {
         Some(square) => format!("K by {} of the largest x_dot^2", percent(drift / square)),
         None => format!("K by {:.1e}", diagnostics.norm.max_ends.to_f64()),
     }
@@ -283,10 +283,10 @@ pub(super) fn details<S: Real>(run: &Run<S>, judged: &Judged) -> String {
             &format!("p_{name} changes by the work of the force, {work:.6}, to {:.1e}", defect.abs()),
         ));
     }
-    if let Some(OfX { newtonian, bound, .. }) = &diagnostics.of_x {
-        let relation = if bound.is_kept() { "<=" } else { ">" };
-        let [h_bvp, most] = [bound.h_bvp, bound.h_bvp_bound].map(|value| value.to_f64());
-        lines.push(row("motion", &format!("the acceleration differs from Newton's by {:.1e}", newtonian.deviation)));
+    if let Some(of_x) = &diagnostics.of_x {
+        let relation = if of_x.is_kept() { "<=" } else { ">" };
+        let [h_bvp, most] = [of_x.h_bvp, of_x.h_bvp_bound].map(|value| value.to_f64());
+        lines.push(row("motion", &format!("the acceleration differs from Newton's by {:.1e}", of_x.deviation)));
         lines.push(row("bound", &format!("H_BVP = {h_bvp:.6} {relation} {most:.6} = Q_t (t_f - t_i)")));
     }
     for (a, sawtooth) in &diagnostics.sawtooth {

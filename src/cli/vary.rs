@@ -155,7 +155,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let tables = [RUNS].into_iter().chain(columns.has_events().then_some(RUNS_EVENTS));
     let tables = tables.map(|name| files.writer(name)).collect();
     let cells = journal.write(tables, &mut summary, column.as_deref())?;
-    if let (Some(column), [x, y]) = (&column, runs.axes()) {
+    if let (Some(column), [x, y]) = (&column, runs.axes.as_slice()) {
         let of = runs.first().title.as_deref().unwrap_or(&name);
         let varied = [x, y].map(|axis| (axis.key.as_str(), axis.values.as_slice()));
         files.write_text(MAP, &pictures::scan(of, column, varied, &cells).to_svg())?;
@@ -279,7 +279,7 @@ fn varied(runs: &ManyRuns) -> String {
         [first, .., last] => format!("{} from {first} to {last} ({} values)", axis.key, axis.values.len()),
         [] => axis.key.clone(),
     };
-    row("varied", &runs.axes().iter().map(one).collect::<Vec<_>>().join(", "))
+    row("varied", &runs.axes.iter().map(one).collect::<Vec<_>>().join(", "))
 }
 
 /// The lines for people: first how many rows have which verdict, then how many have which status. The line `varied` is

@@ -30,6 +30,7 @@ use std::collections::BTreeMap;
 
 use serde::{Serialize, Serializer};
 
+use super::origin;
 use super::verdict::Reason;
 use crate::engine::enclosure::{Enclosure, Path, UNSEEN, negligible_rates};
 use crate::geometry::Geometry;
@@ -93,11 +94,6 @@ impl Gap {
     }
 }
 
-/// Number of pairs of neighbouring nodes.
-fn count<S: Real>(line: &WorldLine<S>) -> usize {
-    line.nodes() - line.windows.len()
-}
-
 /// A gap in which something may hide: the window and its first node there, and by how much it moves the end, as a share
 /// of what all gaps may do together.
 struct Hidden {
@@ -106,43 +102,36 @@ struct Hidden {
     share: f64,
 }
 
-/// The accuracy with which gaps of a run are explained, from its error relative to the sizes of its coordinates.
-fn accuracy(error: Option<f64>) -> f64 {
-    let [least, most] = ERRORS;
-    // NaN is no error that is known.
-    error.filter(|error| !error.is_nan()).unwrap_or(UNKNOWN).clamp(least, most)
-}
-
 impl Gaps {
     /// Looks at the gaps of `line`, whose space-time is `rough` in `f64`. `error` is its estimated error relative to
     /// the sizes of its coordinates, as in [`Verdict`](crate::diagnostics::verdict::Verdict), if it is known.
     pub fn new<S: Real>(line: &WorldLine<S>, rough: &Geometry, error: Option<f64>) -> Self {
-        let (accuracy, length) = (accuracy(error), line.length.to_f64());
+        let [least, most] = ERRORS;
+        // NaN is no error that is known.
+        let accuracy = error.filter(|error| !error.is_nan()).unwrap_or(UNKNOWN).clamp(least, most);
+        let (count, length) = (line.nodes() - line.windows.len(), line.length.to_f64());
         let mut hidden = Vec::new();
         let momenta: Vec<f64> = line.place.start.p.iter().map(|p| p.to_f64()).collect();
-        let Some(mut enclosure) = Enclosure::of_geometry(rough, &momenta) else {
-            return Self::of(line, accuracy, hidden);
-        };
-        let weights = weights(line, rough);
-        // A push at the start moves the end by twice what the same force does that grows with the way.
-        let share = |change: f64, distance: f64| 2.0 * change * distance / length;
-        for (window, view) in line.views().enumerate() {
-            let (nodes, sbp) = (Nodes::new(line, &view), view.window.sbp());
-            let distances: Vec<f64> = (1..sbp.points()).map(|k| (sbp.node(k) - sbp.node(k - 1)).to_f64()).collect();
-            nodes.describe(rough, &distances, &mut enclosure.path);
-            let tolerances = || {
-                let states = nodes.states.iter().map(Vec::as_slice);
-                negligible_rates(rough, &weights, states, length, UNSEEN * accuracy)
-            };
-            let longest = distances.iter().copied().fold(0.0, f64::max);
-            let found = enclosure.hidden(tolerances, SMALL / (share(1.0, longest) * count(line) as f64)).into_iter();
-            hidden.extend(found.map(|(node, change)| Hidden { window, node, share: share(change, distances[node]) }));
+        if let Some(mut enclosure) = Enclosure::of_geometry(rough, &momenta) {
+            let weights = weights(line, rough);
+            // A push at the start moves the end by twice what the same force does that grows with the way.
+            let share = |change: f64, distance: f64| 2.0 * change * distance / length;
+            for (window, view) in line.views().enumerate() {
+                let (states, distances) = (states(line, &view), view.grid.distances());
+                describe(&states, rough, &distances, &mut enclosure.path);
+                let tolerances = || {
+                    let states = states.iter().map(Vec::as_slice);
+                    negligible_rates(rough, &weights, states, length, UNSEEN * accuracy)
+                };
+                let longest = distances.iter().copied().fold(0.0, f64::max);
+                let found = enclosure.hidden(tolerances, SMALL / (share(1.0, longest) * count as f64)).into_iter();
+                hidden.extend(found.map(|(node, change)| Hidden {
+                    window,
+                    node,
+                    share: share(change, distances[node]),
+                }));
+            }
         }
-        Self::of(line, accuracy, hidden)
-    }
-
-    /// Finds the gaps of `line` that may hide something.
-    fn of<S: Real>(line: &WorldLine<S>, accuracy: f64, mut hidden: Vec<Hidden>) -> Self {
         hidden.sort_by(|one, other| one.share.total_cmp(&other.share));
         let mut sum = 0.0;
         let explained = hidden.iter().take_while(|hidden| {
@@ -150,9 +139,8 @@ impl Gaps {
             sum <= 1.0
         });
         let unexplained = &hidden[explained.count()..];
-        let first =
-            unexplained.iter().min_by_key(|hidden| (hidden.window, hidden.node)).map(|first| Gap::new(line, first));
-        Self { count: count(line), unproved: unexplained.len(), accuracy, first }
+        let first = unexplained.iter().min_by_key(|hidden| (hidden.window, hidden.node));
+        Self { count, unproved: unexplained.len(), accuracy, first: first.map(|first| Gap::new(line, first)) }
     }
 
     /// The reason to doubt a run with gaps that are not explained.
@@ -170,112 +158,49 @@ impl Gaps {
     }
 }
 
-/// One over the size of every coordinate, or over that of its kind where it rests: by how much an error of it counts.
+/// One over the size of every coordinate, or over that of its kind where it rests: by how much an error of it counts. It
+/// is 0 where nothing moves, so that nothing is passed.
 fn weights<S: Real>(line: &WorldLine<S>, rough: &Geometry) -> Vec<f64> {
-    let start = &line.place.start.q;
-    let sizes: Vec<f64> = (0..rough.dimension()).map(|a| size(rough, a, start[a], line.q(a))).collect();
-    let shared = line.geometry().shared(start, &sizes);
-    sizes.iter().zip(&shared).map(|(&size, &shared)| weight(if size > 0.0 { size } else { shared })).collect()
+    let size = |a: usize| {
+        let origin = origin(&line.place, a);
+        line.q(a).fold(0.0, |most: f64, q| most.max((q - origin).to_f64().abs()))
+    };
+    let sizes: Vec<f64> = (0..rough.dimension()).map(size).collect();
+    let shared = line.geometry().shared(&line.place.start.q, &sizes);
+    let known = sizes.iter().zip(&shared).map(|(&size, &shared)| if size > 0.0 { size } else { shared });
+    known.map(|size| if size > 0.0 { 1.0 / size } else { 0.0 }).collect()
 }
 
-/// The size of a coordinate with the values `q` at the nodes: the largest |q^a| or, if it is ignorable, |q^a − q_i^a|.
-fn size<S: Real>(geometry: &Geometry, a: usize, start: S, q: impl Iterator<Item = S>) -> f64 {
-    let origin = if geometry.active().contains(&a) { S::ZERO } else { start };
-    q.fold(0.0, |most: f64, q| most.max((q - origin).to_f64().abs()))
+/// q^a and then p_a of all coordinates at the nodes of a window in `f64`, node by node.
+fn states<S: Real>(line: &WorldLine<S>, view: &WindowNodes<'_, S>) -> Vec<Vec<f64>> {
+    let (geometry, n, increments) = (line.geometry(), line.geometry().dimension(), line.increments(view));
+    let state = |k: usize| {
+        let mut state: Vec<S> = view.start.q.iter().chain(view.start.p).copied().collect();
+        let places = (0..n).chain(geometry.active().iter().map(|a| n + a));
+        places.zip(&increments).for_each(|(place, row)| state[place] += row[k]);
+        state.into_iter().map(S::to_f64).collect()
+    };
+    (0..view.grid.points()).map(state).collect()
 }
 
-/// One over the size; 0 where nothing moves, so that nothing is passed.
-fn weight(size: f64) -> f64 {
-    if size > 0.0 { 1.0 / size } else { 0.0 }
-}
-
-/// The nodes of a window in `f64`.
-#[derive(Debug)]
-struct Nodes {
-    /// q^a and then p_a of all coordinates, node by node.
-    states: Vec<Vec<f64>>,
-}
-
-impl Nodes {
-    fn new<S: Real>(line: &WorldLine<S>, view: &WindowNodes<'_, S>) -> Self {
-        let (geometry, n, increments) = (line.geometry(), line.geometry().dimension(), view.increments());
-        let state = |k: usize| {
-            let mut state: Vec<S> = view.start.q.iter().chain(view.start.p).copied().collect();
-            let places = (0..n).chain(geometry.active().iter().map(|a| n + a));
-            places.zip(&increments).for_each(|(place, row)| state[place] += row[k]);
-            state.into_iter().map(S::to_f64).collect()
-        };
-        Self { states: (0..view.window.points()).map(state).collect() }
-    }
-
-    /// Describes the positions and momenta of active coordinates as a path. They bend as their rates at the nodes say.
-    fn describe(&self, geometry: &Geometry, distances: &[f64], path: &mut Path) {
-        let (n, mut point) = (geometry.dimension(), geometry.point());
-        // Nothing is known of a path that leaves the domain.
-        let mut rates = |state: &Vec<f64>| {
-            let mut rates = vec![0.0; 2 * n];
-            let inside = point.slopes(state, &mut rates);
-            inside.map_or_else(|_| vec![f64::NAN; 2 * n], |()| rates)
-        };
-        let rates: Vec<Vec<f64>> = self.states.iter().map(&mut rates).collect();
-        path.begin(self.states.len());
-        for place in geometry.active().iter().flat_map(|&a| [a, n + a]) {
-            let values: Vec<f64> = self.states.iter().map(|state| state[place]).collect();
-            let variable = if place < n { place } else { place + n };
-            path.push(variable, &values, |k| {
-                let bend = distances[k] * (rates[k + 1][place] - rates[k][place]);
-                if bend.is_nan() { f64::INFINITY } else { bend }
-            });
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Nodes, Path, size, weight};
-    use crate::geometry::{Geometry, GeometryText, MetricText};
-
-    /// A metric of the coordinates `names` with these components.
-    fn geometry(names: &[&str], components: &[([usize; 2], &str)]) -> Geometry {
-        let text = MetricText {
-            coordinates: names.iter().map(|&name| name.to_owned()).collect(),
-            components: components.iter().map(|&(pair, text)| (pair, text.to_owned())).collect(),
-            ..MetricText::default()
-        };
-        let inside = vec![0.5; names.len()];
-        Geometry::new(&GeometryText::Metric(text)).unwrap().around(&inside).unwrap()
-    }
-
-    /// Two oscillators that are coupled.
-    fn oscillators() -> Geometry {
-        let g00 = "9 + x^2 + 2*y^2 + x*y";
-        geometry(&["t", "x", "y"], &[([0, 0], g00), ([1, 1], "-1"), ([2, 2], "-2")])
-    }
-
-    #[test]
-    fn weights_are_of_sizes_from_the_start_where_a_coordinate_is_ignorable() {
-        let rows = [[1000.0, 1004.0, 1003.0], [4.0, -5.0, 3.0], [0.25, 0.125, -0.5], [0.0; 3]];
-        let of = |a: usize| size(&oscillators(), a.min(2), rows[a][0], rows[a].into_iter());
-        assert_eq!([0, 1, 2, 3].map(|a| weight(of(a))), [1.0 / 4.0, 1.0 / 5.0, 2.0, 0.0]);
-    }
-
-    /// Positions are the variables 0 … n − 1 of the programs of rates, and momenta 2n … 3n − 1.
-    #[test]
-    fn a_path_has_the_positions_and_momenta_of_active_coordinates() {
-        let first = geometry(&["x", "t"], &[([0, 0], "-1"), ([1, 1], "9 + x^2")]);
-        for (geometry, variables, places) in
-            [(oscillators(), vec![1, 7, 2, 8], vec![1, 4, 2, 5]), (first, vec![0, 4], vec![0, 2])]
-        {
-            let m = 2 * geometry.dimension();
-            let states: Vec<Vec<f64>> = (0..3).map(|k| (0..m).map(|i| 0.1 * (m * k + i) as f64).collect()).collect();
-            let nodes = Nodes { states };
-            let mut path = Path::default();
-            nodes.describe(&geometry, &[0.5; 2], &mut path);
-            assert_eq!(path.variables, variables);
-            for (row, place) in places.into_iter().enumerate() {
-                let values = &path.values[row * nodes.states.len()..][..nodes.states.len()];
-                assert!(values.iter().zip(&nodes.states).all(|(value, state)| *value == state[place]));
-            }
-        }
+/// Describes the positions and momenta of active coordinates at these nodes as a path. They bend as their rates at the
+/// nodes say. Positions are the variables 0 … n − 1 of the programs of rates, and momenta 2n … 3n − 1.
+fn describe(states: &[Vec<f64>], geometry: &Geometry, distances: &[f64], path: &mut Path) {
+    let (n, mut point) = (geometry.dimension(), geometry.point());
+    // Nothing is known of a path that leaves the domain.
+    let mut rates = |state: &Vec<f64>| {
+        let mut rates = vec![0.0; 2 * n];
+        let inside = point.slopes(state, &mut rates);
+        inside.map_or_else(|_| vec![f64::NAN; 2 * n], |()| rates)
+    };
+    let rates: Vec<Vec<f64>> = states.iter().map(&mut rates).collect();
+    path.begin(states.len());
+    for place in geometry.active().iter().flat_map(|&a| [a, n + a]) {
+        let values: Vec<f64> = states.iter().map(|state| state[place]).collect();
+        let variable = if place < n { place } else { place + n };
+        path.push(variable, &values, |k| {
+            let bend = distances[k] * (rates[k + 1][place] - rates[k][place]);
+            if bend.is_nan() { f64::INFINITY } else { bend }
+        });
     }
 }

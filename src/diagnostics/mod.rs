@@ -29,8 +29,9 @@ mod warnings;
 pub use deviations::{ChargeDeviation, Deviation};
 pub use observed::WorkBalance;
 pub(crate) use observed::energy_off;
-pub use of_x::{Bound, FreeParticleCharges, NEGLIGIBLE, Newtonian, OfX, Scales};
+pub use of_x::{NEGLIGIBLE, OfX};
 pub use reach::Reach;
+pub(crate) use reach::origin;
 pub use sawtooth::{Sawtooth, sawtooth};
 
 use std::borrow::Cow;

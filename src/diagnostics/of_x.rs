@@ -14,43 +14,26 @@ use super::deviations::Fields;
 use crate::number::norm::max_abs;
 use crate::number::{Real, sum};
 use crate::sbp::RegularisedOperator;
-use crate::solve::{Solution, WindowNodes};
+use crate::solve::Solution;
 
 /// The relative excess over the bound that is put down to rounding. A world-line with K = 0 meets its bound exactly, so
 /// that rounding alone can take it beyond.
 const ROUNDING: f64 = 1e-12;
-/// The deviation for which [`Newtonian::c`] is chosen.
+/// The deviation for which [`OfX::c`] is chosen.
 pub const NEGLIGIBLE: f64 = 1e-6;
 
-/// Sums and extremes over a run in t and x.
+/// Sums and extremes over a run in t and x. Extremes serve to judge deviations, for which `f64` is enough.
+///
+/// In the continuum H_BVP = ∫ ½( g00 ṫ² + ẋ² ) dγ is Q_t (t_f − t_i) − ½ K (γ_f − γ_i), so the bound Q_t (t_f − t_i)
+/// holds if and only if K ≥ 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OfX<S = f64> {
-    /// H_BVP and its bound.
-    pub bound: Bound<S>,
-    /// Size, speed and frequency of the motion.
-    pub scales: Scales,
-    /// The deviation of the motion from Newton's.
-    pub newtonian: Newtonian,
-    /// The deviations of Q_x and Q_η, if the potential vanishes.
-    pub free_particle: Option<FreeParticleCharges<S>>,
-}
-
-/// H_BVP = ∫ ½( g00 ṫ² + ẋ² ) dγ and its bound Q_t (t_f − t_i).
-///
-/// In the continuum H_BVP = Q_t (t_f − t_i) − ½ K (γ_f − γ_i), so the bound holds if and only if K ≥ 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bound<S = f64> {
     /// H_BVP by the operator's quadrature with the regularised velocities.
     pub h_bvp: S,
     /// Q_t (t_N − t_i).
     pub h_bvp_bound: S,
     /// ½ K (γ_f − γ_i), the distance of H_BVP from its bound in the continuum.
     pub distance: S,
-}
-
-/// Extremes over the nodes. They serve to judge deviations, for which `f64` is enough.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scales {
     /// Largest |dx/dγ|; in the strong form without the last node of each window.
     pub x_dot: f64,
     /// Largest local frequency: ω² = −dẍ/dx where that is positive, or 0.
@@ -59,95 +42,85 @@ pub struct Scales {
     pub spacing: f64,
     /// Least g00/c².
     pub g00: f64,
-}
-
-/// The deviation of a run from Newton's mechanics.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Newtonian {
-    /// The largest 2v²/g00 over the nodes where a force acts; 0 for free motion, infinite if t does not change.
+    /// The largest 2v²/g00 over the nodes where a force acts, by which the acceleration differs from Newton's; 0 for
+    /// free motion, infinite if t does not change.
     pub deviation: f64,
     /// The largest v² of Newton's mechanics at the places visited, v_i² + 2(V_i − V)/m.
     speed_squared: f64,
     /// The largest −2V/m at the places visited.
     depth: f64,
-}
-
-/// The further charges of the free particle: its space-time is flat and has three Killing vectors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FreeParticleCharges<S = f64> {
-    /// max |ΔQ_x|, Q_x = −ẋ (Killing vector (0, 1)).
-    pub max_abs_delta_q_x: S,
-    /// max |ΔQ_η|, Q_η = x ṫ − (t − t_i) ẋ (boost, Killing vector (x/c², t)).
-    pub max_abs_delta_q_eta: S,
+    /// max |ΔQ_x| and max |ΔQ_η| if the potential vanishes: the space-time of a free particle is flat and has three
+    /// Killing vectors. Q_x = −ẋ is the charge of (0, 1), and Q_η = x ṫ − (t − t_i) ẋ that of the boost (x/c², t).
+    pub free_particle: Option<[S; 2]>,
 }
 
 impl<S: Real> OfX<S> {
     /// `None` in another space-time.
     pub(super) fn new(fields: &Fields<'_, S>) -> Option<Self> {
-        let solution = fields.run;
-        let c_squared = solution.geometry().c_squared()?;
-        let sources = solution.geometry().sources_of_g00();
+        let (line, [t_dot, x_dot]) = (fields.run, [0, 1].map(|a| fields.velocities.get(a)));
+        let (c_squared, t_dot, x_dot) = (line.geometry().c_squared()?, t_dot?, x_dot?);
+        let sources = line.geometry().sources_of_g00();
         // g00, g00′ and g00″ at a node of the run.
         let g00 = |node: usize| sources.map(|source| fields.samples.at(source, node));
-        let [t_dot, x_dot] = [&fields.velocities[0], &fields.velocities[1]];
-        Some(Self {
-            bound: Bound::new(solution, g00),
-            scales: Scales::new(solution, g00, c_squared, x_dot),
-            newtonian: Newtonian::new(solution, g00, c_squared, x_dot),
-            free_particle: FreeParticleCharges::new(solution, t_dot, x_dot),
-        })
+        let (q_t, begin) = (line.q_t(), &line.place.start);
+        let (v_i, g00_i) =
+            (begin.q_dot[1] / begin.q_dot[0], line.geometry().g00(&begin.q).unwrap_or(S::from(f64::NAN)));
+        let length = line.windows.last().map_or(S::ZERO, |window| window.gamma[1])
+            - line.windows.first().map_or(S::ZERO, |window| window.gamma[0]);
+        let mut found = Self {
+            h_bvp: h_bvp(line, g00),
+            h_bvp_bound: q_t * (line.duration() - line.joint(0).q[0]),
+            distance: (line.norm() * length).half(),
+            x_dot: 0.0,
+            omega: 0.0,
+            spacing: 0.0,
+            g00: f64::INFINITY,
+            deviation: 0.0,
+            speed_squared: 0.0,
+            depth: f64::NEG_INFINITY,
+            free_particle: free_particle(line, t_dot, x_dot),
+        };
+        let mut omega_squared = 0.0_f64;
+        for view in line.views() {
+            let nodes = view.grid.nodes();
+            found.spacing = found.spacing.max(view.grid.sbp().spacing().to_f64());
+            found.x_dot = x_dot[view.grid.exact()].iter().map(|x_dot| x_dot.to_f64().abs()).fold(found.x_dot, f64::max);
+            for node in nodes.clone() {
+                let [g00, first, second] = g00(node);
+                // ω² = −dẍ/dx = ½ g00″ ṫ² − g00′² Q_t²/g00³.
+                let t_dot = q_t / g00;
+                omega_squared = omega_squared.max((t_dot * t_dot * (second.half() - first * first / g00)).to_f64());
+                found.g00 = found.g00.min(g00.to_f64() / c_squared.to_f64());
+                let w = if node + 1 == nodes.end { -view.end.p[1] } else { x_dot[node] };
+                if first != S::ZERO {
+                    let v = w * g00 / q_t;
+                    let deviation = (S::from(2.0) * v * v / g00).to_f64();
+                    // dx/dt is 0/0 where neither t nor x changes.
+                    found.deviation = found.deviation.max(if deviation.is_nan() { f64::INFINITY } else { deviation });
+                }
+                found.speed_squared = found.speed_squared.max((v_i * v_i + (g00_i - g00)).to_f64());
+                found.depth = found.depth.max((c_squared - g00).to_f64());
+            }
+        }
+        Some(Self { omega: omega_squared.sqrt(), ..found })
     }
 
     /// The sums and extremes over a run, from those over its first part, `self`, and its second part, `next`.
     pub(super) fn followed_by(self, next: Self) -> Self {
-        let charges = self.free_particle.zip(next.free_particle);
+        let both = self.free_particle.zip(next.free_particle);
         Self {
-            bound: Bound {
-                h_bvp: self.bound.h_bvp + next.bound.h_bvp,
-                h_bvp_bound: self.bound.h_bvp_bound + next.bound.h_bvp_bound,
-                distance: self.bound.distance + next.bound.distance,
-            },
-            scales: Scales {
-                x_dot: self.scales.x_dot.max(next.scales.x_dot),
-                omega: self.scales.omega.max(next.scales.omega),
-                spacing: self.scales.spacing.max(next.scales.spacing),
-                g00: self.scales.g00.min(next.scales.g00),
-            },
-            newtonian: Newtonian {
-                deviation: self.newtonian.deviation.max(next.newtonian.deviation),
-                speed_squared: self.newtonian.speed_squared.max(next.newtonian.speed_squared),
-                depth: self.newtonian.depth.max(next.newtonian.depth),
-            },
-            free_particle: charges.map(|(one, two)| FreeParticleCharges {
-                max_abs_delta_q_x: one.max_abs_delta_q_x.max(two.max_abs_delta_q_x),
-                max_abs_delta_q_eta: one.max_abs_delta_q_eta.max(two.max_abs_delta_q_eta),
-            }),
+            h_bvp: self.h_bvp + next.h_bvp,
+            h_bvp_bound: self.h_bvp_bound + next.h_bvp_bound,
+            distance: self.distance + next.distance,
+            x_dot: self.x_dot.max(next.x_dot),
+            omega: self.omega.max(next.omega),
+            spacing: self.spacing.max(next.spacing),
+            g00: self.g00.min(next.g00),
+            deviation: self.deviation.max(next.deviation),
+            speed_squared: self.speed_squared.max(next.speed_squared),
+            depth: self.depth.max(next.depth),
+            free_particle: both.map(|(one, next)| [one[0].max(next[0]), one[1].max(next[1])]),
         }
-    }
-}
-
-impl<S: Real> Bound<S> {
-    fn new(solution: &Solution<S>, g00: impl Fn(usize) -> [S; 3]) -> Self {
-        let (mut t_dot, mut x_dot) = (Vec::new(), Vec::new());
-        let of_window = |view: WindowNodes<'_, S>| {
-            for room in [&mut t_dot, &mut x_dot] {
-                room.resize(view.window.points(), S::ZERO);
-            }
-            RegularisedOperator::new(view.window.sbp(), S::ZERO).apply(view.row(0), &mut t_dot);
-            RegularisedOperator::new(view.window.sbp(), view.start.q[1]).apply(view.row(1), &mut x_dot);
-            for ((u, &w), node) in t_dot.iter_mut().zip(&x_dot).zip(view.window.nodes()) {
-                let [g, ..] = g00(node);
-                *u = (g * *u * *u + w * w).half();
-            }
-            view.window.sbp().integrate(&t_dot)
-        };
-        let h_bvp = sum(solution.views().map(of_window));
-        let begun = solution.joint(0).q[0];
-        let length = solution.windows.last().map_or(S::ZERO, |window| window.gamma[1])
-            - solution.windows.first().map_or(S::ZERO, |window| window.gamma[0]);
-        let (q_t, k) = (solution.q_t(), solution.norm());
-        let h_bvp_bound = q_t * (solution.duration() - begun);
-        Self { h_bvp, h_bvp_bound, distance: (k * length).half() }
     }
 
     /// Returns true if H_BVP ≤ Q_t (t_N − t_i) on the grid.
@@ -160,54 +133,10 @@ impl<S: Real> Bound<S> {
     pub fn defect(&self) -> S {
         (self.h_bvp - self.h_bvp_bound) + self.distance
     }
-}
-
-impl Scales {
-    fn new<S: Real>(solution: &Solution<S>, g00: impl Fn(usize) -> [S; 3], c_squared: S, x_dot: &[S]) -> Self {
-        let (q_t, c_squared) = (solution.q_t(), c_squared.to_f64());
-        let nodes = || (0..solution.nodes()).map(&g00);
-        // ω² = −dẍ/dx = ½ g00″ ṫ² − g00′² Q_t²/g00³.
-        let squares = nodes().map(|[g00, first, second]| {
-            let t_dot = q_t / g00;
-            (t_dot * t_dot * (second.half() - first * first / g00)).to_f64()
-        });
-        let exact = solution.views().flat_map(|view| x_dot[view.window.exact()].iter());
-        Self {
-            x_dot: exact.map(|x_dot| x_dot.to_f64().abs()).fold(0.0, f64::max),
-            omega: squares.fold(0.0, f64::max).sqrt(),
-            spacing: solution.views().map(|view| view.window.sbp().spacing().to_f64()).fold(0.0, f64::max),
-            g00: nodes().map(|[g00, ..]| g00.to_f64() / c_squared).fold(f64::INFINITY, f64::min),
-        }
-    }
 
     /// Δγω: the largest spacing times the largest local frequency.
     pub fn step(&self) -> f64 {
         self.spacing * self.omega
-    }
-}
-
-impl Newtonian {
-    fn new<S: Real>(solution: &Solution<S>, g00: impl Fn(usize) -> [S; 3], c_squared: S, x_dot: &[S]) -> Self {
-        let (q_t, begin) = (solution.q_t(), &solution.place.start);
-        let start = solution.geometry().g00(&begin.q).unwrap_or(S::from(f64::NAN));
-        let v = begin.q_dot[1] / begin.q_dot[0];
-        let mut found = Self { deviation: 0.0, speed_squared: 0.0, depth: f64::NEG_INFINITY };
-        for view in solution.views() {
-            let last = view.window.points() - 1;
-            for (k, node) in view.window.nodes().enumerate() {
-                let [g00, first, _] = g00(node);
-                let w = if k == last { -view.end.p[1] } else { x_dot[node] };
-                if first != S::ZERO {
-                    let v = w * g00 / q_t;
-                    let deviation = (S::from(2.0) * v * v / g00).to_f64();
-                    // dx/dt is 0/0 where neither t nor x changes.
-                    found.deviation = found.deviation.max(if deviation.is_nan() { f64::INFINITY } else { deviation });
-                }
-                found.speed_squared = found.speed_squared.max((v * v + (start - g00)).to_f64());
-                found.depth = found.depth.max((c_squared - g00).to_f64());
-            }
-        }
-        found
     }
 
     /// The speed of light, rounded up to three digits, with which the deviation at the places visited would be
@@ -223,20 +152,32 @@ impl Newtonian {
     }
 }
 
-impl<S: Real> FreeParticleCharges<S> {
-    /// The charges if V = 0, over all nodes.
-    fn new(solution: &Solution<S>, t_dot: &[S], x_dot: &[S]) -> Option<Self> {
-        let (geometry, start) = (solution.geometry(), &solution.place.start);
-        if geometry.depends_on(1) || geometry.g00(&start.q) != geometry.c_squared() {
-            return None;
+/// H_BVP, with g00 and its derivatives at the nodes.
+fn h_bvp<S: Real>(line: &Solution<S>, g00: impl Fn(usize) -> [S; 3]) -> S {
+    sum(line.views().map(|view| {
+        let (grid, mut rows) = (view.grid, [0, 1].map(|_| vec![S::ZERO; view.grid.points()]));
+        for (a, (row, start)) in rows.iter_mut().zip([S::ZERO, view.start.q[1]]).enumerate() {
+            RegularisedOperator::new(grid.sbp(), start).apply(view.row(a), row);
         }
-        let delta_q_x: Vec<S> = x_dot.iter().map(|&w| start.q_dot[1] - w).collect();
-        let q_eta = start.q[1] * start.q_dot[0];
-        let time = solution.counted_from_origin(0, solution.elapsed());
-        let delta_q_eta: Vec<S> = (solution.x().iter().zip(t_dot))
-            .zip(time.zip(x_dot))
-            .map(|((&x, &u), (t, &w))| x * u - t * w - q_eta)
-            .collect();
-        Some(Self { max_abs_delta_q_x: max_abs(&delta_q_x), max_abs_delta_q_eta: max_abs(&delta_q_eta) })
+        let [mut t_dot, x_dot] = rows;
+        for ((u, &w), node) in t_dot.iter_mut().zip(&x_dot).zip(grid.nodes()) {
+            let [g, ..] = g00(node);
+            *u = (g * *u * *u + w * w).half();
+        }
+        grid.sbp().integrate(&t_dot)
+    }))
+}
+
+/// The largest deviations of the further charges over all nodes, if V = 0.
+fn free_particle<S: Real>(line: &Solution<S>, t_dot: &[S], x_dot: &[S]) -> Option<[S; 2]> {
+    let (geometry, start) = (line.geometry(), &line.place.start);
+    if geometry.depends_on(1) || geometry.g00(&start.q) != geometry.c_squared() {
+        return None;
     }
+    let q_x: Vec<S> = x_dot.iter().map(|&w| start.q_dot[1] - w).collect();
+    let q_eta = start.q[1] * start.q_dot[0];
+    let time = line.counted_from_origin(0, line.elapsed());
+    let rates = (line.x().iter().zip(t_dot)).zip(time.zip(x_dot));
+    let q_eta: Vec<S> = rates.map(|((&x, &u), (t, &w))| x * u - t * w - q_eta).collect();
+    Some([max_abs(&q_x), max_abs(&q_eta)])
 }

@@ -1,7 +1,12 @@
 //! The ranges of the coordinates of a run.
 
 use crate::number::Real;
-use crate::solve::WorldLine;
+use crate::solve::{Place, WorldLine};
+
+/// What the size of a coordinate counts from: 0 or, if it is ignorable, the start.
+pub(crate) fn origin<S: Real>(place: &Place<S>, a: usize) -> S {
+    if place.geometry.active().contains(&a) { S::ZERO } else { place.start.q[a] }
+}
 
 /// The least and the largest of some values; those of an ignorable coordinate count from the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +20,7 @@ pub struct Reach {
 impl Reach {
     /// The range of coordinate `a` on the nodes of a world-line.
     pub fn new<S: Real>(line: &WorldLine<S>, a: usize) -> Self {
-        let origin = if line.geometry().active().contains(&a) { S::ZERO } else { line.place.start.q[a] };
+        let origin = origin(&line.place, a);
         Self::of(line.counted_from_origin(a, &line.q[a]).map(|q| (q - origin).to_f64()))
     }
 

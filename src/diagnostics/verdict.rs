@@ -77,6 +77,11 @@ impl Reason {
     pub fn new(reason: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self { reason: reason.into(), remedy: remedy.into(), link: "; ", is_sign: false }
     }
+
+    /// A sign that a grid is too coarse.
+    pub(super) fn sign(reason: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { is_sign: true, ..Self::new(reason, remedy) }
+    }
 }
 
 impl fmt::Display for Reason {

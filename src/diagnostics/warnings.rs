@@ -4,10 +4,11 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::verdict::{Reason, SMALLER_ACCURACY};
-use super::{Deviation, Diagnostics, NEGLIGIBLE, OfX, Reach, Sawtooth};
+use super::{Diagnostics, NEGLIGIBLE, OfX, Reach, Sawtooth};
+use crate::engine::Accuracy;
 use crate::number::Real;
 use crate::sbp::symbol::largest_symbol;
-use crate::solve::{Solution, WorldLine};
+use crate::solve::WorldLine;
 
 /// A drift of K by more than this share of the largest ẋ² means that x is not resolved. K = g00 ṫ² − ẋ² determines the
 /// orbit; K itself may be as large as c², and relative to that a change of speed would not be seen.
@@ -49,7 +50,7 @@ impl<S: Real> Sawtooth<S> {
                  {LARGE_SAWTOOTH} of the amplitude"
             );
             let remedy = "use an operator of higher order or a weak form in windows, or raise n_gamma";
-            Reason { is_sign: true, ..Reason::new(finding, remedy) }
+            Reason::sign(finding, remedy)
         })
     }
 }
@@ -65,29 +66,32 @@ impl<S: Real> Diagnostics<S> {
         let names = line.geometry().names();
         let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], self.reaches[*a], line.digits);
         let mut found: Vec<Reason> = self.sawtooth.iter().filter_map(of).collect();
-        let Some(of_x) = &self.of_x else {
-            found.extend(self.drift_of_motion(line));
-            found.extend(unproved_warning(line.windows_unproved));
-            found.extend(rounding_warning::<S>(line.iterations.last_correction, line.digits));
-            return found;
-        };
-        let others = [
-            of_x.drift_warning(&self.norm, line),
-            of_x.step_warning(line),
-            of_x.horizon_warning(line),
-            unproved_warning(line.windows_unproved),
-            rounding_warning::<S>(line.iterations.last_correction, line.digits),
-            of_x.bound_warning(line),
-            printed_time_warning(line),
-            of_x.printed_gamma_warning(line),
-        ];
-        found.extend(others.into_iter().flatten());
+        let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
+        match &self.of_x {
+            None => found.extend(self.drift_of_motion(drift, line)),
+            Some(of_x) => {
+                let all = [of_x.drift_warning(drift, line), of_x.step_warning(line), of_x.horizon_warning(line)];
+                found.extend(all.into_iter().flatten());
+            }
+        }
+        found.extend(line.windows_unproved.filter(|&windows| windows > 0).map(|windows| {
+            let finding = format!(
+                "in {windows} of the windows, too short to be cut again, the formulas are so steep that what they do \
+                 between the nodes is not proved"
+            );
+            let remedy = "write the formula without the kink or pole at that place, or compare with a fixed grid";
+            Reason::new(finding, remedy)
+        }));
+        found.extend(rounding_warning(line));
+        if let Some(of_x) = &self.of_x {
+            found.extend(of_x.bound_warning(line));
+            found.extend(of_x.printed_warnings(line));
+        }
         found
     }
 
     /// The warning that K drifts, where motion is what it contributes to K.
-    fn drift_of_motion(&self, line: &WorldLine<S>) -> Option<Reason> {
-        let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
+    fn drift_of_motion(&self, drift: f64, line: &WorldLine<S>) -> Option<Reason> {
         let is_small = drift <= DOUBTFUL_DRIFT * self.motion;
         // D makes noise of a motion that is no larger than the rounding of its place.
         let mut reaches = line.geometry().active().iter().map(|&a| self.reaches[a]);
@@ -101,55 +105,50 @@ impl<S: Real> Diagnostics<S> {
             "K drifts by {drift:.1e}, {share:.1e} of what motion contributes to it: the charges are exact, and the \
              world-line is not to be trusted"
         );
-        Some(Reason { is_sign: true, ..Reason::new(finding, "raise n_gamma or windows") })
+        Some(Reason::sign(finding, "raise n_gamma or windows"))
     }
 }
 
 impl<S: Real> OfX<S> {
-    fn drift_warning(&self, norm: &Deviation<S>, solution: &Solution<S>) -> Option<Reason> {
-        let (drift, x_dot) = (norm.max_interior.max(norm.max_ends).to_f64(), self.scales.x_dot);
-        let (size, name) = match x_dot > 0.0 {
-            true => (x_dot * x_dot, "the largest x_dot^2"),
-            false => (solution.norm().to_f64().abs(), "K"),
-        };
-        let rounding = ROUNDING * solution.norm().to_f64().abs();
-        (drift > LARGE_DRIFT * size && drift > rounding).then(|| {
+    fn drift_warning(&self, drift: f64, line: &WorldLine<S>) -> Option<Reason> {
+        let (x_dot, k) = (self.x_dot, line.norm().to_f64().abs());
+        let (size, name) = if x_dot > 0.0 { (x_dot * x_dot, "the largest x_dot^2") } else { (k, "K") };
+        (drift > LARGE_DRIFT * size && drift > ROUNDING * k).then(|| {
             let finding = format!(
                 "K drifts by {drift:.2e}, above {:.2e}, {LARGE_DRIFT} of {name}: x is not resolved, however exact Q_t \
                  is",
                 LARGE_DRIFT * size
             );
-            let remedy = match solution.accuracy {
+            let remedy = match line.accuracy {
                 Some(_) => SMALLER_ACCURACY,
                 None => "raise n_gamma or windows, or use an operator of higher order",
             };
-            Reason { is_sign: true, ..Reason::new(finding, remedy) }
+            Reason::sign(finding, remedy)
         })
     }
 
-    fn step_warning(&self, solution: &Solution<S>) -> Option<Reason> {
-        let (step, sbp) = (self.scales.step(), solution.sbp_name);
+    fn step_warning(&self, line: &WorldLine<S>) -> Option<Reason> {
+        let (step, sbp) = (self.step(), line.sbp_name);
         let (allowed, what) = match sbp.coefficients() {
             Some(table) => (NEAR_THE_LIMIT * largest_symbol(table), format!("half the limit of {sbp}")),
             None => (FRAC_PI_2, "fewer than four nodes a turn".to_owned()),
         };
         // With an accuracy the program has chosen the windows by the error, so this warning is not needed.
-        (step > allowed && solution.error_estimate.is_none()).then(|| {
-            let factor = step / allowed;
+        (step > allowed && line.error_estimate.is_none()).then(|| {
             let finding =
                 format!("delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, {what}");
-            let remedy = format!("raise n_gamma or windows by a factor of {factor:.1} or more");
-            Reason { link: ": ", is_sign: true, ..Reason::new(finding, remedy) }
+            let remedy = format!("raise n_gamma or windows by a factor of {:.1} or more", step / allowed);
+            Reason { link: ": ", ..Reason::sign(finding, remedy) }
         })
     }
 
     /// The warning that the motion is not Newton's, with the c that would make it so.
     pub fn newtonian_warning(&self) -> Option<String> {
-        let deviation = self.newtonian.deviation;
+        let deviation = self.deviation;
         (deviation > NOT_NEWTONIAN).then(|| {
             let percent = 100.0 * deviation;
             let share = if deviation < 10.0 { format!("{percent:.2} %") } else { format!("{deviation:.1e}") };
-            let remedy = match self.newtonian.c() {
+            let remedy = match self.c() {
                 Some(c) => format!("; particle.c = {c} would make that about {NEGLIGIBLE:e}"),
                 None => String::new(),
             };
@@ -161,10 +160,10 @@ impl<S: Real> OfX<S> {
         })
     }
 
-    fn horizon_warning(&self, solution: &Solution<S>) -> Option<Reason> {
-        let g00 = self.scales.g00;
+    fn horizon_warning(&self, line: &WorldLine<S>) -> Option<Reason> {
+        let g00 = self.g00;
         (g00 < NEAR_A_HORIZON).then(|| {
-            let remedy = match solution.accuracy {
+            let remedy = match line.accuracy {
                 Some(_) => "end the run earlier or raise c",
                 None => "end the run earlier, raise c, or ask for solver.accuracy",
             };
@@ -175,68 +174,47 @@ impl<S: Real> OfX<S> {
         })
     }
 
-    /// The numbers of a table are rounded. Between two neighbouring values of γ the particle moves, and x at a printed
-    /// γ is off by that distance.
-    fn printed_gamma_warning(&self, solution: &Solution<S>) -> Option<Reason> {
-        let accuracy = solution.accuracy?.value();
-        let size = solution.gamma_i.to_f64().abs().max(solution.gamma_f().to_f64().abs());
-        let (spacing, x) = (spacing(size), *solution.sizes.get(1)?);
-        (spacing * self.scales.x_dot > accuracy * x).then(|| {
-            let finding = format!(
-                "gamma is near {size:.1e}, where numbers are {spacing:.1e} apart: x at gamma as printed cannot be \
-                 good to the accuracy {accuracy:e}"
-            );
-            Reason::new(finding, "choose grid.gamma_i nearer to 0")
-        })
+    /// The warnings that numbers as printed are not as good as the accuracy. The solver counts time from t_i, so that a
+    /// large t_i costs no accuracy, but t itself is rounded. Between two neighbouring values of γ the particle moves,
+    /// and x at a printed γ is off by that distance.
+    fn printed_warnings(&self, line: &WorldLine<S>) -> Vec<Reason> {
+        let Some(accuracy) = line.accuracy.map(Accuracy::value) else { return Vec::new() };
+        let t = format!("as printed it cannot be good to the accuracy {accuracy:e} of t - t_i");
+        let x = format!("x at gamma as printed cannot be good to the accuracy {accuracy:e}");
+        let numbers = [
+            ("t", [line.t_i(), line.end_state().t], 1.0, t, "initial.t"),
+            ("gamma", [line.gamma_i, line.gamma_f()], self.x_dot, x, "grid.gamma_i"),
+        ];
+        let told = |((name, ends, rate, what, key), size): (_, &f64)| {
+            let [first, last]: [f64; 2] = <[S; 2]>::map(ends, |end| end.to_f64().abs());
+            let place = first.max(last);
+            let spacing = place.next_up() - place;
+            (spacing * rate > accuracy * size).then(|| {
+                let finding = format!("{name} is near {place:.1e}, where numbers are {spacing:.1e} apart: {what}");
+                Reason::new(finding, format!("choose {key} nearer to 0"))
+            })
+        };
+        numbers.into_iter().zip(&line.sizes).filter_map(told).collect()
     }
 
     /// In the continuum the bound on H_BVP holds where K ≥ 0.
-    fn bound_warning(&self, solution: &Solution<S>) -> Option<Reason> {
-        let k = solution.norm().to_f64();
-        (k >= 0.0 && !self.bound.is_kept()).then(|| {
-            let [h_bvp, h_bvp_bound] = [self.bound.h_bvp, self.bound.h_bvp_bound].map(S::to_f64);
+    fn bound_warning(&self, line: &WorldLine<S>) -> Option<Reason> {
+        let k = line.norm().to_f64();
+        (k >= 0.0 && !self.is_kept()).then(|| {
+            let [h_bvp, h_bvp_bound] = [self.h_bvp, self.h_bvp_bound].map(S::to_f64);
             let finding = format!(
                 "H_BVP = {h_bvp:.3e} exceeds its bound Q_t (t_f - t_i) = {h_bvp_bound:.3e} though K = {k:.2e} >= 0: \
                  the grid is too coarse"
             );
-            let remedy = if solution.accuracy.is_some() { SMALLER_ACCURACY } else { "raise n_gamma or windows" };
+            let remedy = if line.accuracy.is_some() { SMALLER_ACCURACY } else { "raise n_gamma or windows" };
             Reason::new(finding, remedy)
         })
     }
 }
 
-/// The solver counts time from t_i, so that a large t_i costs no accuracy; but t itself is printed, and is rounded.
-fn printed_time_warning<S: Real>(solution: &Solution<S>) -> Option<Reason> {
-    let accuracy = solution.accuracy?.value();
-    let (t_i, t_f) = (solution.t_i().to_f64(), solution.end_state().t.to_f64());
-    let size = t_i.abs().max(t_f.abs());
-    let (spacing, elapsed) = (spacing(size), *solution.sizes.first()?);
-    (spacing > accuracy * elapsed).then(|| {
-        let finding = format!(
-            "t is near {size:.1e}, where numbers are {spacing:.1e} apart: as printed it cannot be good to the accuracy \
-             {accuracy:e} of t - t_i"
-        );
-        Reason::new(finding, "choose initial.t nearer to 0")
-    })
-}
-
-/// The distance between neighbouring `f64` of that size.
-fn spacing(size: f64) -> f64 {
-    size.next_up() - size
-}
-
-/// The warning that something may hide between the nodes of some windows.
-fn unproved_warning(windows: Option<usize>) -> Option<Reason> {
-    let windows = windows.filter(|&windows| windows > 0)?;
-    let finding = format!(
-        "in {windows} of the windows, too short to be cut again, the formulas are so steep that what they do between \
-         the nodes is not proved"
-    );
-    Some(Reason::new(finding, "write the formula without the kink or pole at that place, or compare with a fixed grid"))
-}
-
 /// The warning that fewer digits are certain than were asked for: those that the last correction left unchanged.
-fn rounding_warning<S: Real>(last_correction: f64, digits: u32) -> Option<Reason> {
+fn rounding_warning<S: Real>(line: &WorldLine<S>) -> Option<Reason> {
+    let (last_correction, digits) = (line.iterations.last_correction, line.digits);
     let reached = -last_correction.log10();
     let wanted = if S::IS_EXTENDED { f64::from(digits) } else { -SMALL_CORRECTION.log10() };
     (last_correction > 0.0 && reached < wanted).then(|| {

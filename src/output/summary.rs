@@ -170,19 +170,19 @@ fn numbers_of_x<S: Real>(
             "max_abs_delta_k": number(norm.max_interior),
             "max_abs_delta_k_ends": number(norm.max_ends),
             "sawtooth": diagnostics.sawtooth[0].1.amplitude.map(number),
-            "h_bvp": number(of_x.bound.h_bvp),
-            "h_bvp_bound": number(of_x.bound.h_bvp_bound),
-            "h_bvp_bound_kept": of_x.bound.is_kept(),
-            "h_bvp_defect": number(of_x.bound.defect()),
+            "h_bvp": number(of_x.h_bvp),
+            "h_bvp_bound": number(of_x.h_bvp_bound),
+            "h_bvp_bound_kept": of_x.is_kept(),
+            "h_bvp_defect": number(of_x.defect()),
         }),
         present(json!({
             "branch_distance": diagnostics.branch_distance.map(number),
-            "max_abs_delta_q_x": of_x.free_particle.map(|f| number(f.max_abs_delta_q_x)),
-            "max_abs_delta_q_eta": of_x.free_particle.map(|f| number(f.max_abs_delta_q_eta)),
+            "max_abs_delta_q_x": of_x.free_particle.map(|[q_x, _]| number(q_x)),
+            "max_abs_delta_q_eta": of_x.free_particle.map(|[_, q_eta]| number(q_eta)),
         })),
         json!(errors),
-        json!({"newtonian_deviation": of_x.newtonian.deviation}),
-        present(json!({"newtonian_c": of_x.newtonian.c()})),
+        json!({"newtonian_deviation": of_x.deviation}),
+        present(json!({"newtonian_c": of_x.c()})),
     ])
 }
 

@@ -1,5 +1,7 @@
 //! One run of a case: solved, measured and judged. A row of many runs is the same.
 
+use std::time::Instant;
+
 use crate::case::Case;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::{Reason, Verdict};
@@ -182,17 +184,17 @@ impl<S: Arithmetic> Measures<'_, '_, S> {
     }
 }
 
-/// The pieces of a run, of which `see` sees the only one window by window if there is a `see` and no event acts.
+/// The pieces of a run, of which `measures`, if they are given, see the only one window by window where no event acts.
 fn solved<S: Arithmetic>(
     case: &Case,
     setup: &Setup<S>,
-    see: Option<&mut dyn FnMut(&WorldLine<S>)>,
+    measures: Option<&mut Measures<'_, '_, S>>,
 ) -> Result<Pieces<S>, Box<Stopped<S>>> {
     if setup.has_acting_events() {
         return solve_acting(case, setup);
     }
-    let line = match see {
-        Some(see) => solve_window_by_window(setup, see),
+    let line = match measures {
+        Some(measures) => solve_window_by_window(setup, &mut |part| measures.see(part)),
         None => solve(setup),
     };
     match line {
@@ -222,8 +224,7 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
         measured: None,
         set: Vec::new(),
     };
-    let mut see = |part: &WorldLine<S>| measures.see(part);
-    let (found, solve_seconds) = timed(|| solved(case, setup, wanted.is_streamed.then_some(&mut see as _)));
+    let (found, solve_seconds) = timed(|| solved(case, setup, wanted.is_streamed.then_some(&mut measures)));
     let (pieces, error) = match found {
         Ok(found) => found,
         Err(stopped) => {
@@ -239,30 +240,31 @@ pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) 
         }
     };
     let acting_events = pieces.iter().map(|piece| piece.acted.len()).sum();
-    let (mut run, seconds) = timed(|| {
-        let mut before = measures.see_pieces(pieces, wanted.is_streamed && !setup.has_acting_events());
-        for (_, rows) in &mut before {
-            let mut sums = measures.sums.iter();
-            rows.sums.retain(|_| sums.next().is_some_and(|(_, holds)| *holds));
-        }
-        let (line, diagnostics) = before.pop().expect("a run has a piece");
-        let samples = measures.samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line));
-        Ok(Run {
-            is_whole: !wanted.is_streamed,
-            sums: measures.sums.into_iter().filter_map(|(sum, holds)| holds.then_some(sum)).collect(),
-            diagnostics,
-            samples: samples.map_err(NoRun::Unsampled)?,
-            acting_events,
-            missed: measures.events.missed(),
-            events: measures.events.finish(&line),
-            error,
-            seconds: 0.0,
-            before,
-            line,
-        })
-    });
-    run.iter_mut().for_each(|run: &mut Run<S>| run.seconds = seconds);
-    (run, solve_seconds)
+    let start = Instant::now();
+    let mut before = measures.see_pieces(pieces, wanted.is_streamed && !setup.has_acting_events());
+    for (_, rows) in &mut before {
+        let mut sums = measures.sums.iter();
+        rows.sums.retain(|_| sums.next().is_some_and(|(_, holds)| *holds));
+    }
+    let (line, diagnostics) = before.pop().expect("a run has a piece");
+    let samples = match measures.samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
+        Ok(samples) => samples,
+        Err(none) => return (Err(NoRun::Unsampled(none)), solve_seconds),
+    };
+    let run = Run {
+        is_whole: !wanted.is_streamed,
+        sums: measures.sums.into_iter().filter_map(|(sum, holds)| holds.then_some(sum)).collect(),
+        diagnostics,
+        samples,
+        acting_events,
+        missed: measures.events.missed(),
+        events: measures.events.finish(&line),
+        error,
+        seconds: start.elapsed().as_secs_f64(),
+        before,
+        line,
+    };
+    (Ok(run), solve_seconds)
 }
 
 impl<S: Real> Run<S> {

@@ -5,8 +5,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::case::{Case, MAX_ITERATIONS};
+use crate::diagnostics::origin;
 use crate::geometry::Start;
 use crate::methods::{Problem, State};
+use crate::number::norm::larger;
 use crate::number::{Extended, Real};
 use crate::reference::{ReferenceEnds, ReferenceTrajectory};
 use crate::solve::{Limit, Place, Settings, Setup, System, WorldLine};
@@ -88,8 +90,19 @@ pub(super) fn in_f64<S: Real>(start: &Start<S>) -> Start {
 
 /// The distance of a coordinate from where its size is counted from: 0, or the start if it is ignorable.
 pub(super) fn distance<S: Real>(place: &Place<S>, a: usize, q: S) -> f64 {
-    let is_active = place.geometry.active().contains(&a);
-    (if is_active { q } else { q - place.start.q[a] }).to_f64().abs()
+    (q - origin(place, a)).to_f64().abs()
+}
+
+/// The sizes of the coordinates by which errors are judged: the largest distances at these points. Those of one kind
+/// share the largest.
+pub(super) fn sizes<S: Real>(place: &Place<S>, points: impl Iterator<Item = Vec<S>>) -> Vec<f64> {
+    let mut sizes = vec![f64::MIN_POSITIVE; place.start.q.len()];
+    for q in points {
+        for (a, size) in sizes.iter_mut().enumerate() {
+            *size = larger(*size, distance(place, a, q[a]));
+        }
+    }
+    place.geometry.shared(&place.start.q, &sizes)
 }
 
 /// γ_f − γ_i of the run that is set up, wherever it ends.

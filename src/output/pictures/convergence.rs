@@ -25,7 +25,7 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> Ch
         let name = format!("{} {}", slope.scheme(), slope.quantity.symbol(&convergence.coordinates));
         let look = look::of_scheme(slope.sbp, slope.form);
         // x has filled symbols and t open ones.
-        let is_time = slope.quantity.coordinate() == Some(0);
+        let is_time = slope.quantity.coordinate == Some(0);
         if crowded {
             let fitted = slope.fit.as_ref().map_or(String::new(), |fit| format!(", slope {:.2}", fit.slope));
             let mark = if is_time { Mark::DashedAndOpenPoints } else { Mark::LineAndPoints };
@@ -47,7 +47,7 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> Ch
         // The global error has one order more than the boundary closure; at the end of the weak form the error has the
         // order of the interior.
         let boundary_order = slope.sbp.boundary_order() as i32;
-        let at_weak_end = slope.form == Form::Weak && slope.quantity.is_at_end();
+        let at_weak_end = slope.form == Form::Weak && slope.quantity.is_at_end;
         let order = if at_weak_end { 2 * boundary_order } else { boundary_order + 1 };
         if guides.iter().all(|(known, ..)| *known != order) {
             guides.push((order, fitted[fitted.len() - 1], ends[0]));

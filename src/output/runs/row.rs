@@ -32,7 +32,7 @@ impl Columns {
     /// The columns of a table of these runs.
     pub fn new(runs: &ManyRuns) -> Self {
         Self {
-            keys: runs.axes().iter().map(|axis| axis.key.clone()).collect(),
+            keys: runs.axes.iter().map(|axis| axis.key.clone()).collect(),
             coordinates: runs.first().coordinates(),
             maxima: End::maxima_of(runs.first()),
             has_estimate: runs.first().settings.accuracy.is_some(),

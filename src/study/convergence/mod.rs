@@ -65,64 +65,44 @@ pub struct ConvergencePoint {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quantity {
     /// The coordinate, by its place; all of them if there is none.
-    coordinate: Option<usize>,
-    at_end: bool,
+    pub coordinate: Option<usize>,
+    /// True if it is an error at γ_f.
+    pub is_at_end: bool,
 }
 
-#[allow(missing_docs)] // Named as in the files for one coordinate.
+#[allow(missing_docs)] // Named as in the files, for one coordinate and for the largest error of several.
 impl Quantity {
-    pub const EPS_T_FINAL: Self = Self::at_end(0);
-    pub const EPS_X_FINAL: Self = Self::at_end(1);
-    pub const EPS_T_L2: Self = Self::l2(0);
-    pub const EPS_X_L2: Self = Self::l2(1);
-}
+    pub const EPS_T_FINAL: Self = Self::new(Some(0), true);
+    pub const EPS_X_FINAL: Self = Self::new(Some(1), true);
+    pub const EPS_T_L2: Self = Self::new(Some(0), false);
+    pub const EPS_X_L2: Self = Self::new(Some(1), false);
+    pub const LARGEST_FINAL: Self = Self::new(None, true);
+    pub const LARGEST_L2: Self = Self::new(None, false);
 
-impl Quantity {
-    /// The largest error of a coordinate at γ_f.
-    pub const LARGEST_FINAL: Self = Self { coordinate: None, at_end: true };
-    /// The largest error of a coordinate in the L2 norm.
-    pub const LARGEST_L2: Self = Self { coordinate: None, at_end: false };
-
-    /// The error of a coordinate at γ_f.
-    pub const fn at_end(coordinate: usize) -> Self {
-        Self { coordinate: Some(coordinate), at_end: true }
-    }
-
-    /// The error of a coordinate in the L2 norm.
-    pub const fn l2(coordinate: usize) -> Self {
-        Self { coordinate: Some(coordinate), at_end: false }
+    const fn new(coordinate: Option<usize>, is_at_end: bool) -> Self {
+        Self { coordinate, is_at_end }
     }
 
     /// Those of so many coordinates, in the order of the files. A case of one coordinate has two: t and x.
     pub fn all(coordinates: usize) -> Vec<Self> {
-        (0..coordinates).map(Self::at_end).chain((0..coordinates).map(Self::l2)).collect()
-    }
-
-    /// The coordinate, if it is the error of one.
-    pub fn coordinate(self) -> Option<usize> {
-        self.coordinate
+        [true, false].into_iter().flat_map(|at_end| (0..coordinates).map(move |a| Self::new(Some(a), at_end))).collect()
     }
 
     /// The name used in files, with these names of the coordinates.
     pub fn name(self, coordinates: &[String]) -> String {
         let of = self.coordinate.map_or("largest", |a| coordinates[a].as_str());
-        format!("eps_{of}_{}", if self.at_end { "final" } else { "l2" })
+        format!("eps_{of}_{}", if self.is_at_end { "final" } else { "l2" })
     }
 
     /// The symbol used in pictures.
     pub fn symbol(self, coordinates: &[String]) -> String {
         let of = self.coordinate.map_or(String::new(), |a| format!("_{}", coordinates[a]));
-        format!("ε{of}({})", if self.at_end { "γ_f" } else { "L2" })
-    }
-
-    /// Returns true if it is an error at γ_f.
-    pub fn is_at_end(self) -> bool {
-        self.at_end
+        format!("ε{of}({})", if self.is_at_end { "γ_f" } else { "L2" })
     }
 
     /// Its value.
     pub fn of(self, errors: &Errors) -> f64 {
-        self.pick(if self.at_end { &errors.at_end } else { &errors.l2 })
+        self.pick(if self.is_at_end { &errors.at_end } else { &errors.l2 })
     }
 
     /// The value of its coordinate, or the largest.

@@ -6,10 +6,9 @@ use super::{Convergence, ConvergencePoint, Errors, ReferenceInfo, SweepError};
 use crate::case::{Form, SbpName, on_grid};
 use crate::diagnostics::Diagnostics;
 use crate::number::Real;
-use crate::number::norm::larger;
 use crate::reference::ReferenceTrajectory;
 use crate::solve::{Arithmetic, Settings, Setup, Status, WorldLine, solve};
-use crate::study::subject::{distance, length_of, rows, timed};
+use crate::study::subject::{length_of, rows, sizes, timed};
 
 /// A sweep that is ready to run: every grid is possible, and there is a reference.
 pub struct Sweep<S: Real = f64> {
@@ -51,20 +50,15 @@ impl<S: Arithmetic> Sweep<S> {
         let reference = ReferenceTrajectory::new(&place.geometry, &place.start, length, digits)?;
         let coordinates = place.geometry.names().to_vec();
         let samples = n_gamma.iter().max().copied().unwrap_or(2).clamp(2, 4096);
-        let mut sizes = vec![f64::MIN_POSITIVE; coordinates.len()];
-        for k in 0..samples {
-            let point = reference.at(length * S::from(k as f64 / (samples - 1) as f64));
-            for (a, size) in sizes.iter_mut().enumerate() {
-                *size = larger(*size, distance(place, a, point.q[a]));
-            }
-        }
+        let point = |k: usize| reference.at(length * S::from(k as f64 / (samples - 1) as f64)).q;
+        let sizes = sizes(place, (0..samples).map(point));
         let end = reference.at(length).q;
         let info = ReferenceInfo {
             error_estimate: reference.error_estimate(),
             steps: reference.steps(),
             gamma_final: setup.gamma_i + length,
             end: end.into_iter().enumerate().map(|(a, q)| setup.origin_of(a) + q).collect(),
-            sizes: place.geometry.shared(&place.start.q, &sizes),
+            sizes,
         };
         let charges = place.geometry.ignorable().map(|a| coordinates[a].clone()).collect();
         let empty =

@@ -34,16 +34,28 @@ pub(super) struct Between<'g> {
     /// The largest contribution of motion to K.
     motion: f64,
     /// Rooms for q^a, p_a and their rates in a window.
-    rooms: (Motion<f64>, Vec<Vec<f64>>, Vec<Vec<f64>>, Vec<Vec<f64>>),
+    q: Vec<Vec<f64>>,
+    p: Vec<Vec<f64>>,
+    rates: Vec<Vec<f64>>,
+    on_nodes: Motion<f64>,
 }
 
 impl<'g> Between<'g> {
     pub(super) fn new(geometry: &'g Geometry, start: &Start, length: f64) -> Self {
         let (n, m) = (start.q.len(), geometry.active().len());
-        let rows = |count: usize| vec![Vec::new(); count];
-        let rooms = (geometry.motion_on_nodes(), rows(n), rows(m), rows(2 * m));
-        let k = geometry.norm(&start.q, &start.q_dot);
-        Self { geometry, k, start: start.p.clone(), length, drift: 0.0, seen: 0.0, motion: 0.0, rooms }
+        Self {
+            geometry,
+            k: geometry.norm(&start.q, &start.q_dot),
+            start: start.p.clone(),
+            length,
+            drift: 0.0,
+            seen: 0.0,
+            motion: 0.0,
+            q: vec![Vec::new(); n],
+            p: vec![Vec::new(); m],
+            rates: vec![Vec::new(); 2 * m],
+            on_nodes: geometry.motion_on_nodes(),
+        }
     }
 
     /// Takes a point into account, for this `length` of γ around it: the deviation of K there, the largest term of K,
@@ -87,19 +99,19 @@ impl<'g> Between<'g> {
 
     /// Takes a window of the engine into account.
     pub(super) fn see(&mut self, window: &Window<'_>, dense: &Dense) {
-        let (motion, q, p, rates) = &mut self.rooms;
+        let Self { q, p, rates, .. } = self;
         let points = (PROBES as f64 * (window.length / self.length)).ceil() as usize;
         let points = points.clamp(IN_A_WINDOW, PROBES);
         q.iter_mut().chain(&mut *p).for_each(Vec::clear);
         dense.append(middles(points), q, p);
         rates.iter_mut().for_each(|row| row.resize(points, 0.0));
         let each = window.length / points as f64;
-        if motion.rates(OnNodes { q, p, start: &self.start }, rates).is_err() {
+        if self.on_nodes.rates(OnNodes { q, p, start: &self.start }, rates).is_err() {
             // A motion that is outside of the domain between its nodes is wrong.
             self.see_point(each, f64::INFINITY, 0.0, 1.0);
             return;
         }
-        let (mut active, mut ignorable) = (rates.iter(), motion.steps(1.0).into_iter());
+        let (mut active, mut ignorable) = (rates.iter(), self.on_nodes.steps(1.0).into_iter());
         let row = |a: usize| match self.geometry.active().contains(&a) {
             true => active.next().cloned(),
             false => ignorable.next(),
@@ -107,7 +119,7 @@ impl<'g> Between<'g> {
         let q_dot: Vec<Vec<f64>> = (0..q.len()).filter_map(row).collect();
         let q = std::mem::take(q);
         self.see_rows(each, &q, &q_dot);
-        self.rooms.1 = q;
+        self.q = q;
     }
 
     /// The share of its way by which a motion may be off. Where K is off by ΔK, the velocity is by half the share that

@@ -2,7 +2,7 @@
 
 use super::between::{Between, fractions};
 use super::{Judge, RunError};
-use crate::diagnostics::Reach;
+use crate::diagnostics::{Reach, origin};
 use crate::engine::{Accuracy, Engine, POINTS};
 use crate::number::Real;
 use crate::reference::ReferenceTrajectory;
@@ -62,12 +62,12 @@ impl<'l, S: Real> Points<'l, S> {
 
     /// The size of every coordinate, shared with others of its kind. Ignorable ones count from the start.
     pub(super) fn sizes(&self) -> Vec<f64> {
-        let (geometry, start) = (self.line.geometry(), &self.line.place.start.q);
+        let place = &self.line.place;
         let far = |(a, row): (usize, &Vec<S>)| {
-            let origin = if geometry.active().contains(&a) { S::ZERO } else { start[a] };
+            let origin = origin(place, a);
             Reach::of(row.iter().map(|&q| (q - origin).to_f64())).size()
         };
-        geometry.shared(start, &self.rows.iter().enumerate().map(far).collect::<Vec<_>>())
+        place.geometry.shared(&place.start.q, &self.rows.iter().enumerate().map(far).collect::<Vec<_>>())
     }
 
     /// By how much the last point is off at most in every coordinate, where it is off by `off` at equal γ from a

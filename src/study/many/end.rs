@@ -71,21 +71,26 @@ impl End {
     /// The names of the largest deviations and of the growth that a run of `case` has.
     pub fn maxima_of(case: &Case) -> Vec<String> {
         let geometry: Geometry = case.geometry();
-        let charges: Vec<&str> = geometry.ignorable().map(|a| geometry.names()[a].as_str()).collect();
-        let invariants: Vec<&str> = case.invariants.iter().map(|(name, _)| name.as_str()).collect();
-        names_of_maxima(&charges, case.is_lifted(), &invariants, case.settings.sensitivity)
+        let charges = geometry.ignorable().map(|a| &geometry.names()[a]);
+        let invariants = case.invariants.iter().map(|(name, _)| name);
+        names_of_maxima(charges, case.is_lifted(), invariants, case.settings.sensitivity)
     }
 }
 
 /// The names of deviations: those of the charges, of the equations, of K or the energy, of invariants; last those of
 /// the growth, if there is one. They are the keys of `summary.json`, those of a charge with its coordinate.
-fn names_of_maxima(charges: &[&str], is_lifted: bool, invariants: &[&str], is_sensitive: bool) -> Vec<String> {
-    let of_charge = |name: &&str| ["interior", "last", "corrected"].map(|at| format!("max_abs_delta_q_{name}_{at}"));
+fn names_of_maxima<'n>(
+    charges: impl Iterator<Item = &'n String>,
+    is_lifted: bool,
+    invariants: impl Iterator<Item = &'n String>,
+    is_sensitive: bool,
+) -> Vec<String> {
+    let of_charge = |name: &String| ["interior", "last", "corrected"].map(|at| format!("max_abs_delta_q_{name}_{at}"));
     let k = if is_lifted { "energy" } else { "k" };
-    let mut names: Vec<String> = charges.iter().flat_map(of_charge).collect();
+    let mut names: Vec<String> = charges.flat_map(of_charge).collect();
     names.push("max_abs_delta_g_interior".to_owned());
     names.extend(["", "_ends"].map(|at| format!("max_abs_delta_{k}{at}")));
-    names.extend(invariants.iter().map(|name| format!("max_abs_delta_{name}")));
+    names.extend(invariants.map(|name| format!("max_abs_delta_{name}")));
     names.push("gradient_norm".to_owned());
     names.extend(["lyapunov", "megno"].into_iter().filter(|_| is_sensitive).map(str::to_owned));
     names
@@ -132,10 +137,10 @@ fn maxima<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Vec<(St
     values.extend(invariants.iter().map(|(_, invariant)| invariant.max_interior));
     values.push(line.gradient_norm);
     values.extend(line.sensitivity.iter().flat_map(|it| [it.lyapunov(), it.megno()]).map(S::from));
-    let charges: Vec<&str> = charges.iter().map(|charge| names[charge.terms[0].0].as_str()).collect();
-    let further: Vec<&str> = invariants.iter().map(|(name, _)| name.as_str()).collect();
-    let names = names_of_maxima(&charges, energy.is_some(), &further, line.sensitivity.is_some()).into_iter();
-    names.zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
+    let (charges, further) =
+        (charges.iter().map(|charge| &names[charge.terms[0].0]), invariants.iter().map(|it| &it.0));
+    let names = names_of_maxima(charges, energy.is_some(), further, line.sensitivity.is_some());
+    names.into_iter().zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
 }
 
 /// The reason that ended a run, from the place of the formula that did.

@@ -38,8 +38,9 @@ pub struct ManyRuns {
     name: String,
     text: String,
     overrides: Vec<String>,
-    axes: Vec<Axis>,
-    first: Case,
+    /// The keys that vary.
+    pub axes: Vec<Axis>,
+    first: Option<Case>,
 }
 
 impl ManyRuns {
@@ -48,39 +49,42 @@ impl ManyRuns {
     /// # Errors
     /// [`CaseError`] of the first run, if no run at all is a valid case, or if there are more than ten million.
     pub fn new(name: &str, text: &str, overrides: &[String], axes: Vec<Axis>) -> Result<Self, CaseError> {
-        let runs = axes.iter().map(|axis| axis.values.len()).try_fold(1, usize::checked_mul);
-        if runs.is_none_or(|runs| runs > MOST_RUNS) {
-            let runs = runs.map_or_else(|| "too many".to_owned(), |runs| runs.to_string());
+        let count = axes.iter().map(|axis| axis.values.len()).try_fold(1, usize::checked_mul);
+        if count.is_none_or(|runs| runs > MOST_RUNS) {
+            let runs = count.map_or_else(|| "too many".to_owned(), |runs| runs.to_string());
             let message = format!("{runs} runs: a table has at most {MOST_RUNS}");
             return Err(CaseError::without_place("command line", message));
         }
-        let at = |run| parse(name, text, overrides, &axes, run);
-        let first = at(0).or_else(|error| {
-            let others = (1..product(&axes)).into_par_iter();
-            others.find_map_first(|run| at(run).ok()).ok_or(error)
+        let (name, text, overrides) = (name.to_owned(), text.to_owned(), overrides.to_vec());
+        let runs = Self { name, text, overrides, axes, first: None };
+        let first = runs.case(0).or_else(|error| {
+            let others = (1..runs.len()).into_par_iter();
+            others.find_map_first(|run| runs.case(run).ok()).ok_or(error)
         })?;
-        Ok(Self { name: name.to_owned(), text: text.to_owned(), overrides: overrides.to_vec(), axes, first })
+        Ok(Self { first: Some(first), ..runs })
     }
 
     /// The number of runs.
     #[allow(clippy::len_without_is_empty, reason = "there is always one that is valid")]
     pub fn len(&self) -> usize {
-        product(&self.axes)
-    }
-
-    /// The keys that vary.
-    pub fn axes(&self) -> &[Axis] {
-        &self.axes
+        self.axes.iter().map(|axis| axis.values.len()).product()
     }
 
     /// The case of the first run that is valid.
     pub fn first(&self) -> &Case {
-        &self.first
+        self.first.as_ref().expect("one run is valid")
     }
 
     /// The values of the keys in a run, which counts from 0. The last key varies fastest.
-    pub fn values(&self, run: usize) -> Vec<&str> {
-        values(&self.axes, run)
+    pub fn values(&self, mut run: usize) -> Vec<&str> {
+        let mut values: Vec<&str> = Vec::with_capacity(self.axes.len());
+        for axis in self.axes.iter().rev() {
+            let count = axis.values.len();
+            values.push(&axis.values[run % count]);
+            run /= count;
+        }
+        values.reverse();
+        values
     }
 
     /// The case of a run.
@@ -89,12 +93,14 @@ impl ManyRuns {
     /// [`CaseError`] if the values make it invalid, or give it other coordinates than the first valid run has: a table
     /// has one set of columns.
     pub fn case(&self, run: usize) -> Result<Case, CaseError> {
-        let case = parse(&self.name, &self.text, &self.overrides, &self.axes, run)?;
-        let [here, first] = [&case, &self.first].map(Case::coordinates);
-        if here == first {
+        let varied = self.axes.iter().zip(self.values(run)).map(|(axis, value)| format!("{}={value}", axis.key));
+        let all: Vec<String> = self.overrides.iter().cloned().chain(varied).collect();
+        let case = Case::parse(&self.name, &self.text, &all)?;
+        let Some(first) = self.first.as_ref().map(Case::coordinates).filter(|first| *first != case.coordinates())
+        else {
             return Ok(case);
-        }
-        let [here, first] = [here, first].map(|names| names.join(", "));
+        };
+        let [here, first] = [case.coordinates(), first].map(|names| names.join(", "));
         let message = format!("its coordinates are {here}, and those of the table are {first}");
         Err(CaseError::without_place(&self.name, message))
     }
@@ -103,25 +109,4 @@ impl ManyRuns {
     pub fn outcome(&self, case: &Case) -> Outcome {
         if case.settings.is_extended() { end::outcome::<Extended>(case) } else { end::outcome::<f64>(case) }
     }
-}
-
-fn product(axes: &[Axis]) -> usize {
-    axes.iter().map(|axis| axis.values.len()).product()
-}
-
-fn values(axes: &[Axis], mut run: usize) -> Vec<&str> {
-    let mut values: Vec<&str> = Vec::with_capacity(axes.len());
-    for axis in axes.iter().rev() {
-        let count = axis.values.len();
-        values.push(&axis.values[run % count]);
-        run /= count;
-    }
-    values.reverse();
-    values
-}
-
-fn parse(name: &str, text: &str, overrides: &[String], axes: &[Axis], run: usize) -> Result<Case, CaseError> {
-    let varied = axes.iter().zip(values(axes, run)).map(|(axis, value)| format!("{}={value}", axis.key));
-    let all: Vec<String> = overrides.iter().cloned().chain(varied).collect();
-    Case::parse(name, text, &all)
 }

@@ -9,7 +9,7 @@ use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::reference::{EndReason, ReferenceEnds, ReferenceTrajectory};
 use crate::solve::Place;
-use crate::study::subject::{Subject, in_f64, length_of};
+use crate::study::subject::{Subject, distance, in_f64, length_of};
 
 /// Number of points on the reference at which sizes and frequencies are measured, per step of it, and the largest
 /// number in all.
@@ -161,10 +161,8 @@ impl Arena {
     /// Returns true if the reference is accurate enough over its whole length that a wrong trajectory cannot pass for
     /// an accurate one. `points` are on it.
     fn is_good(&self, points: &[Start]) -> bool {
-        let mut origin = self.place().start.q.clone();
-        self.geometry().active().iter().for_each(|&a| origin[a] = 0.0);
         // The estimated error is relative to the largest values, whereas the rules are relative to the sizes.
-        let far = |a: usize| largest(points, |point| point.q[a] - origin[a]).max(f64::MIN_POSITIVE);
+        let far = |a: usize| largest(points, |point| distance(self.place(), a, point.q[a])).max(f64::MIN_POSITIVE);
         let sizes = self.sizes_of(points, self.reference.reached).q;
         let share = sizes.iter().enumerate().map(|(a, size)| size / far(a)).fold(1.0, f64::min);
         self.reference.error <= GOOD_REFERENCE * share
@@ -182,25 +180,27 @@ impl Arena {
     /// active coordinate moves by its amplitude.
     fn sizes_of(&self, points: &[Start], length: f64) -> Sizes {
         let (geometry, start) = (self.geometry(), &self.place().start);
-        let all = 0..geometry.dimension();
         let is_active = |a: usize| geometry.active().contains(&a);
-        let half = all.clone().map(|a| if is_active(a) { half_range(points, a) } else { 0.0 }).collect::<Vec<_>>();
-        let speeds: Vec<f64> = all.clone().map(|a| largest(points, |point| point.q_dot[a])).collect();
-        let [half, speeds] = [half, speeds].map(|row| geometry.shared(&start.q, &row));
+        let all = |of: &dyn Fn(usize) -> f64| (0..geometry.dimension()).map(of).collect::<Vec<f64>>();
+        let half = geometry.shared(&start.q, &all(&|a| if is_active(a) { half_range(points, a) } else { 0.0 }));
+        let speeds = geometry.shared(&start.q, &all(&|a| largest(points, |point| point.q_dot[a])));
         // At rest there is no amplitude, and the largest value takes its place.
         let amplitude = |a: usize| match largest(points, |point| point.q[a]) {
             largest if half[a] > 1e-12 * largest => half[a],
             largest => largest.max(f64::MIN_POSITIVE),
         };
-        let moved = geometry.active().iter().filter(|&&a| speeds[a] > 0.0).map(|&a| amplitude(a) / speeds[a]);
-        let felt = moved.fold(length, f64::min);
-        let size = |a: usize| if is_active(a) { amplitude(a) } else { (speeds[a] * felt).max(f64::MIN_POSITIVE) };
         let motion = points.iter().map(|point| geometry.motion(&point.q, &point.q_dot)).fold(0.0, f64::max);
         let k = if motion > 0.0 { motion } else { geometry.norm(&start.q, &start.q_dot).abs() };
         if geometry.c_squared().is_some() {
-            return Sizes { q: vec![time(points, amplitude(1)), amplitude(1)], k };
+            // In one coordinate t has the time in which x moves by its amplitude at its largest speed.
+            let (x, speed) = (amplitude(1), largest(points, |point| point.q_dot[1] / point.q_dot[0]));
+            let duration = points.last().map_or(0.0, |end| end.q[0].abs());
+            return Sizes { q: vec![if speed > 0.0 { duration.min(x / speed) } else { duration }, x], k };
         }
-        Sizes { q: all.map(size).collect(), k }
+        let moved = geometry.active().iter().filter(|&&a| speeds[a] > 0.0).map(|&a| amplitude(a) / speeds[a]);
+        let felt = moved.fold(length, f64::min);
+        let size = |a: usize| if is_active(a) { amplitude(a) } else { (speeds[a] * felt).max(f64::MIN_POSITIVE) };
+        Sizes { q: all(&size), k }
     }
 
     /// Returns true if it is that of a scene.
@@ -278,13 +278,6 @@ fn largest(points: &[Start], of: impl Fn(&Start) -> f64) -> f64 {
 fn half_range(points: &[Start], a: usize) -> f64 {
     let values = || points.iter().map(|point| point.q[a]);
     0.5 * (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min))
-}
-
-/// The size of t in one coordinate: the time in which x moves by its amplitude at its largest speed.
-fn time(points: &[Start], amplitude: f64) -> f64 {
-    let speed = largest(points, |point| point.q_dot[1] / point.q_dot[0]);
-    let duration = points.last().map_or(0.0, |end| end.q[0].abs());
-    if speed > 0.0 { duration.min(amplitude / speed) } else { duration }
 }
 
 /// The numbers between two others that are one of `digits` times a power of ten.

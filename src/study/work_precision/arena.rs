@@ -7,7 +7,7 @@ use crate::number::norm::larger;
 use crate::number::{Extended, Real};
 use crate::reference::{ReferenceEnds, ReferenceTrajectory};
 use crate::solve::{Limit, Setup};
-use crate::study::subject::{Subject, distance, in_f64, length_of, norm_and_first_rate};
+use crate::study::subject::{Subject, in_f64, length_of, norm_and_first_rate, sizes};
 
 /// With an error above this share of the size of a coordinate, a setting has no result. The size is the largest |x|,
 /// and of t and the ignorable coordinates of a scene the largest distance from the start.
@@ -48,13 +48,9 @@ impl Arena {
         let place = &exact.place;
         let reference = ReferenceTrajectory::new(&place.geometry, &place.start, length.into(), digits(length))?;
         let problem = subject.problem(&subject.plain.place, length);
-        let mut sizes = vec![0.0_f64; problem.space.dimension()];
-        for gamma in Output::even(OUTPUTS).gamma(length) {
-            for (a, (size, q)) in sizes.iter_mut().zip(reference.at(gamma.into()).q).enumerate() {
-                *size = size.max(distance(&subject.plain.place, a, q.to_f64()));
-            }
-        }
-        let sizes = problem.space.shared(&problem.start.q, &sizes);
+        let output = Output::even(OUTPUTS);
+        let points = output.gamma(length).map(|gamma| in_f64(&reference.at(gamma.into())).q);
+        let sizes = sizes(&subject.plain.place, points);
         Ok(Self { problem, setup: subject.plain, reference, sizes })
     }
 

@@ -56,13 +56,13 @@ fn errors_of_every_coordinate_have_the_order_of_the_scheme() {
             let slopes = convergence.slopes((0, usize::MAX));
             assert_eq!(slopes.len(), 2 * case.coordinates().len());
             for slope in slopes {
-                let a = slope.quantity.coordinate().unwrap();
+                let a = slope.quantity.coordinate.unwrap();
                 let Some(fit) = &slope.fit else {
                     // With Newton's law t is γ, exactly.
                     assert!(case.coordinates()[a] == "t" && case.is_lifted(), "{slope:?}");
                     continue;
                 };
-                let order = if slope.quantity.is_at_end() { at_end } else { l2 };
+                let order = if slope.quantity.is_at_end { at_end } else { l2 };
                 assert!(fit.slope > order - 0.3, "{} {scheme:?}: {fit:?}", slope.name);
             }
             for point in &convergence.points {
@@ -122,7 +122,7 @@ fn absolute_errors_of_the_quartic_case() {
         }
         let all = Quantity::all(2);
         for (largest, at_end) in [(Quantity::LARGEST_FINAL, true), (Quantity::LARGEST_L2, false)] {
-            let of = all.iter().filter(|quantity| quantity.is_at_end() == at_end).map(|quantity| quantity.of(e));
+            let of = all.iter().filter(|quantity| quantity.is_at_end == at_end).map(|quantity| quantity.of(e));
             assert_eq!(largest.of(e), of.fold(0.0, f64::max));
         }
     }

@@ -28,8 +28,8 @@ fn with_the_recommended_c_a_motion_is_as_newtonian_as_promised() {
             "potential={{formula={{expression=\"{formula}\"}}}} scheme.sbp=SBP42 grid.n_gamma=101 \
              initial={{t=0.0,x=1.0,t_dot={t_dot:?},x_dot={x_dot:?}}}"
         );
-        let c = measures(&format!("{overrides} particle.c={c:?}")).of_x.unwrap().newtonian.c().unwrap();
-        let deviation = measures(&format!("{overrides} particle.c={c:?}")).of_x.unwrap().newtonian.deviation;
+        let c = measures(&format!("{overrides} particle.c={c:?}")).of_x.unwrap().c().unwrap();
+        let deviation = measures(&format!("{overrides} particle.c={c:?}")).of_x.unwrap().deviation;
         assert!((0.98..1.001).contains(&(deviation / NEGLIGIBLE)), "{formula}: {deviation:e} with c = {c}");
     }
 }
@@ -40,7 +40,7 @@ fn the_scales_of_an_oscillation_are_its_own() {
     let grid = "grid={gamma_f=3.0,n_gamma=601} scheme.sbp=SBP42";
     let initial = "initial={t=0.0,x=0.0,t_dot=3.0,x_dot=1.5}";
     let scales = measures(&format!("{OSCILLATION} {initial} {grid}"));
-    let (reach, scales) = (scales.reaches[1], scales.of_x.unwrap().scales);
+    let (reach, scales) = (scales.reaches[1], scales.of_x.unwrap());
     for (got, want) in [
         (reach.least, -0.25),
         (reach.most, 0.25),
@@ -120,7 +120,7 @@ fn a_drift_of_k_counts_against_the_speed_in_every_unit() {
         let fast = format!("grid={{gamma_f=10.0,n_gamma={n}}} initial={{t=0.0,x=1.0,t_dot=10.0,x_dot=1.0}}");
         let [one, other] = [&slow, &fast].map(|overrides| measures(overrides));
         assert!((100.0 * one.norm.max_interior / other.norm.max_interior - 1.0).abs() < 1e-6, "{n}");
-        let share = one.norm.max_interior / one.of_x.unwrap().scales.x_dot.powi(2);
+        let share = one.norm.max_interior / one.of_x.unwrap().x_dot.powi(2);
         assert_eq!(share > 0.1, drifts, "{n}: {share}");
         for overrides in [slow, fast] {
             assert_eq!(warnings(&overrides).contains("K drifts"), drifts, "{overrides}: {}", warnings(&overrides));
@@ -133,7 +133,7 @@ fn a_drift_of_k_counts_against_the_speed_in_every_unit() {
 fn what_rests_needs_no_larger_c() {
     let rest = "potential={formula={expression=\"x^2/2-3\"}} particle.c=20.0 \
                 initial={t=0.0,x=0.0,t_dot=1.0,x_dot=0.0} scheme.sbp=SBP42";
-    let found = measures(rest).of_x.unwrap().newtonian;
+    let found = measures(rest).of_x.unwrap();
     assert!(found.c().is_none() && found.deviation == 0.0, "{found:?}");
 }
 
@@ -147,9 +147,9 @@ fn how_far_a_motion_is_from_newtons_is_told_in_per_cent() {
         let (x, w) = (solution.end_state().x, solution.end_state().x_dot);
         let own = 2.0 * w * w * (1.0 - x);
         assert!(
-            (found.of_x.unwrap().newtonian.deviation / own - 1.0).abs() < 1e-6,
+            (found.of_x.unwrap().deviation / own - 1.0).abs() < 1e-6,
             "{scheme}: {:?} for {own}",
-            found.of_x.unwrap().newtonian
+            found.of_x.unwrap()
         );
         assert!((own / (2.0 * x) - 1.0).abs() < 2e-3, "{scheme}: {own} at {x}");
         let warning = found.of_x.unwrap().newtonian_warning().unwrap();
@@ -174,7 +174,7 @@ fn rounding_of_k_is_no_drift() {
     let slow = "potential={formula={expression=\"x^2/2\"}} particle.c=100.0 scheme.sbp=SBP42 \
                 initial={t=0.0,x=1e-6,t_dot=1.0,x_dot=0.0} grid={gamma_f=6.0,n_gamma=201}";
     let found = measures(slow);
-    assert!(found.norm.max_interior > 0.1 * found.of_x.unwrap().scales.x_dot.powi(2), "{found:?}");
+    assert!(found.norm.max_interior > 0.1 * found.of_x.unwrap().x_dot.powi(2), "{found:?}");
     assert!(!warnings(slow).contains("K drifts"), "{}", warnings(slow));
 }
 
@@ -203,7 +203,7 @@ fn warnings_name_what_is_wrong_and_leave_good_runs_alone() {
 /// The exact form is one of the continuum; the grid comes to it.
 #[test]
 fn the_bound_is_kept_if_and_only_if_k_is_not_negative() {
-    let bound = |overrides: &str| measures(overrides).of_x.unwrap().bound;
+    let bound = |overrides: &str| measures(overrides).of_x.unwrap();
     for (overrides, kept) in [("", true), ("initial.x_dot=1.4142", true), ("initial.x_dot=1.5", false)] {
         let [coarse, fine] = [101, 201].map(|n| bound(&format!("{overrides} scheme.sbp=SBP42 grid.n_gamma={n}")));
         assert!(coarse.is_kept() == kept && fine.is_kept() == kept, "{overrides}");
@@ -211,7 +211,7 @@ fn the_bound_is_kept_if_and_only_if_k_is_not_negative() {
         assert!(fine < 1e-5 && fine < coarse / 6.0, "{overrides}: {coarse} {fine}");
     }
     let solution = solved("scheme.sbp=SBP42 grid.n_gamma=512");
-    let fine = Diagnostics::new(&solution).of_x.unwrap().bound;
+    let fine = Diagnostics::new(&solution).of_x.unwrap();
     let exact = fine.h_bvp_bound - 0.5 * solution.norm();
     assert!(fine.h_bvp <= fine.h_bvp_bound && (fine.h_bvp - exact).abs() < 1e-6, "{fine:?} against {exact}");
     // It is that of the run and not of γ.
@@ -252,7 +252,7 @@ fn the_share_of_the_acceleration_is_the_one_derived() {
         }
         largest = largest.max(derived);
     }
-    let found = Diagnostics::new(&solved(overrides)).of_x.unwrap().newtonian.deviation;
+    let found = Diagnostics::new(&solved(overrides)).of_x.unwrap().deviation;
     assert!((found / largest - 1.0).abs() < 1e-5, "{found} and {largest}");
 }
 
@@ -264,20 +264,16 @@ fn a_motion_that_is_not_newtons_is_told_and_the_c_it_names_mends_it() {
     let solution = solved(&run);
     assert!((solution.end_state().x - 0.5527).abs() < 1e-4, "Newton's law gives 0.9");
     let measures = Diagnostics::new(&solution);
-    let c = measures.of_x.unwrap().newtonian.c().unwrap();
+    let c = measures.of_x.unwrap().c().unwrap();
     let warning = measures.of_x.unwrap().newtonian_warning().unwrap();
     assert!(warning.contains("Newton") && warning.contains(&format!("particle.c = {c} ")), "{warning}");
 
     let mended = solved(&format!("{run} particle.c={c:?}"));
     let measures = Diagnostics::new(&mended);
     assert!((mended.end_state().x - 0.9).abs() < 1e-5, "{}", mended.end_state().x);
-    assert!(
-        (0.5e-6..=1.05e-6).contains(&measures.of_x.unwrap().newtonian.deviation),
-        "{}",
-        measures.of_x.unwrap().newtonian.deviation
-    );
+    assert!((0.5e-6..=1.05e-6).contains(&measures.of_x.unwrap().deviation), "{}", measures.of_x.unwrap().deviation);
     assert_eq!(measures.of_x.unwrap().newtonian_warning(), None);
 
-    let free = Diagnostics::new(&solved("potential={free={}} initial.x_dot=0.9")).of_x.unwrap().newtonian;
+    let free = Diagnostics::new(&solved("potential={free={}} initial.x_dot=0.9")).of_x.unwrap();
     assert_eq!(free.deviation, 0.0, "free motion is Newton's, however fast");
 }

@@ -22,7 +22,9 @@ fn extremes(found: &Diagnostics) -> String {
     let charges = found.charges.iter().chain(&found.sums);
     let charges: Vec<_> = charges.map(|c| [c.max_interior, c.max_last, c.last, c.max_corrected, c.max_ends]).collect();
     let invariants: Vec<_> = found.invariants.iter().map(|(_, i)| [i.max_interior, i.max_ends]).collect();
-    let (norm, of_x) = (&found.norm, found.of_x.map(|of_x| (of_x.scales, of_x.newtonian, of_x.free_particle)));
+    let (norm, mut of_x) = (&found.norm, found.of_x);
+    // Sums are compared elsewhere.
+    of_x.iter_mut().for_each(|of_x| (of_x.h_bvp, of_x.h_bvp_bound, of_x.distance) = (0.0, 0.0, 0.0));
     let energy = found.energy.as_ref().map(|energy| [energy.value, energy.max_interior, energy.max_ends]);
     let others = (norm.max_interior, norm.max_ends, found.max_delta_g, found.motion, energy, found.branch_distance);
     format!("{charges:?} {invariants:?} {others:?} {:?} {:?} {of_x:?}", found.sawtooth, found.reaches)
@@ -64,7 +66,7 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
         assert_eq!((last.length, last.error_estimate), (whole.length, whole.error_estimate), "{overrides}");
 
         let (parts, all) = (measures.expect("there are windows"), Diagnostics::new(&whole));
-        let [ours, theirs] = [&parts, &all].map(|found| found.of_x.unwrap().bound);
+        let [ours, theirs] = [&parts, &all].map(|found| found.of_x.unwrap());
         assert!((ours.h_bvp - theirs.h_bvp).abs() < 1e-13 * theirs.h_bvp.abs(), "{overrides}");
         let difference = ours.h_bvp_bound - theirs.h_bvp_bound;
         assert!(difference.abs() < 1e-13 * theirs.h_bvp_bound.abs(), "{overrides}");
