@@ -100,7 +100,7 @@ macro_rules! binary {
 pub(super) use binary;
 
 /// Numbers at N points.
-struct Plain<S, const N: usize>(PhantomData<S>);
+pub(super) struct Plain<S, const N: usize>(pub(super) PhantomData<S>);
 
 impl<S: Real, const N: usize> Plain<S, N> {
     #[inline(always)]
@@ -219,69 +219,6 @@ impl<S: Real> Program<S> {
             self.run_block(out.len(), end - start, &mut registers, &mut chances);
             for (output, out) in out.iter_mut().enumerate() {
                 out[start..end].copy_from_slice(&registers[self.output(output)][..end - start]);
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::marker::PhantomData;
-
-    use proptest::prelude::*;
-
-    use super::super::{Graph, Names, Program, parse};
-    use super::{Plain, run};
-
-    /// Expressions in a (which stays), q and p.
-    fn expression() -> impl Strategy<Value = String> {
-        let leaf = prop::sample::select(vec!["a", "q", "p", "0.7", "3"]).prop_map(String::from);
-        leaf.prop_recursive(5, 40, 2, |inner| {
-            let operation = prop::sample::select(vec!["+", "-", "*", "/"]);
-            let call = (prop::sample::select(vec!["sin", "cos"]), inner.clone());
-            prop_oneof![
-                (inner.clone(), operation, inner).prop_map(|(one, sign, other)| format!("({one} {sign} {other})")),
-                call.prop_map(|(name, one)| format!("{name}({one})")),
-            ]
-        })
-    }
-
-    proptest! {
-        /// Schedule by schedule, on one register file, outputs are what the whole program gives, to the last bit.
-        #[test]
-        fn schedules_are_the_program(formulas in prop::collection::vec(expression(), 4), is_fused in any::<bool>()) {
-            let mut graph = Graph::default();
-            let (variables, names) = (["a", "q", "p"], Names::new());
-            let parsed = formulas.iter().map(|formula| parse(formula, &variables, &names, &mut graph).unwrap());
-            let nodes: Vec<_> = parsed.collect();
-            let program: Program<f64> = Program::new(&mut graph, 3, &nodes);
-            let program = if is_fused { program.fused() } else { program };
-            let [varies, moves] = [1, 2].map(|first| program.depends_on(|variable| variable >= first));
-            let outputs = |count: usize| (0..count).map(|output| program.output(output));
-            let fixed = program.schedule(0..program.size(), |register| varies[register]);
-            let varying = program.schedule(outputs(4), |register| !varies[register]);
-            let again = program.schedule(outputs(2), |register| !moves[register]);
-            prop_assert_eq!(fixed.len() + varying.len(), program.steps_to(4).len());
-            let plain = Plain::<f64, 1>(PhantomData);
-            let mut registers = program.registers(|constant| [constant]);
-            registers[0] = [1.3];
-            run(&plain, &fixed, &mut registers);
-            for (q, [p, moved]) in [(0.4, [-0.6, 0.9]), (2.5, [0.1, -3.0])] {
-                (registers[1], registers[2]) = ([q], [p]);
-                let agree = |p: f64, count: usize, registers: &[[f64; 1]]| {
-                    let mut expected = program.registers(|constant| [constant]);
-                    (expected[0], expected[1], expected[2]) = ([1.3], [q], [p]);
-                    run(&plain, program.steps_to(4), &mut expected);
-                    outputs(count).all(|output| {
-                        let [[one], [other]] = [expected[output], registers[output]];
-                        one.to_bits() == other.to_bits() || one.is_nan() && other.is_nan()
-                    })
-                };
-                run(&plain, &varying, &mut registers);
-                prop_assert!(agree(p, 4, &registers));
-                registers[2] = [moved];
-                run(&plain, &again, &mut registers);
-                prop_assert!(agree(moved, 2, &registers));
             }
         }
     }

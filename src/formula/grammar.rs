@@ -11,7 +11,7 @@
 use std::collections::BTreeMap;
 
 use super::graph::{Graph, NodeId};
-use super::{FormulaError, Function, hint};
+use super::{FormulaError, Function, PAIRS, hint};
 use crate::number::Real;
 use crate::number::spline::Table;
 
@@ -46,7 +46,7 @@ struct Parser<'p, S> {
     /// The place of the next token.
     at: usize,
     variables: &'p [&'p str],
-    names: &'p Names<S>,
+    known: &'p dyn Fn(&str) -> Option<Known<S>>,
     graph: &'p mut Graph<S>,
     depth: usize,
     powers: usize,
@@ -63,11 +63,21 @@ pub(crate) fn parse<S: Real>(
     names: &Names<S>,
     graph: &mut Graph<S>,
 ) -> Result<NodeId, FormulaError> {
-    let mut parser = Parser { text, at: 0, variables, names, graph, depth: 0, powers: 0 };
+    let known = |name: &str| names.get(name).copied();
+    let mut parser = Parser { text, at: 0, variables, known: &known, graph, depth: 0, powers: 0 };
     parser.formula().map_err(|(offset, message)| {
         let known = variables.iter().copied().chain(["pi"]).chain(names.keys().map(String::as_str));
         FormulaError { message, offset, expression: text.to_owned(), hint: hint::at(text, offset, known) }
     })
+}
+
+impl<S: Real> Graph<S> {
+    /// The node of a formula of this program, in which other nodes have names.
+    pub(crate) fn written(&mut self, text: &str, nodes: &[(&str, NodeId)]) -> NodeId {
+        let known = |name: &str| nodes.iter().find(|(other, _)| *other == name).map(|&(_, node)| Known::Node(node));
+        let mut parser = Parser { text, at: 0, variables: &[], known: &known, graph: self, depth: 0, powers: 0 };
+        parser.formula().expect("the formulas of this program are correct")
+    }
 }
 
 impl<'p, S: Real> Parser<'p, S> {
@@ -195,7 +205,7 @@ impl<'p, S: Real> Parser<'p, S> {
         let length = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(rest.len());
         let name = &rest[..length];
         self.pass(length);
-        let known = self.names.get(name).copied();
+        let known = (self.known)(name);
         let table = match known {
             Some(Known::Table(table)) => Some(Function::Table(table)),
             _ => None,
@@ -204,9 +214,9 @@ impl<'p, S: Real> Parser<'p, S> {
             let [argument] = self.arguments(name, offset)?;
             return Ok(self.graph.call(function, argument));
         }
-        if let Some((_, pair)) = Graph::PAIRS.iter().find(|(pair, _)| *pair == name) {
+        if let Some((_, pair)) = PAIRS.iter().find(|(pair, _)| *pair == name) {
             let [first, last] = self.arguments(name, offset)?;
-            return Ok(pair(self.graph, first, last));
+            return Ok(self.graph.written(pair, &[("a", first), ("b", last)]));
         }
         let node = match (self.variables.iter().position(|variable| *variable == name), known) {
             (Some(variable), _) => Some(self.graph.variable(variable)),

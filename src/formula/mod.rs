@@ -3,7 +3,6 @@
 //! ```text
 //! grammar     parses text into a graph
 //! graph       holds every distinct sub-expression once, in tables of quick keys
-//! pairs       writes functions of two arguments by those of one
 //! derivative  adds symbolic derivatives to a graph, so they are exact and share sub-expressions with the rest
 //! reduce      writes expressions with fewer operations
 //! program     compiles what the wanted outputs need to a list of steps on registers, one for a product and a sum
@@ -23,11 +22,12 @@ mod graph;
 mod hint;
 mod mend;
 mod operation;
-mod pairs;
 mod program;
 mod reduce;
 pub mod similar;
 mod steep;
+#[cfg(test)]
+mod tests;
 mod wide;
 
 pub use crate::number::Function;
@@ -62,9 +62,34 @@ impl FormulaError {
     }
 }
 
+/// The sign of b, and that of 0 is 1.
+macro_rules! side {
+    () => {
+        "(step(b) + (1 - step(b))*(-1))"
+    };
+}
+
+/// Functions of two arguments, written by those of one. The angle of (b, a) is twice that of the point that halves it:
+/// that is accurate where |b| stands, and on the left side the angle to the negative axis is found so.
+const PAIRS: [(&str, &str); 4] = [
+    ("min", "step(a - b)*b + (1 - step(a - b))*a"),
+    ("max", "step(a - b)*a + (1 - step(a - b))*b"),
+    (
+        "atan2",
+        concat!(
+            side!(),
+            "*(2*atan(a/(hypot(a, b) + ",
+            side!(),
+            "*b)))",
+            " + (1 - step(b))*(pi*(step(a) + (1 - step(a))*(-1)))"
+        ),
+    ),
+    ("hypot", "sqrt(a^2 + b^2)"),
+];
+
 /// The names of all functions.
 pub(crate) fn functions() -> impl Iterator<Item = &'static str> {
-    Function::NAMED.iter().map(|(name, _)| *name).chain(Graph::<f64>::PAIRS.iter().map(|(name, _)| *name))
+    Function::NAMED.iter().map(|(name, _)| *name).chain(PAIRS.iter().map(|(name, _)| *name))
 }
 
 /// Returns true if the grammar already gives `name` a meaning in formulas of any variables.

@@ -231,24 +231,3 @@ impl<S: Real> Program<S> {
         self.outputs[index].register
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Graph, Names, parse};
-    use super::Program;
-
-    #[test]
-    fn what_is_equal_is_computed_once() {
-        // x^4 is the square of x^2, of which the derivative in x needs the product with x.
-        for (expression, outputs, steps) in
-            [("x^4 + x^2", 1, 3), ("x*y + y*x", 1, 2), ("x/8 + x*0.125", 1, 2), ("0*exp(x) + y", 2, 0)]
-        {
-            let mut graph = Graph::<f64>::default();
-            let f = parse(expression, &["x", "y"], &Names::new(), &mut graph).unwrap();
-            let derivative = graph.derivative(f, 0);
-            assert_eq!(graph.derivative(f, 0), derivative, "memoised");
-            let program = Program::new(&mut graph, 2, &[f, derivative]);
-            assert_eq!(program.steps_to(outputs).len(), steps, "{expression}");
-        }
-    }
-}

@@ -153,6 +153,3 @@ impl<S: Real> Reducer<'_, S> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;
