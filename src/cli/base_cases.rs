@@ -9,44 +9,38 @@ use geodesic_ivp::study::convergence::Quantity;
 use geodesic_ivp::study::convergence::paper::{BASE_CASES, PUBLISHED_SLOPES, published};
 
 use super::converge::{COMMAND, ConvergeArgs, Line, Swept, sweep_into, table};
+use super::interrupt::Interrupted;
 use super::lines::row;
-use super::{interrupt, report};
+use super::report;
 
 /// Sweeps the base cases, writes the files of each into a folder of its name, and prints one table.
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
-    if !args.case.quiet {
+    let (case, output) = (&args.study.case, &args.study.output);
+    if !case.quiet {
         report::note("no CASE is given: the paper's base cases are swept, linear and quartic");
     }
-    args.output.check_standard_output()?;
-    let (mut found, mut summaries, mut written, mut error) = (Vec::new(), Vec::new(), String::new(), 0.0_f64);
-    let is_changed = !args.case.set.is_empty();
-    let mut ending = ExitCode::SUCCESS;
+    let (mut all, mut code) = (Vec::new(), 0);
     for name in BASE_CASES {
-        let case = args.case.read_built_in(name)?;
-        let ranges = ranges(name);
-        let swept = sweep_into(args.output.built_in_target(name, COMMAND), &case, args, &ranges, &format!("{name}: "))?;
-        let Some(swept) = swept else {
-            ending = interrupt::before_any_result();
-            break;
-        };
-        found.extend(lines(name, &swept, is_changed));
-        error = error.max(swept.reference_error);
-        written += &swept.study.written;
-        summaries.push((name, swept.study.summary.clone()));
-        let this = swept.study.ending(|| swept.code());
-        if this != ExitCode::SUCCESS {
-            ending = this;
+        let (case, target) = (case.read_built_in(name)?, output.built_in_target(name, COMMAND)?);
+        match sweep_into(target, &case, args, &ranges(name), &format!("{name}: ")) {
+            Ok(swept) => all.push((name, swept)),
+            Err(error) if error.is::<Interrupted>() => {
+                code = report::explain(&error);
+                break;
+            }
+            Err(error) => return Err(error),
         }
-        if swept.study.interrupted.is_some() {
+        let (_, swept) = &all[all.len() - 1];
+        code = Some(swept.code()).filter(|this| *this != 0).unwrap_or(code);
+        if swept.placed.interrupted.is_some() {
             break;
         }
     }
-    if !summaries.is_empty() {
-        args.output.tell(args.case.quiet, &json_object(&summaries), || {
-            readable(&found, is_changed, error, args.verbose) + &written
-        })?;
+    if !all.is_empty() {
+        let summaries: Vec<(&str, String)> = all.iter().map(|(name, swept)| (*name, swept.summary.clone())).collect();
+        output.tell(case.quiet, &json_object(&summaries), || readable(&all, !case.set.is_empty(), args.verbose))?;
     }
-    Ok(ending)
+    Ok(ExitCode::from(code))
 }
 
 /// The ranges of N over which a case has its published slopes.
@@ -67,7 +61,8 @@ fn lines(name: &'static str, swept: &Swept, is_changed: bool) -> impl Iterator<I
     })
 }
 
-fn readable(lines: &[Line], is_changed: bool, error: f64, is_verbose: bool) -> String {
+fn readable(all: &[(&'static str, Swept)], is_changed: bool, is_verbose: bool) -> String {
+    let lines: Vec<Line> = all.iter().flat_map(|(name, swept)| lines(name, swept, is_changed)).collect();
     let difference = |line: &Line| Some((line.paper? - line.slope.fit.as_ref()?.slope_vs_inverse_n).abs());
     let title = match lines.iter().filter_map(difference).reduce(f64::max) {
         _ if is_changed => "The paper's base cases, changed by --set".to_owned(),
@@ -77,6 +72,8 @@ fn readable(lines: &[Line], is_changed: bool, error: f64, is_verbose: bool) -> S
         }
     };
     let step = "against the step, 1/(N - 1); those of the paper are against 1/N (--verbose has both)";
-    let error = format!("against Taylor trajectories, themselves good to {error:.0e}");
-    format!("{title}\n{}{}{}", table(lines, is_verbose), row("slope", step), row("error", &error))
+    let error = all.iter().map(|(_, swept)| swept.reference_error).fold(0.0, f64::max);
+    let error = row("error", &format!("against Taylor trajectories, themselves good to {error:.0e}"));
+    let written: String = all.iter().map(|(_, swept)| swept.placed.written.as_str()).collect();
+    format!("{title}\n{}{}{error}{written}", table(&lines, is_verbose), row("slope", step))
 }

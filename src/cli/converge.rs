@@ -2,7 +2,6 @@
 
 use std::process::ExitCode;
 
-use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName, on_grid};
@@ -14,10 +13,10 @@ use geodesic_ivp::study::convergence::paper::published;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 
 use super::lines::{listed, row, wrapped};
-use super::out::{OutArgs, RESULTS};
+use super::out::RESULTS;
 use super::report;
-use super::study::{self, Committed, Finished};
-use super::{CaseArgs, base_cases, interrupt, memory};
+use super::study::{self, Placed, StudyArgs};
+use super::{CaseArgs, base_cases, memory};
 
 pub(super) const COMMAND: &str = "converge";
 const CONVERGENCE: &str = "convergence.csv";
@@ -69,14 +68,7 @@ pub(super) struct ConvergeArgs {
     fit_range: Option<(usize, usize)>,
 
     #[command(flatten)]
-    pub(super) case: CaseArgs,
-
-    #[command(flatten)]
-    pub(super) output: OutArgs,
-
-    /// Also draw the errors and their fits
-    #[arg(long, help_heading = RESULTS)]
-    plot: bool,
+    pub(super) study: StudyArgs,
 
     /// Also print slopes against 1/N, as the paper fits them
     #[arg(long, short, help_heading = RESULTS)]
@@ -95,20 +87,20 @@ fn range(text: &str) -> Result<(usize, usize), String> {
 }
 
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
-    if args.case.case.is_none() {
-        return base_cases::converge(args);
-    }
-    let case = args.case.read_for_study()?;
-    args.output.check_standard_output()?;
-    let target = args.output.target(&args.case, COMMAND)?;
-    let Some(swept) = sweep_into(target, &case, args, &[], "")? else { return Ok(interrupt::before_any_result()) };
-    swept.study.tell(args.case.quiet, &args.output, || swept.code())
+    let CaseArgs { case: Some(_), quiet, .. } = args.study.case else { return base_cases::converge(args) };
+    let case = args.study.case.read_for_study()?;
+    let swept = sweep_into(args.study.output.target(&args.study.case, COMMAND)?, &case, args, &[], "")?;
+    args.study.output.tell(quiet, &swept.summary, || format!("{}{}", swept.text, swept.placed.written))?;
+    Ok(ExitCode::from(swept.code()))
 }
 
-/// A sweep whose files have been written.
+/// A sweep whose files are in their places.
 pub(super) struct Swept {
-    /// The text that is printed.
-    pub(super) study: Committed,
+    pub(super) placed: Placed,
+    /// The text of summary.json.
+    pub(super) summary: String,
+    /// The lines for people.
+    text: String,
     /// Slopes over all grids above the rounding plateau.
     pub(super) slopes: Vec<Slope>,
     /// Slopes over each of the further ranges that were asked for.
@@ -120,25 +112,29 @@ pub(super) struct Swept {
 }
 
 impl Swept {
-    /// The exit code. Warns if no grid has a solution.
+    /// The exit code. Warns if the sweep was interrupted, or no grid has a solution.
     pub(super) fn code(&self) -> u8 {
-        if !self.solved {
+        self.placed.code(|| {
+            if self.solved {
+                return 0;
+            }
             report::warn("no grid of the sweep has a solution: raise --n-gamma, or shorten the run");
-            return report::NO_CRITICAL_POINT;
-        }
-        0
+            report::NO_CRITICAL_POINT
+        })
     }
 }
 
-/// Sweeps a case and writes its files; `None` if it was interrupted before there was a reference. Slopes are also
-/// fitted over the ranges of `beside`. Warnings begin with `name`.
+/// Sweeps a case and writes its files. Slopes are also fitted over the ranges of `beside`. Warnings begin with `name`.
+///
+/// # Errors
+/// Also if it was interrupted before there was a reference.
 pub(super) fn sweep_into(
     target: Target,
     case: &Case,
     args: &ConvergeArgs,
     beside: &[(usize, usize)],
     name: &str,
-) -> anyhow::Result<Option<Swept>> {
+) -> anyhow::Result<Swept> {
     let sweep = if case.settings.is_extended() { sweep_in::<Extended> } else { sweep_in::<f64> };
     sweep(target, case, args, beside, name)
 }
@@ -167,52 +163,38 @@ fn sweep_in<S: Arithmetic>(
     args: &ConvergeArgs,
     beside: &[(usize, usize)],
     name: &str,
-) -> anyhow::Result<Option<Swept>> {
-    for warning in case.warnings() {
-        report::warn(&format!("{name}{warning}"));
-    }
+) -> anyhow::Result<Swept> {
+    let warn = |warning: &str| report::warn(&format!("{name}{warning}"));
+    case.warnings().iter().for_each(|warning| warn(warning));
     check_memory::<S>(case, args)?;
-    let files = study::open(target, &[CONVERGENCE, SLOPES], args.plot.then_some(&[FINAL_ERRORS, L2_ERRORS]))?;
-    let convergence = match sweep_with_progress::<S>(case, args) {
-        Ok(Some(convergence)) => convergence,
-        Ok(None) => return Ok(None),
-        Err(SweepError::Reference(end)) => return Err(study::without_results(files, end.into())),
-        // An impossible grid is a mistake on the command line, and nothing is changed.
-        Err(SweepError::Grid(message)) => {
-            let help = "choose other numbers for --n-gamma, or fewer operators for --sbp";
-            return Err(report::refused(message, help));
-        }
-    };
+    let files = args.study.open(target, &[CONVERGENCE, SLOPES], &[FINAL_ERRORS, L2_ERRORS])?;
+    let (files, convergence) = measured::<S>(files, case, args)?;
     let n_range = args.fit_range.unwrap_or((0, usize::MAX));
     let slopes = convergence.slopes(n_range);
     if case.settings.windows == 1 && mixes_parities(&convergence) {
-        report::warn(&format!(
-            "{name}even and odd numbers of nodes have different errors at the end in the strong form: give \
-             --n-gamma of one parity"
-        ));
+        warn(
+            "even and odd numbers of nodes have different errors at the end in the strong form: give --n-gamma of one \
+             parity",
+        );
     }
-    for warning in Slope::warnings(&slopes) {
-        report::warn(&format!("{name}{warning}"));
-    }
-    write_convergence(files.writer(CONVERGENCE), &convergence).context("cannot write convergence.csv")?;
-    write_slopes(files.writer(SLOPES), &slopes).context("cannot write slopes.csv")?;
-    let title = args.case.headed(case.title.as_deref());
-    if args.plot {
+    Slope::warnings(&slopes).iter().for_each(|warning| warn(warning));
+    files.write_table(CONVERGENCE, |out| write_convergence(out, &convergence))?;
+    files.write_table(SLOPES, |out| write_slopes(out, &slopes))?;
+    let title = args.study.case.headed(case.title.as_deref());
+    if args.study.plot {
         draw(&title, &convergence, (&slopes, n_range), &files)?;
     }
-    let study = Finished {
-        summary: convergence_summary(case.title.as_deref(), case.warnings(), &convergence, &slopes),
+    let summary = convergence_summary(case.title.as_deref(), case.warnings(), &convergence, &slopes);
+    let finished = convergence.interrupted.then(|| format!("{} grids", convergence.points.len()));
+    Ok(Swept {
+        placed: Placed::new(files, &summary, finished)?,
+        summary,
         text: readable(&title, &convergence, &slopes, args),
-        interrupted: convergence.interrupted.then(|| format!("{} grids", convergence.points.len())),
-        files,
-    };
-    Ok(Some(Swept {
-        study: study.commit()?,
         beside: beside.iter().map(|&range| convergence.slopes(range)).collect(),
         slopes,
         reference_error: convergence.reference.error_estimate,
         solved: convergence.points.iter().any(|point| point.errors.is_some()),
-    }))
+    })
 }
 
 fn draw<S: Real>(
@@ -243,26 +225,38 @@ fn draw<S: Real>(
     Ok(())
 }
 
-/// Sweeps, with a progress bar. After an interrupt the result has the grids that were finished; it is `None` if the
-/// reference was not finished.
-fn sweep_with_progress<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> Result<Option<Convergence<S>>, SweepError> {
+/// Sweeps, with a progress bar. After an interrupt the result has the grids that were finished.
+fn measured<S: Arithmetic>(
+    files: OutputSet,
+    case: &Case,
+    args: &ConvergeArgs,
+) -> anyhow::Result<(OutputSet, Convergence<S>)> {
     let forms = if args.form.is_empty() { &[case.settings.form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
-    let bar = study::bar(args.case.quiet, args.n_gamma.len() * schemes.len(), "{bar:30} {pos}/{len} grids {msg}");
     let (case, n_gamma, mut points) = (case.clone(), args.n_gamma.clone(), Vec::new());
-    let found = study::computed(
+    let (files, sweep) = study::prepared(files, move || {
+        Sweep::<S>::new(&case, &schemes, &n_gamma).map_err(|error| match error {
+            SweepError::Reference(end) => end.into(),
+            // An impossible grid is a mistake on the command line, and nothing is changed.
+            SweepError::Grid(message) => {
+                report::refused(message, "choose other numbers for --n-gamma, or fewer operators for --sbp")
+            }
+        })
+    })?;
+    let bar = study::bar(args.study.case.quiet, sweep.grids(), "{bar:30} {pos}/{len} grids {msg}");
+    study::computed(
         &bar,
-        move || Sweep::<S>::new(&case, &schemes, &n_gamma),
+        &sweep,
         |sweep, tell| {
             sweep.run(&|place, point| tell((place, point.clone())));
         },
-        |_, (place, point): (usize, ConvergencePoint)| {
+        |(place, point): (usize, ConvergencePoint)| {
             bar.set_message(format!("last: {} N = {}", point.sbp, point.n_gamma));
             bar.inc(1);
             points.push((place, point));
         },
     );
-    Ok(found?.map(|(sweep, _)| sweep.gathered(points)))
+    Ok((files, sweep.gathered(points)))
 }
 
 /// A line of the table of slopes.
@@ -311,7 +305,7 @@ pub(super) fn table(lines: &[Line], is_verbose: bool) -> String {
 
 /// The slopes for people: first the orders, then a line for each error.
 fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], args: &ConvergeArgs) -> String {
-    let lines: Vec<Line> = slopes.iter().map(|slope| Line::new(slope.clone(), args.case.unchanged())).collect();
+    let lines: Vec<Line> = slopes.iter().map(|slope| Line::new(slope.clone(), args.study.case.unchanged())).collect();
     let mut text = wrapped(&format!("{title}: the order is {}", orders(slopes)), 2) + &table(&lines, args.verbose);
     for point in convergence.points.iter().filter(|point| point.errors.is_none()) {
         text += &row("failed", &format!("{} N = {}: {}", point.sbp, point.n_gamma, point.status));

@@ -7,7 +7,7 @@
 
 use std::error::Error;
 use std::panic::resume_unwind;
-use std::process::{ExitCode, exit};
+use std::process::exit;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Mutex, Once, PoisonError};
 use std::thread;
@@ -18,6 +18,11 @@ use super::report;
 
 /// The exit code of an interrupted command.
 pub(super) const INTERRUPTED: u8 = 130;
+
+/// The error of a study that was interrupted before it had anything to write. The files of an earlier one stay.
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted before anything was finished: no file was written")]
+pub(super) struct Interrupted;
 
 /// Called at the first interrupt. Without a listener an interrupt ends the program.
 static LISTENER: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
@@ -33,12 +38,6 @@ pub(super) fn listen() -> anyhow::Result<()> {
         None => exit(i32::from(INTERRUPTED)),
     })
     .context("cannot listen for interrupts")
-}
-
-/// The exit code of a study that was interrupted before it had anything to write. The files of an earlier one stay.
-pub(super) fn before_any_result() -> ExitCode {
-    report::warn("interrupted before anything was finished: no file was written");
-    ExitCode::from(INTERRUPTED)
 }
 
 /// Calls `interrupted` for every Ctrl-C and SIGTERM, on a thread of its own. SIGHUP is left alone, so that nohup works.

@@ -8,7 +8,7 @@ use geodesic_ivp::output::runs::{Part, RUNS, RUNS_EVENTS, join, joined};
 use geodesic_ivp::output::{CASE, Origin, OutputSet, SUMMARY, origin_of};
 
 use super::out::{self, OutArgs};
-use super::study::Finished;
+use super::study::Placed;
 use super::vary;
 
 #[derive(Debug, Args)]
@@ -26,14 +26,13 @@ pub(super) struct MergeArgs {
 }
 
 pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
-    args.output.check_standard_output()?;
     let mut parts: Vec<Part> = args.parts.iter().map(|folder| Part::open(folder)).collect::<anyhow::Result<_>>()?;
     let summary = joined(&parts)?;
     let first = &parts[0];
     let case = origin_of(&first.folder)?.map_or_else(|| first.folder.display().to_string(), |from| from.case);
     let target = args
         .output
-        .target_in(args.output.out.clone().unwrap_or_default(), Origin { command: out::VARY.to_owned(), case });
+        .target_in(args.output.out.clone().unwrap_or_default(), Origin { command: out::VARY.to_owned(), case })?;
     let mut names = vec![RUNS, RUNS_EVENTS, SUMMARY, CASE];
     names.retain(|name| *name != RUNS_EVENTS || first.has_events());
     let files = OutputSet::open(target, &names)?;
@@ -41,6 +40,8 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     join(&mut parts, tables.map(|name| files.writer(name)).collect())?;
     files.write_text(CASE, &parts[0].case)?;
     let text = vary::readable(summary.title.as_deref().unwrap_or("Many runs"), &summary, "");
-    let done = Finished { summary: summary.to_json(), text, interrupted: None, files }.commit()?;
-    done.tell(args.quiet, &args.output, || vary::ending(&summary))
+    let json = summary.to_json();
+    let placed = Placed::new(files, &json, None)?;
+    args.output.tell(args.quiet, &json, || text + &placed.written)?;
+    Ok(ExitCode::from(vary::ending(&summary)))
 }

@@ -75,18 +75,21 @@ enum Command {
     /// The errors are those against a trajectory of the Taylor method.
     #[command(
         mut_arg("case", |case| with_default(case, "linear and quartic")),
+        mut_arg("plot", |plot| plot.help("Also draw the errors and their fits")),
         after_help = "Example:\n  geodesic-ivp converge quartic --n-gamma 16,32,64 --sbp SBP21"
     )]
     Converge(converge::ConvergeArgs),
     /// Chart error against time, beside other methods
     #[command(
         mut_arg("case", |case| with_default(case, "quartic")),
+        mut_arg("plot", |plot| plot.help("Also draw errors against time, evaluations and gamma")),
         after_help = "Example:\n  geodesic-ivp work-precision kerr-inclined --methods gll16,gauss,dop853 --plot"
     )]
     WorkPrecision(work_precision::WorkPrecisionArgs),
     /// Chart where each method holds and where it fails, over step and length
     #[command(
         mut_arg("case", |case| with_default(case, "quartic")),
+        mut_arg("plot", |plot| plot.help("Also draw the maps, the onset of the sawtooth and the last charge")),
         after_help = "Example:\n  geodesic-ivp stability pendulum --methods sbp42,verlet --gamma-f 10 --plot"
     )]
     Stability(stability::StabilityArgs),

@@ -41,14 +41,6 @@ pub(super) struct OutArgs {
 }
 
 impl OutArgs {
-    /// Refuses a computation whose JSON summary would be lost.
-    ///
-    /// # Errors
-    /// If JSON is asked for and standard output is closed.
-    pub(super) fn check_standard_output(&self) -> anyhow::Result<()> {
-        if self.json { for_data().map(drop) } else { Ok(()) }
-    }
-
     /// Prints the summary of a command as the options ask for it: as `json`, as `readable`, or not at all if it is to
     /// be quiet.
     ///
@@ -65,21 +57,30 @@ impl OutArgs {
     /// Where the files of `command` go.
     ///
     /// # Errors
-    /// If the record of the files in a folder cannot be read.
+    /// If the record of the files in a folder cannot be read, or a JSON summary would be lost.
     pub(super) fn target(&self, case: &CaseArgs, command: &str) -> anyhow::Result<Target> {
         let origin = Origin { command: command.to_owned(), case: case.identity() };
         let folder = self.out.clone().map_or_else(|| default_folder(case, &origin), Ok)?;
-        Ok(self.target_in(folder, origin))
+        self.target_in(folder, origin)
     }
 
     /// That folder, for files of `origin`. It is the program's own where none is named.
-    pub(super) fn target_in(&self, folder: PathBuf, origin: Origin) -> Target {
-        Target { folder, origin, own: self.out.is_none(), force: self.force }
+    ///
+    /// # Errors
+    /// If JSON is asked for and standard output is closed: a computation whose summary would be lost is refused.
+    pub(super) fn target_in(&self, folder: PathBuf, origin: Origin) -> anyhow::Result<Target> {
+        if self.json {
+            drop(for_data()?);
+        }
+        Ok(Target { folder, origin, own: self.out.is_none(), force: self.force })
     }
 
     /// Where the files of `command` go for one of several built-in cases that it takes when no case is given:
     /// `results/<command>/<case>`, or `<case>` in the folder of `--out`.
-    pub(super) fn built_in_target(&self, case: &str, command: &str) -> Target {
+    ///
+    /// # Errors
+    /// If a JSON summary would be lost.
+    pub(super) fn built_in_target(&self, case: &str, command: &str) -> anyhow::Result<Target> {
         let folder = self.out.clone().unwrap_or_else(|| Path::new("results").join(command)).join(case);
         let origin = Origin { command: command.to_owned(), case: format!("<built-in {case}>") };
         self.target_in(folder, origin)

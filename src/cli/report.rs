@@ -4,11 +4,12 @@ use std::io::{self, IsTerminal, Write};
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use geodesic_ivp::output::Refused;
+pub(super) use geodesic_ivp::output::{refused, refused_by_system};
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
 use super::check::ExpectationNotMet;
-use super::interrupt::INTERRUPTED;
+use super::interrupt::{INTERRUPTED, Interrupted};
 
 /// The remedy for a reference that ends early, and the exit code.
 fn of_reference(reason: EndReason) -> (&'static str, u8) {
@@ -48,30 +49,6 @@ pub(super) const NO_CRITICAL_POINT: u8 = 3;
 pub(super) const OUTSIDE_DOMAIN: u8 = 4;
 const EXPECTATION: u8 = 5;
 
-/// A refusal of the command line, with its exit code and what to do instead, if that is not obvious.
-#[derive(Debug, thiserror::Error)]
-#[error("{message}")]
-struct Refusal {
-    message: String,
-    help: Option<String>,
-    code: u8,
-}
-
-/// A refusal of what the user asks for, with what to do instead.
-pub(super) fn refused(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
-    Refusal { message: message.into(), help: Some(help.into()), code: INVALID_CASE }.into()
-}
-
-/// The same where that is obvious.
-pub(super) fn refused_without_help(message: String) -> anyhow::Error {
-    Refusal { message, help: None, code: INVALID_CASE }.into()
-}
-
-/// A refusal because of a file or a stream, with what to do.
-pub(super) fn refused_by_system(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
-    Refusal { message: message.into(), help: Some(help.into()), code: IO_FAILURE }.into()
-}
-
 /// The exit code of a solve that ends without a solution.
 pub(super) fn code_of(status: Status) -> u8 {
     if status == Status::OutsideDomain { OUTSIDE_DOMAIN } else { NO_CRITICAL_POINT }
@@ -82,41 +59,35 @@ pub(super) fn explain(error: &anyhow::Error) -> u8 {
     if is_broken_pipe(error) {
         return 0;
     }
-    let (title, help, code) = if let Some(case) = error.downcast_ref::<CaseError>() {
+    if let Some(case) = error.downcast_ref::<CaseError>() {
         print_case_error(case);
         return INVALID_CASE;
-    } else if let Some(failure) = error.downcast_ref::<NoSolution>() {
-        (failure.to_string(), Some(failure.advice()), code_of(failure.status))
+    }
+    if error.is::<Interrupted>() {
+        warn(&error.to_string());
+        return INTERRUPTED;
+    }
+    let (help, code) = if let Some(failure) = error.downcast_ref::<NoSolution>() {
+        (failure.advice(), code_of(failure.status))
     } else if let Some(end) = error.downcast_ref::<ReferenceEnds>() {
-        let (help, code) = of_reference(end.reason);
-        (end.to_string(), Some(help), code)
-    } else if let Some(refusal) = error.downcast_ref::<Refusal>() {
-        (refusal.message.clone(), refusal.help.as_deref(), refusal.code)
+        of_reference(end.reason)
     } else if let Some(refused) = error.downcast_ref::<Refused>() {
-        let code = if refused.is_usage { INVALID_CASE } else { IO_FAILURE };
-        (refused.to_string(), Some(refused.help), code)
-    } else if error.is::<ExpectationNotMet>() {
-        (error.to_string(), None, EXPECTATION)
+        (refused.help.as_str(), if refused.is_usage { INVALID_CASE } else { IO_FAILURE })
     } else {
-        (format!("{error:#}"), None, IO_FAILURE)
+        ("", if error.is::<ExpectationNotMet>() { EXPECTATION } else { IO_FAILURE })
     };
-    let title = Group::with_title(Level::ERROR.primary_title(title));
-    let report = match help {
-        Some(help) => title.element(Level::HELP.message(help)),
-        None => title,
-    };
-    print(&renderer().render(&[report]));
+    print(&rendered(Group::with_title(Level::ERROR.primary_title(format!("{error:#}"))), help));
     code
 }
 
 /// Prints a warning.
 pub(super) fn warn(message: &str) {
-    print(&renderer().render(&[Group::with_title(Level::WARNING.primary_title(message))]));
+    print(&rendered(Group::with_title(Level::WARNING.primary_title(message)), ""));
 }
 
 /// Prints a note: something that a user should know although nothing is wrong.
 pub(super) fn note(message: &str) {
-    print(&renderer().render(&[Group::with_title(Level::NOTE.primary_title(message))]));
+    print(&rendered(Group::with_title(Level::NOTE.primary_title(message)), ""));
 }
 
 /// Prints a mistake in a case, and those that were found with it.
@@ -142,15 +113,15 @@ fn render_case_error(error: &CaseError) -> String {
             .annotation(AnnotationKind::Primary.span(span.clone()));
         group = group.element(snippet);
     }
-    if let Some(help) = &error.help {
-        group = group.element(Level::HELP.message(help.as_str()));
-    }
-    renderer().render(&[group])
+    rendered(group, error.help.as_deref().unwrap_or_default())
 }
 
-fn renderer() -> Renderer {
+/// A message and, if there is any, what to do about it.
+fn rendered<'m>(message: Group<'m>, help: &'m str) -> String {
+    let message = if help.is_empty() { message } else { message.element(Level::HELP.message(help)) };
     let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    if colours { Renderer::styled() } else { Renderer::plain() }
+    let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
+    renderer.render(&[message])
 }
 
 fn print(text: &str) {

@@ -170,7 +170,6 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
         return to_standard_output(case, &setup, args, Wanted { samples, is_streamed, ..Wanted::default() });
     }
     let wanted = Wanted { samples, is_streamed, sums: true, observer: None };
-    args.output.check_standard_output()?;
     let target = args.output.target(&args.case, "run")?;
     let directory = target.folder.clone();
     let files = OutputSet::open(target, &file_names(case, args))?;
@@ -246,8 +245,8 @@ fn until_failure<S: Arithmetic>(case: &Case, setup: &Setup<S>, files: &OutputSet
     table.finish().context("cannot write until_failure.csv")?;
     if has_rows && !case.events.is_empty() {
         let names = setup.place.geometry.names();
-        let written = write_events(files.writer(EVENTS), names, &event_names(case), &events, setup.settings.digits);
-        written.context("cannot write events.csv")?;
+        let digits = setup.settings.digits;
+        files.write_table(EVENTS, |out| write_events(out, names, &event_names(case), &events, digits))?;
     }
     Ok(has_rows)
 }
@@ -355,33 +354,30 @@ fn solved<S: Arithmetic>(
 fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &Run<S>) -> anyhow::Result<()> {
     let Run { line, samples, events, .. } = run;
     let (names, digits) = (line.geometry().names(), line.digits);
-    let cannot = |name: &'static str| move || format!("cannot write {name}");
     if args.samples.wanted() {
-        write_samples(files.writer(SAMPLES), names, samples, digits).with_context(cannot(SAMPLES))?;
+        files.write_table(SAMPLES, |out| write_samples(out, names, samples, digits))?;
     }
     if !case.events.is_empty() {
-        let written = write_events(files.writer(EVENTS), names, &event_names(case), events, digits);
-        written.with_context(cannot(EVENTS))?;
+        files.write_table(EVENTS, |out| write_events(out, names, &event_names(case), events, digits))?;
     }
     if !run.is_whole {
         return Ok(());
     }
     let parts = run.parts();
     let (trajectory, residuals) = scope(|scope| {
-        let write = || write_residuals(files.writer(RESIDUALS), &parts, args.every);
+        let write = || files.write_table(RESIDUALS, |out| write_residuals(out, &parts, args.every));
         let residuals = Builder::new().spawn_scoped(scope, write);
-        let trajectory = write_trajectory(files.writer(TRAJECTORY), &parts, args.every);
+        let trajectory = files.write_table(TRAJECTORY, |out| write_trajectory(out, &parts, args.every));
         // Where there is no room for a thread, one table follows the other.
         let join = |thread: ScopedJoinHandle<'_, _>| thread.join().expect("writing a table does not panic");
         (trajectory, residuals.map_or_else(|_| write(), join))
     });
-    trajectory.with_context(cannot(TRAJECTORY))?;
-    residuals.with_context(cannot(RESIDUALS))?;
+    trajectory.and(residuals)?;
     if line.sensitivity.is_some() {
-        write_sensitivity(files.writer(SENSITIVITY), line).with_context(cannot(SENSITIVITY))?;
+        files.write_table(SENSITIVITY, |out| write_sensitivity(out, line))?;
     }
     if line.is_doubled() {
-        write_branches(files.writer(BRANCHES), line, args.every).with_context(cannot(BRANCHES))?;
+        files.write_table(BRANCHES, |out| write_branches(out, line, args.every))?;
     }
     Ok(())
 }

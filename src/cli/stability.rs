@@ -3,17 +3,14 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use anyhow::Context;
 use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::output::{OutputSet, pictures, stability_summary, write_stability};
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Limit, Method, Pace, Plan, measure};
 
 use super::lines::{row, wrapped};
-use super::out::{OutArgs, RESULTS};
 use super::report;
-use super::study::{self, Finished, chosen, positive};
-use super::{CaseArgs, interrupt};
+use super::study::{self, StudyArgs, chosen, positive};
 
 const STABILITY: &str = "stability.csv";
 const MAP: &str = "map.svg";
@@ -54,43 +51,33 @@ pub(super) struct StabilityArgs {
     delta_gamma: Vec<f64>,
 
     #[command(flatten)]
-    case: CaseArgs,
-
-    #[command(flatten)]
-    output: OutArgs,
-
-    /// Also draw the maps, the onset of the sawtooth and the last charge
-    #[arg(long, help_heading = RESULTS)]
-    plot: bool,
+    study: StudyArgs,
 }
 
 pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
-    let case = &args.case.read_for_study()?;
+    let (study, case) = (&args.study, args.study.case.read_for_study()?);
     if !case.is_of_x && !args.t_dot.is_empty() {
         let help = "the lengths of a scene are those of --gamma-f";
         return Err(report::refused("--t-dot is for cases of one coordinate", help));
     }
-    let (methods, left_out) = chosen(case, &args.methods, Method::charted(), Method::label, Method::unsuitable)?;
-    let files = study::begin((&args.case, &args.output), "stability", &[STABILITY], args.plot.then_some(&PICTURES))?;
-    let (measured, atlas) = match measure_with_progress(case, methods, args) {
-        Ok(Some(measured)) => measured,
-        Ok(None) => return Ok(interrupt::before_any_result()),
-        Err(error) => return Err(study::without_results(files, error)),
-    };
+    let (methods, left_out) = chosen(&case, &args.methods, Method::charted(), Method::label, Method::unsuitable)?;
+    let files = study.open(study.output.target(&study.case, "stability")?, &[STABILITY], &PICTURES)?;
+    let lists = [&args.gamma_f, &args.t_dot, &args.delta_gamma].map(Vec::clone);
+    let (files, measured) = study::prepared(files, {
+        let case = case.clone();
+        move || planned(&case, methods, &lists)
+    })?;
+    let atlas = measured_cells(&measured, study.case.quiet);
     let (arena, plan) = measured.as_ref();
-    write_stability(files.writer(STABILITY), arena, &atlas.cells).context("cannot write stability.csv")?;
-    let title = args.case.headed(case.title.as_deref());
-    if args.plot {
+    files.write_table(STABILITY, |out| write_stability(out, arena, &atlas.cells))?;
+    let title = study.case.headed(case.title.as_deref());
+    if study.plot {
         draw(&files, &title, arena, plan, &atlas)?;
     }
-    Finished {
-        summary: stability_summary((case.title.as_deref(), case.warnings()), arena, plan, &atlas),
-        text: readable(&title, arena, plan, &atlas, &left_out),
-        interrupted: atlas.interrupted.then(|| format!("{} cells", atlas.cells.len())),
-        files,
-    }
-    .commit()?
-    .tell(args.case.quiet, &args.output, || ending(&atlas))
+    let summary = stability_summary((case.title.as_deref(), case.warnings()), arena, plan, &atlas);
+    let text = readable(&title, arena, plan, &atlas, &left_out);
+    let finished = atlas.interrupted.then(|| format!("{} cells", atlas.cells.len()));
+    study.finish(files, (&summary, &text), finished, || ending(&atlas))
 }
 
 fn draw(files: &OutputSet, title: &str, arena: &Arena, plan: &Plan, atlas: &Atlas) -> anyhow::Result<()> {
@@ -140,29 +127,23 @@ fn planned(case: &Case, methods: Vec<Method>, args: &[Vec<f64>; 3]) -> anyhow::R
     let steps = plan.lengths.iter().copied().fold(0.0, f64::max) / plan.spacings.first().copied().unwrap_or(1.0);
     if steps > MOST_STEPS {
         let message = format!("--delta-gamma takes {steps:.0e} steps, {MOST_STEPS:.0e} at most");
-        return Err(report::refused_without_help(message));
+        return Err(report::refused(message, ""));
     }
     Ok((arena, plan))
 }
 
-/// The world-line with what was to be measured on it, and what was measured.
-type Measured = (Arc<(Arena, Plan)>, Atlas);
-
-/// Measures, with a progress bar. After an interrupt the result has the cells that were finished; it is `None` if the
-/// reference was not finished.
-fn measure_with_progress(case: &Case, methods: Vec<Method>, args: &StabilityArgs) -> anyhow::Result<Option<Measured>> {
-    let bar = study::bar(args.case.quiet, 0, "{bar:30} {pos}/{len} cells {msg}");
-    let (case, mut cells) = (case.clone(), Vec::new());
-    let lists = [&args.gamma_f, &args.t_dot, &args.delta_gamma].map(Vec::clone);
-    let found = study::computed(
+/// Measures all cells, with a progress bar. After an interrupt there are those that were finished.
+fn measured_cells(measured: &Arc<(Arena, Plan)>, is_quiet: bool) -> Atlas {
+    let bar = study::bar(is_quiet, measured.1.grids(), "{bar:30} {pos}/{len} cells {msg}");
+    let mut cells = Vec::new();
+    let interrupted = study::computed(
         &bar,
-        move || planned(&case, methods, &lists),
+        measured,
         |(arena, plan), tell| {
             let tried = |place: usize, cell: Option<&Cell>| tell((place, cell.cloned().map(Box::new)));
             measure(arena, plan, &tried);
         },
-        |(_, plan), (place, cell)| {
-            bar.set_length(plan.grids() as u64);
+        |(place, cell)| {
             if let Some(cell) = cell {
                 bar.set_message(format!("last: {} {}", cell.method.label(), cell.status.label()));
                 cells.push((place, *cell));
@@ -170,7 +151,7 @@ fn measure_with_progress(case: &Case, methods: Vec<Method>, args: &StabilityArgs
             bar.inc(1);
         },
     );
-    Ok(found?.map(|(measured, interrupted)| (measured, Atlas::gathered(cells, interrupted))))
+    Atlas::gathered(cells, interrupted)
 }
 
 /// The words for statuses in the table, which is narrow.

@@ -3,16 +3,31 @@
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::output::{OutputSet, SUMMARY, Target};
 use geodesic_ivp::reference::ReferenceEnds;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CaseArgs;
-use super::interrupt::{INTERRUPTED, beside_it};
+use super::interrupt::{INTERRUPTED, Interrupted, beside_it};
 use super::lines::{broken, row};
-use super::out::OutArgs;
+use super::out::{OutArgs, RESULTS};
 use super::report;
+
+/// Arguments of every study of schemes.
+#[derive(Debug, Args)]
+pub(super) struct StudyArgs {
+    #[command(flatten)]
+    pub(super) case: CaseArgs,
+
+    #[command(flatten)]
+    pub(super) output: OutArgs,
+
+    /// Also draw pictures
+    #[arg(long, help_heading = RESULTS)]
+    pub(super) plot: bool,
+}
 
 /// The value of an option that is a positive number.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
@@ -68,31 +83,85 @@ pub(super) fn methods_help(names: impl Iterator<Item = String>) -> String {
     )
 }
 
-/// Opens the files of a study of one case, of which the JSON summary must not be lost.
-pub(super) fn begin(
-    (case, output): (&CaseArgs, &OutArgs),
-    command: &str,
-    tables: &[&'static str],
-    pictures: Option<&[&'static str]>,
-) -> anyhow::Result<OutputSet> {
-    output.check_standard_output()?;
-    open(output.target(case, command)?, tables, pictures)
+impl StudyArgs {
+    /// Opens the tables, the summary and, where they are wanted, the pictures of a study.
+    pub(super) fn open(
+        &self,
+        target: Target,
+        tables: &[&'static str],
+        pictures: &[&'static str],
+    ) -> anyhow::Result<OutputSet> {
+        OutputSet::open(target, &[tables, &[SUMMARY], if self.plot { pictures } else { &[] }].concat())
+    }
+
+    /// Puts the files of a study in place, prints its summary, and returns the exit code: that of `code`, unless the
+    /// study was interrupted when so much was `finished`.
+    pub(super) fn finish(
+        &self,
+        files: OutputSet,
+        (summary, text): (&str, &str),
+        finished: Option<String>,
+        code: impl FnOnce() -> u8,
+    ) -> anyhow::Result<ExitCode> {
+        let placed = Placed::new(files, summary, finished)?;
+        self.output.tell(self.case.quiet, summary, || format!("{text}{}", placed.written))?;
+        Ok(ExitCode::from(placed.code(code)))
+    }
 }
 
-/// Opens the tables, the summary and, where they are wanted, the pictures of a study.
-pub(super) fn open(
-    target: Target,
-    tables: &[&'static str],
-    pictures: Option<&[&'static str]>,
-) -> anyhow::Result<OutputSet> {
-    OutputSet::open(target, &[tables, &[SUMMARY], pictures.unwrap_or_default()].concat())
+/// The files of a study in their places.
+pub(super) struct Placed {
+    /// The line that names them.
+    pub(super) written: String,
+    /// If the study was interrupted, the warning of that.
+    pub(super) interrupted: Option<String>,
 }
 
-/// The error of a study that did not begin. Where it has nothing to judge by, the files of an earlier one are removed:
-/// they must not be taken for its results.
-pub(super) fn without_results(files: OutputSet, error: anyhow::Error) -> anyhow::Error {
-    let committed = if error.is::<ReferenceEnds>() { files.commit(&|_| false) } else { Ok(Vec::new()) };
-    committed.err().unwrap_or(error)
+impl Placed {
+    /// Puts the files in place, with this text of summary.json. If the study was interrupted, so much was `finished`.
+    pub(super) fn new(files: OutputSet, summary: &str, finished: Option<String>) -> anyhow::Result<Self> {
+        files.write_text(SUMMARY, summary)?;
+        let folder = files.folder().display().to_string();
+        let written = row("written", &format!("{folder}: {}", files.commit(&|_| true)?.join(", ")));
+        let interrupted = finished.map(|what| format!("interrupted: {what} were finished and are in {folder}"));
+        Ok(Self { written, interrupted })
+    }
+
+    /// The exit code: that of `code`, or, with a warning, that of an interrupt.
+    pub(super) fn code(&self, code: impl FnOnce() -> u8) -> u8 {
+        let Some(interrupted) = &self.interrupted else { return code() };
+        report::warn(interrupted);
+        INTERRUPTED
+    }
+}
+
+/// Prepares a study on another thread. Where it has nothing to judge by, the files of an earlier one are removed: they
+/// must not be taken for its results.
+pub(super) fn prepared<P: Send + Sync + 'static>(
+    files: OutputSet,
+    prepare: impl FnOnce() -> anyhow::Result<P> + Send + 'static,
+) -> anyhow::Result<(OutputSet, Arc<P>)> {
+    let mut found = None;
+    let interrupted = beside_it(move |tell| tell(prepare()), |ready| found = Some(ready));
+    match found.filter(|_| !interrupted).ok_or(Interrupted)? {
+        Ok(ready) => Ok((files, Arc::new(ready))),
+        Err(error) if error.is::<ReferenceEnds>() => Err(files.commit(&|_| false).err().unwrap_or(error)),
+        Err(error) => Err(error),
+    }
+}
+
+/// Computes on another thread, and passes what that reports to `hear` on this thread, which also moves the bar. Returns
+/// whether an interrupt came before the end.
+pub(super) fn computed<P: Send + Sync + 'static, T: Send + 'static>(
+    bar: &ProgressBar,
+    prepared: &Arc<P>,
+    compute: impl FnOnce(&P, &(dyn Fn(T) + Sync)) + Send + 'static,
+    hear: impl FnMut(T),
+) -> bool {
+    let prepared = Arc::clone(prepared);
+    let interrupted = beside_it(move |tell| compute(&prepared, tell), hear);
+    bar.finish_and_clear();
+    interrupted
 }
 
 /// A progress bar, which is hidden if the command is to be quiet or standard error is no terminal.
@@ -100,89 +169,4 @@ pub(super) fn bar(is_quiet: bool, length: usize, template: &str) -> ProgressBar 
     let bar = if is_quiet { ProgressBar::hidden() } else { ProgressBar::new(length as u64) };
     bar.set_style(ProgressStyle::with_template(template).expect("the template is valid"));
     bar
-}
-
-/// A report of a thread.
-enum News<P, T, E> {
-    Ready(Arc<P>),
-    Impossible(E),
-    Done(T),
-}
-
-/// Prepares and computes on another thread, and passes what `compute` reports to `hear` on this thread, which also
-/// moves the bar. Returns what was prepared, and whether an interrupt came before the end; `None` if it came before
-/// that was ready.
-///
-/// # Errors
-/// The result of `prepare`.
-pub(super) fn computed<P: Send + Sync + 'static, T: Send + 'static, E: Send + 'static>(
-    bar: &ProgressBar,
-    prepare: impl FnOnce() -> Result<P, E> + Send + 'static,
-    compute: impl FnOnce(&P, &(dyn Fn(T) + Sync)) + Send + 'static,
-    mut hear: impl FnMut(&P, T),
-) -> Result<Option<(Arc<P>, bool)>, E> {
-    let work = move |tell: &(dyn Fn(News<P, T, E>) + Sync)| match prepare() {
-        Ok(ready) => {
-            let ready = Arc::new(ready);
-            tell(News::Ready(Arc::clone(&ready)));
-            compute(&ready, &|news| tell(News::Done(news)));
-        }
-        Err(error) => tell(News::Impossible(error)),
-    };
-    let mut found = Ok(None);
-    let interrupted = beside_it(work, |news| match (news, &found) {
-        (News::Ready(ready), _) => found = Ok(Some(ready)),
-        (News::Impossible(error), _) => found = Err(error),
-        (News::Done(news), Ok(Some(ready))) => hear(ready, news),
-        (News::Done(_), _) => unreachable!("nothing is computed before it is prepared"),
-    });
-    bar.finish_and_clear();
-    Ok(found?.map(|ready| (ready, interrupted)))
-}
-
-/// The outcome of a study.
-pub(super) struct Finished {
-    pub(super) files: OutputSet,
-    /// The text of summary.json.
-    pub(super) summary: String,
-    /// The lines for people.
-    pub(super) text: String,
-    /// If the study was interrupted, what was finished.
-    pub(super) interrupted: Option<String>,
-}
-
-impl Finished {
-    /// Puts the files in place, and returns the line that names them. Warns if the study was interrupted.
-    pub(super) fn commit(self) -> anyhow::Result<Committed> {
-        let Self { files, summary, text, interrupted } = self;
-        let folder = files.folder().display().to_string();
-        files.write_text(SUMMARY, &summary)?;
-        let written = row("written", &format!("{folder}: {}", files.commit(&|_| true)?.join(", ")));
-        let interrupted = interrupted.map(|what| format!("interrupted: {what} were finished and are in {folder}"));
-        Ok(Committed { summary, text, written, interrupted })
-    }
-}
-
-/// A study whose files are in place.
-pub(super) struct Committed {
-    pub(super) summary: String,
-    pub(super) text: String,
-    pub(super) written: String,
-    /// If the study was interrupted, the warning of that.
-    pub(super) interrupted: Option<String>,
-}
-
-impl Committed {
-    /// Prints the summary, and returns the exit code: `code`, unless the study was interrupted.
-    pub(super) fn tell(&self, is_quiet: bool, output: &OutArgs, code: impl FnOnce() -> u8) -> anyhow::Result<ExitCode> {
-        output.tell(is_quiet, &self.summary, || format!("{}{}", self.text, self.written))?;
-        Ok(self.ending(code))
-    }
-
-    /// The exit code, with a warning if the study was interrupted.
-    pub(super) fn ending(&self, code: impl FnOnce() -> u8) -> ExitCode {
-        let Some(interrupted) = &self.interrupted else { return ExitCode::from(code()) };
-        report::warn(interrupted);
-        ExitCode::from(INTERRUPTED)
-    }
 }

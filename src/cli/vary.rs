@@ -23,7 +23,7 @@ use super::interrupt::{self, INTERRUPTED};
 use super::lines::{row, wrapped};
 use super::report::{self, INVALID_CASE, NO_CRITICAL_POINT, refused};
 use super::run::RunArgs;
-use super::study::{self, Finished};
+use super::study::{self, Placed};
 use super::{memory, out};
 
 /// The picture of `--plot`.
@@ -116,7 +116,6 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     interrupt::start_threads();
     let (name, text, set) = (args.case.name(), args.case.read_text()?, &args.case.set);
     let runs = ManyRuns::new(&name, &text, set, axes.clone()).map_err(|error| args.case.of_another_kind(error))?;
-    args.output.check_standard_output()?;
     let case = overridden(&name, &text, set).map_err(|error| args.case.of_another_kind(error))?;
     let asked = axes.iter().map(|axis| axis.text.clone()).collect();
     let identity = Identity::new(case, asked, part.map(|Share { k, n }| format!("{k}/{n}")));
@@ -162,9 +161,11 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     files.write_text(CASE, &identity.case)?;
     let text = readable(&args.case.headed(runs.first().title.as_deref()), &summary, &varied(&runs));
-    let done = Finished { summary: summary.to_json(), text, interrupted: None, files }.commit()?;
+    let json = summary.to_json();
+    let placed = Placed::new(files, &json, None)?;
     journal.remove()?;
-    done.tell(args.case.quiet, &args.output, || ending(&summary))
+    args.output.tell(args.case.quiet, &json, || text + &placed.written)?;
+    Ok(ExitCode::from(ending(&summary)))
 }
 
 /// Warns of what the rows of a table say, and returns its exit code.

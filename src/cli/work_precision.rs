@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
-use geodesic_ivp::Case;
 use geodesic_ivp::output::pictures::{self, Work};
 use geodesic_ivp::output::{OutputSet, read_rows, work_precision_summary, write_drift, write_work_precision};
 use geodesic_ivp::study::work_precision::{
@@ -15,10 +14,8 @@ use geodesic_ivp::study::work_precision::{
 };
 
 use super::lines::{row, short, wrapped};
-use super::out::{OutArgs, RESULTS};
 use super::report;
-use super::study::{self, Finished, chosen, positive};
-use super::{CaseArgs, interrupt};
+use super::study::{self, StudyArgs, chosen, positive};
 
 const WORK_PRECISION: &str = "work_precision.csv";
 const DRIFT: &str = "drift.csv";
@@ -70,42 +67,36 @@ pub(super) struct WorkPrecisionArgs {
     longest: f64,
 
     #[command(flatten)]
-    case: CaseArgs,
-
-    #[command(flatten)]
-    output: OutArgs,
-
-    /// Also draw errors against time, evaluations and gamma
-    #[arg(long, help_heading = RESULTS)]
-    plot: bool,
+    study: StudyArgs,
 }
 
 pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCode> {
-    let case = &args.case.read_for_study()?;
-    for warning in case.warnings() {
-        report::warn(&warning);
-    }
+    let (study, case) = (&args.study, args.study.case.read_for_study()?);
+    case.warnings().iter().for_each(|warning| report::warn(warning));
     if args.gamma_f.len() > BY_LENGTH.len() {
         let message = format!("--gamma-f takes {} lengths at most", BY_LENGTH.len());
-        return Err(report::refused_without_help(message));
+        return Err(report::refused(message, ""));
     }
-    let (methods, _) = chosen(case, &args.methods, Method::timed(), Method::label, Method::unsuitable)?;
+    let (methods, _) = chosen(&case, &args.methods, Method::timed(), Method::label, Method::unsuitable)?;
     let mut others = Vec::new();
     if let Some(path) = &args.rows {
-        let name = path.display();
-        let table = File::open(path).with_context(|| format!("cannot read the rows {name}"))?;
-        others = read_rows(table, &case.coordinates()).with_context(|| format!("cannot read the rows {name}"))?;
+        let cannot = || format!("cannot read the rows {}", path.display());
+        others = read_rows(File::open(path).with_context(cannot)?, &case.coordinates()).with_context(cannot)?;
     }
-    let by_length =
-        BY_LENGTH.iter().take(args.gamma_f.len().max(1)).flat_map(|&(time, evaluations)| [time, evaluations]);
-    let pictures: Vec<&str> = by_length.chain([DRIFT_K, DRIFT_ERROR]).collect();
-    let tables = [WORK_PRECISION, DRIFT];
-    let files = study::begin((&args.case, &args.output), "work-precision", &tables, args.plot.then_some(&pictures))?;
-    let (arenas, mut measured, along) = match measure_all(case, methods, args) {
-        Ok(Some(all)) => all,
-        Ok(None) => return Ok(interrupt::before_any_result()),
-        Err(error) => return Err(study::without_results(files, error)),
+    let by_length = BY_LENGTH.into_iter().take(args.gamma_f.len().max(1));
+    let pictures: Vec<&str> =
+        by_length.flat_map(|(time, evaluations)| [time, evaluations]).chain([DRIFT_K, DRIFT_ERROR]).collect();
+    let target = study.output.target(&study.case, "work-precision")?;
+    let files = study.open(target, &[WORK_PRECISION, DRIFT], &pictures)?;
+    let lengths = match args.gamma_f[..] {
+        [] => vec![None],
+        ref lengths => lengths.iter().copied().map(Some).collect(),
     };
+    let (files, arenas) = study::prepared(files, {
+        let case = case.clone();
+        move || Ok(lengths.into_iter().map(|length| Arena::new(&case, length)).collect::<Result<Vec<_>, _>>()?)
+    })?;
+    let (mut measured, along) = measured(&arenas, methods, args);
     for row in &mut others {
         // Another program may write the same length with other digits.
         if let Some(arena) = arenas.iter().find(|arena| (arena.length() / row.gamma_f - 1.0).abs() < 1e-9) {
@@ -114,21 +105,16 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     }
     measured.rows.extend(others);
     let ratios = ratios(&measured.rows);
-    write_work_precision(files.writer(WORK_PRECISION), &case.coordinates(), &measured.rows)
-        .context("cannot write work_precision.csv")?;
-    write_drift(files.writer(DRIFT), &case.coordinates(), &along).context("cannot write drift.csv")?;
-    let title = args.case.headed(case.title.as_deref());
-    if args.plot {
+    files.write_table(WORK_PRECISION, |out| write_work_precision(out, &case.coordinates(), &measured.rows))?;
+    files.write_table(DRIFT, |out| write_drift(out, &case.coordinates(), &along))?;
+    let title = study.case.headed(case.title.as_deref());
+    if study.plot {
         draw(&title, &arenas, &measured, &along, &files)?;
     }
-    Finished {
-        summary: work_precision_summary(case.title.as_deref(), &arenas, &measured, &ratios),
-        text: readable(&title, &arenas, &measured, &ratios),
-        interrupted: measured.interrupted.then(|| format!("{} settings", measured.rows.len())),
-        files,
-    }
-    .commit()?
-    .tell(args.case.quiet, &args.output, || 0)
+    let summary = work_precision_summary(case.title.as_deref(), &arenas, &measured, &ratios);
+    let text = readable(&title, &arenas, &measured, &ratios);
+    let finished = measured.interrupted.then(|| format!("{} settings", measured.rows.len()));
+    study.finish(files, (&summary, &text), finished, || 0)
 }
 
 /// A report of a measurement while it is running.
@@ -142,28 +128,22 @@ enum News {
     Along(Vec<DriftPoint>),
 }
 
-/// The lengths, the measured rows, and the errors along the longest run.
-type Chart = (Arc<Vec<Arena>>, WorkPrecision, Vec<DriftPoint>);
-
-/// Measures every length, with a progress bar. After an interrupt the result has the rows that were finished; it is
-/// `None` if the references were not finished.
-fn measure_all(case: &Case, methods: Vec<Method>, args: &WorkPrecisionArgs) -> anyhow::Result<Option<Chart>> {
+/// Measures every length, and the errors along the longest run, with a progress bar. After an interrupt there are the
+/// rows that were finished.
+fn measured(
+    arenas: &Arc<Vec<Arena>>,
+    methods: Vec<Method>,
+    args: &WorkPrecisionArgs,
+) -> (WorkPrecision, Vec<DriftPoint>) {
     let budget = Budget { longest: args.longest, ..Budget::default() };
-    let lengths: Vec<Option<f64>> = match args.gamma_f[..] {
-        [] => vec![None],
-        ref lengths => lengths.iter().copied().map(Some).collect(),
-    };
-    let bar =
-        study::bar(args.case.quiet, lengths.len() * (methods.len() + budget.rounds), "{bar:30} {pos}/{len} {msg}");
-    let (case, mut measured, mut along) = (case.clone(), WorkPrecision::default(), Vec::new());
-    let found = study::computed(
+    let length = arenas.len() * (methods.len() + budget.rounds);
+    let bar = study::bar(args.study.case.quiet, length, "{bar:30} {pos}/{len} {msg}");
+    let (mut measured, mut along) = (WorkPrecision::default(), Vec::new());
+    measured.interrupted = study::computed(
         &bar,
-        move || {
-            let arenas: Result<Vec<_>, _> = lengths.into_iter().map(|length| Arena::new(&case, length)).collect();
-            arenas.map_err(anyhow::Error::from)
-        },
+        arenas,
         move |arenas, tell| chart(arenas, &methods, &budget, tell),
-        |_, news| match news {
+        |news| match news {
             News::Tried(row) => {
                 if measured.rows.last().is_none_or(|last: &Row| last.method != row.method) {
                     bar.set_message(format!("trying {}", row.method.label()));
@@ -179,7 +159,7 @@ fn measure_all(case: &Case, methods: Vec<Method>, args: &WorkPrecisionArgs) -> a
             News::Along(points) => along.extend(points),
         },
     );
-    Ok(found?.map(|(arenas, interrupted)| (arenas, WorkPrecision { interrupted, ..measured }, along)))
+    (measured, along)
 }
 
 /// Measures every length, and then the errors along the longest run.

@@ -64,25 +64,25 @@ impl Drop for MadeFolders {
     }
 }
 
-/// The error that something of a user's, or of another command, is in the way; and what to do about it.
+/// A refusal of what the user asks for, or because of what is in the way; and what to do about it.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
 pub struct Refused {
     message: String,
-    /// What to do about it.
-    pub help: &'static str,
-    /// True if the command is at fault, and not a file or another process.
+    /// What to do about it; empty where that is obvious.
+    pub help: String,
+    /// True if the command is at fault, and not a file, the system or another process.
     pub is_usage: bool,
 }
 
-impl Refused {
-    pub(super) fn usage(message: String, help: &'static str) -> Self {
-        Self { message, help, is_usage: true }
-    }
+/// The refusal of a command that asks for what cannot be done, with what to do instead.
+pub fn refused(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
+    Refused { message: message.into(), help: help.into(), is_usage: true }.into()
+}
 
-    pub(super) fn file(message: String, help: &'static str) -> Self {
-        Self { message, help, is_usage: false }
-    }
+/// A refusal because of a file, a stream or the system, with what to do about it.
+pub fn refused_by_system(message: impl Into<String>, help: impl Into<String>) -> anyhow::Error {
+    Refused { message: message.into(), help: help.into(), is_usage: false }.into()
 }
 
 impl Target {
@@ -115,7 +115,7 @@ impl Target {
             "{folder} holds files of these names already, and nothing says that this program wrote them: {names}"
         );
         let help = "move them away, choose another folder with --out, or replace them with --force";
-        Err(Refused::file(message, help).into())
+        Err(refused_by_system(message, help))
     }
 
     /// Removes a file of the previous set. With `through_links`, the target of a symbolic link is removed and not the
@@ -184,6 +184,14 @@ impl OutputSet {
     pub fn writer(&self, name: &str) -> &File {
         let (_, file) = self.pending.iter().find(|(n, _)| *n == name).expect("the file was opened");
         file.as_file()
+    }
+
+    /// Writes a table into an opened file.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn write_table(&self, name: &str, write: impl FnOnce(&File) -> csv::Result<()>) -> anyhow::Result<()> {
+        write(self.writer(name)).with_context(|| format!("cannot write {name}"))
     }
 
     /// Writes the whole content of an opened file.

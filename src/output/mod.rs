@@ -31,7 +31,7 @@ mod work_precision;
 
 pub use chart::{Chart, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
 pub use convergence::{convergence_summary, write_convergence, write_slopes};
-pub use files::{CASE, OutputSet, Refused, SUMMARY, Target};
+pub use files::{CASE, OutputSet, Refused, SUMMARY, Target, refused, refused_by_system};
 pub use json::json_object;
 pub use manifest::{Origin, origin_of};
 pub use stability::{stability_summary, write_stability};

@@ -16,7 +16,7 @@ use anyhow::Context;
 use csv::{ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
-use super::super::files::Refused;
+use super::super::files::{refused, refused_by_system};
 use super::rows::{self, RowFile};
 use super::{JOURNAL, JOURNAL_EVENTS, RunRow, RunsSummary};
 
@@ -86,14 +86,14 @@ impl Journal {
     /// and, unless it is empty, of their events. With `force` a file that is no journal is replaced.
     ///
     /// # Errors
-    /// [`Refused`] if it is of another table, no journal, or in use; or an error of a file.
+    /// [`Refused`](crate::output::Refused) if it is of another table, no journal, or in use; or an error of a file.
     pub fn open(folder: &Path, identity: &Identity, headers: &[Vec<String>; 2], force: bool) -> anyhow::Result<Self> {
         let (path, mut file) = opened(folder, JOURNAL)?;
         match file.try_lock() {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 let message = format!("another program is computing the rows of {}", path.display());
-                return Err(Refused::file(message, "wait for it, or choose another folder with --out").into());
+                return Err(refused_by_system(message, "wait for it, or choose another folder with --out"));
             }
             // Some network file systems have no locks. There the user must not run two processes in one folder.
             Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
@@ -110,14 +110,14 @@ impl Journal {
                     let message = format!("{path} has rows of another table: it was begun with {difference}");
                     let help = "give the command that began that table to finish it, choose another folder with \
                                 --out, or remove the file";
-                    return Err(Refused::usage(message, help).into());
+                    return Err(refused(message, help));
                 }
             }
             Begun::Foreign if !force => {
                 let path = path.display();
                 let message = format!("{path} is there already, and nothing says that this program wrote it");
                 let help = "move it away, choose another folder with --out, or replace it with --force";
-                return Err(Refused::file(message, help).into());
+                return Err(refused_by_system(message, help));
             }
             Begun::Torn | Begun::Foreign => {}
         }

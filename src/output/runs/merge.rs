@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::super::files::{CASE, Refused, SUMMARY};
+use super::super::files::{CASE, SUMMARY, refused};
 use super::rows::{self, RowFile};
 use super::{JOURNAL, RUNS, RUNS_EVENTS, RunsSummary};
 
@@ -28,21 +28,21 @@ impl Part {
     /// The part in a folder.
     ///
     /// # Errors
-    /// [`Refused`] if there is none, or an error of the files.
+    /// [`Refused`](crate::output::Refused) if there is none, or an error of the files.
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
         let no_table = |reason: String| {
             let help = "name folders that `run --vary … --part K/N --out FOLDER` has written";
-            Refused::usage(format!("{} has no table of runs: {reason}", folder.display()), help)
+            refused(format!("{} has no table of runs: {reason}", folder.display()), help)
         };
         let unfinished = || {
             let message = format!("the table of {} is not finished: it has a {JOURNAL}", folder.display());
-            Refused::usage(message, "finish it with the command that began it")
+            refused(message, "finish it with the command that began it")
         };
         let is_begun = folder.join(JOURNAL).exists();
         let text = match fs::read_to_string(folder.join(SUMMARY)) {
             Ok(text) => text,
-            Err(_) if is_begun => return Err(unfinished().into()),
-            Err(error) => return Err(no_table(format!("{SUMMARY}: {error}")).into()),
+            Err(_) if is_begun => return Err(unfinished()),
+            Err(error) => return Err(no_table(format!("{SUMMARY}: {error}"))),
         };
         let summary = serde_json::from_str(&text).map_err(|error| match is_begun {
             true => unfinished(),
@@ -85,7 +85,7 @@ impl Part {
 ///
 /// # Panics
 /// Without parts.
-pub fn joined(parts: &[Part]) -> Result<RunsSummary, Refused> {
+pub fn joined(parts: &[Part]) -> anyhow::Result<RunsSummary> {
     let (first, others) = parts.split_first().expect("there is a part");
     let mut summary = RunsSummary { part: None, ..first.summary.clone() };
     for part in others {
@@ -93,7 +93,7 @@ pub fn joined(parts: &[Part]) -> Result<RunsSummary, Refused> {
             let [one, other] = [first, part].map(|part| part.folder.display());
             let message = format!("{one} and {other} are parts of different tables: {what}");
             let help = "join parts of one case, varied in one way, from one version of the program";
-            return Err(Refused::usage(message, help));
+            return Err(refused(message, help));
         }
         let RunsSummary { rows, solved, doubtful, statuses, .. } = &part.summary;
         summary.rows += rows;
@@ -107,7 +107,7 @@ pub fn joined(parts: &[Part]) -> Result<RunsSummary, Refused> {
 /// Writes the rows of all parts in their order to the first table, and their events to the second if they have any.
 ///
 /// # Errors
-/// [`Refused`] if a row is missing or there twice, or an error of the files.
+/// [`Refused`](crate::output::Refused) if a row is missing or there twice, or an error of the files.
 pub fn join<W: Write>(parts: &mut [Part], tables: Vec<W>) -> anyhow::Result<()> {
     let mut order: BTreeMap<usize, usize> = BTreeMap::new();
     for (place, part) in parts.iter().enumerate() {
@@ -115,7 +115,7 @@ pub fn join<W: Write>(parts: &mut [Part], tables: Vec<W>) -> anyhow::Result<()> 
             if let Some(before) = order.insert(row, place) {
                 let [one, other] = [before, place].map(|place| parts[place].folder.display());
                 let message = format!("row {row} is both in {one} and in {other}");
-                return Err(Refused::usage(message, "name every part once").into());
+                return Err(refused(message, "name every part once"));
             }
         }
     }
@@ -123,14 +123,14 @@ pub fn join<W: Write>(parts: &mut [Part], tables: Vec<W>) -> anyhow::Result<()> 
     if let Some(row) = order.keys().find(|row| !(1..=total).contains(*row)) {
         let folder = parts[order[row]].folder.display();
         let message = format!("there is a row {row} in {folder}, but the whole table has {total} rows");
-        return Err(Refused::usage(message, "compute this part again").into());
+        return Err(refused(message, "compute this part again"));
     }
     if order.len() < total {
         // No more than are named: a damaged summary may ask for any number of rows.
         let missing: Vec<usize> = (1..=total).filter(|row| !order.contains_key(row)).take(MOST_NAMED + 1).collect();
         let named: Vec<Option<&str>> = parts.iter().map(|part| part.summary.part.as_deref()).collect();
         let message = format!("{} missing: {} of {total} rows are there", absent(&missing, &named), order.len());
-        return Err(Refused::usage(message, "compute it with --part, and name all parts").into());
+        return Err(refused(message, "compute it with --part, and name all parts"));
     }
     let mut sources: Vec<&mut Vec<RowFile>> = parts.iter_mut().map(|part| &mut part.tables).collect();
     rows::write(&mut sources, order.into_iter(), tables, |_| ())
