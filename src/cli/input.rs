@@ -115,7 +115,7 @@ impl CaseArgs {
                 if !self.quiet && self.case.is_none() {
                     report::note(&format!("no CASE is given: the built-in case '{built_in}' is used"));
                 }
-                return Ok(built_in_text(built_in)?.to_owned());
+                return Ok(built_in_text(built_in).to_owned());
             }
         };
         let text = String::from_utf8(bytes)
@@ -125,7 +125,7 @@ impl CaseArgs {
 
     /// A built-in case with the overrides of the command line.
     pub(super) fn read_built_in(&self, name: &str) -> anyhow::Result<Case> {
-        Ok(Case::parse(&format!("<built-in {name}>"), built_in_text(name)?, &self.set)?)
+        Ok(Case::parse(&format!("<built-in {name}>"), built_in_text(name), &self.set)?)
     }
 
     /// Adds to an error, if the file's name says that it is not TOML, that a case has to be.
@@ -141,8 +141,8 @@ impl CaseArgs {
     }
 }
 
-fn built_in_text(name: &str) -> anyhow::Result<&'static str> {
-    builtin::text(name).with_context(|| format!("there is no built-in case '{name}'"))
+fn built_in_text(name: &str) -> &'static str {
+    builtin::text(name).expect("the name is that of a built-in case")
 }
 
 /// Reads all bytes, or fails if there are too many for a case.

@@ -8,9 +8,11 @@
 use std::error::Error;
 use std::panic::resume_unwind;
 use std::process::exit;
-use std::sync::mpsc::{Sender, channel};
-use std::sync::{Mutex, Once, PoisonError};
+use std::sync::Once;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
+use std::time::Duration;
 
 use anyhow::Context;
 
@@ -24,20 +26,24 @@ pub(super) const INTERRUPTED: u8 = 130;
 #[error("interrupted before anything was finished: no file was written")]
 pub(super) struct Interrupted;
 
-/// Called at the first interrupt. Without a listener an interrupt ends the program.
-static LISTENER: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
+/// The state of the program: an interrupt ends it unless a computation is [`WATCHED`], which it leaves [`STOPPED`].
+static STATE: AtomicU8 = AtomicU8::new(IDLE);
+const IDLE: u8 = 0;
+const WATCHED: u8 = 1;
+const STOPPED: u8 = 2;
 
-fn set_listener(listener: Option<Box<dyn FnOnce() + Send>>) -> Option<Box<dyn FnOnce() + Send>> {
-    std::mem::replace(&mut *LISTENER.lock().unwrap_or_else(PoisonError::into_inner), listener)
-}
+/// The main thread looks for an interrupt so often.
+const WATCH: Duration = Duration::from_millis(20);
 
 /// From this call on, an interrupt ends the program with exit code 130: at once, or by way of [`beside_it`].
 pub(super) fn listen() -> anyhow::Result<()> {
-    watch(|| match set_listener(None) {
-        Some(listener) => listener(),
-        None => exit(i32::from(INTERRUPTED)),
-    })
-    .context("cannot listen for interrupts")
+    watch(interrupt).context("cannot listen for interrupts")
+}
+
+fn interrupt() {
+    if STATE.compare_exchange(WATCHED, STOPPED, Ordering::SeqCst, Ordering::SeqCst).is_err() {
+        exit(i32::from(INTERRUPTED));
+    }
 }
 
 /// Calls `interrupted` for every Ctrl-C and SIGTERM, on a thread of its own. SIGHUP is left alone, so that nohup works.
@@ -55,23 +61,6 @@ fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
     Ok(ctrlc::set_handler(interrupted)?)
 }
 
-/// Events that the main thread waits for.
-enum Event<T> {
-    News(T),
-    Ended,
-    Interrupted,
-}
-
-/// Sends [`Event::Ended`] when it is dropped, so also when the worker panics.
-struct Ending<T>(Sender<Event<T>>);
-
-impl<T> Drop for Ending<T> {
-    fn drop(&mut self) {
-        // After an interrupt the receiver is gone, and the error is of no interest.
-        let _ = self.0.send(Event::Ended);
-    }
-}
-
 /// Runs `work` on another thread and passes everything that it reports to `hear` on this thread. Returns whether an
 /// interrupt came before `work` ended. Then `work` is left running, and another interrupt ends the program at once.
 ///
@@ -81,24 +70,21 @@ pub(super) fn beside_it<T: Send + 'static>(
     mut hear: impl FnMut(T),
 ) -> bool {
     start_threads();
-    let (sender, events) = channel();
-    let interrupts = sender.clone();
-    set_listener(Some(Box::new(move || drop(interrupts.send(Event::Interrupted)))));
-    let worker = thread::Builder::new().spawn(move || {
-        let ending = Ending(sender);
-        work(&|news| drop(ending.0.send(Event::News(news))));
-    });
+    STATE.store(WATCHED, Ordering::SeqCst);
+    let (sender, news) = channel();
+    let worker = thread::Builder::new().spawn(move || work(&|one| drop(sender.send(one))));
     let worker = worker.unwrap_or_else(|error| without_threads(error));
-    for event in events {
-        match event {
-            Event::News(news) => hear(news),
-            Event::Interrupted => return true,
-            Event::Ended => break,
+    while STATE.load(Ordering::SeqCst) != STOPPED {
+        match news.recv_timeout(WATCH) {
+            Ok(one) => hear(one),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                worker.join().unwrap_or_else(|panic| resume_unwind(panic));
+                return STATE.swap(IDLE, Ordering::SeqCst) == STOPPED;
+            }
         }
     }
-    set_listener(None);
-    worker.join().unwrap_or_else(|panic| resume_unwind(panic));
-    false
+    true
 }
 
 /// Starts the threads that studies compute with. What computes with them before [`beside_it`] calls this first.
@@ -123,19 +109,19 @@ fn without_threads(error: impl Into<anyhow::Error>) -> ! {
 mod tests {
     use super::*;
 
-    // All in one test, because the whole program has only one listener.
+    // All in one test, because the whole program has only one state.
     #[test]
     fn work_is_heard_until_it_ends_or_is_interrupted() {
         let mut heard = Vec::new();
         let interrupted = beside_it(|tell| (0..3).for_each(tell), |news| heard.push(news));
         assert!(!interrupted && heard == [0, 1, 2]);
-        assert!(set_listener(None).is_none(), "nobody listens to a computation that has ended");
+        assert_eq!(STATE.load(Ordering::SeqCst), IDLE, "a computation that has ended is not watched");
 
         let mut heard = 0;
         let interrupted = beside_it(
             |tell| {
                 tell(1);
-                set_listener(None).expect("a computation is listened to")();
+                interrupt();
                 // A computation that never ends.
                 thread::park();
             },

@@ -27,7 +27,7 @@ pub(super) struct MergeArgs {
 
 pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     let mut parts: Vec<Part> = args.parts.iter().map(|folder| Part::open(folder)).collect::<anyhow::Result<_>>()?;
-    let summary = joined(&parts)?;
+    let mut summary = joined(&parts)?;
     let first = &parts[0];
     let case = origin_of(&first.folder)?.map_or_else(|| first.folder.display().to_string(), |from| from.case);
     let target = args
@@ -37,7 +37,7 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     names.retain(|name| *name != RUNS_EVENTS || first.has_events());
     let files = OutputSet::open(target, &names)?;
     let tables = [RUNS].into_iter().chain(first.has_events().then_some(RUNS_EVENTS));
-    join(&mut parts, tables.map(|name| files.writer(name)).collect())?;
+    join(&mut parts, tables.map(|name| files.writer(name)).collect(), &mut summary)?;
     files.write_text(CASE, &parts[0].case)?;
     let text = vary::readable(summary.title.as_deref().unwrap_or("Many runs"), &summary, "");
     let json = summary.to_json();

@@ -69,7 +69,7 @@ enum Command {
         after_help = "Examples:\n  geodesic-ivp run quartic --plot\n  \
                       geodesic-ivp run mine.toml --set solver.accuracy=1e-10 --sample-t 0:10:0.5"
     )]
-    Run(run::RunArgs),
+    Run(Box<run::RunArgs>),
     /// Sweep the number of nodes, and fit the orders of the errors
     ///
     /// The errors are those against a trajectory of the Taylor method.
@@ -166,7 +166,7 @@ impl Cli {
         }
         interrupt::listen()?;
         match self.command {
-            Command::Run(args) => run::run(&args),
+            Command::Run(args) => run::run(*args),
             Command::Converge(args) => converge::converge(&args),
             Command::WorkPrecision(args) => work_precision::work_precision(&args),
             Command::Stability(args) => stability::stability(&args),

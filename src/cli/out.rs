@@ -164,22 +164,11 @@ pub(super) fn for_data() -> anyhow::Result<StdoutLock<'static>> {
 /// is taken to be closed, since what is written to it is lost in any case.
 #[cfg(target_os = "linux")]
 fn is_closed() -> bool {
-    use std::fs;
-    use std::os::unix::fs::{FileTypeExt, MetadataExt};
-
-    const ACCESS: u32 = 3;
-    const READ_AND_WRITE: u32 = 2;
-    let device = |path| {
-        let metadata = fs::metadata(path).ok().filter(|metadata| metadata.file_type().is_char_device())?;
-        Some(metadata.rdev())
-    };
-    let flags = || {
-        let information = fs::read_to_string("/proc/self/fdinfo/1").ok()?;
-        let flags = information.lines().find_map(|line| line.strip_prefix("flags:"))?;
-        u32::from_str_radix(flags.trim(), 8).ok()
-    };
-    device("/dev/null").is_some_and(|null| device("/proc/self/fd/1") == Some(null))
-        && flags().is_some_and(|flags| flags & ACCESS == READ_AND_WRITE)
+    use rustix::fs::{FileType, OFlags, fcntl_getfl, fstat, stat};
+    let (Ok(null), Ok(found)) = (stat("/dev/null"), fstat(io::stdout())) else { return false };
+    FileType::from_raw_mode(null.st_mode) == FileType::CharacterDevice
+        && (found.st_mode, found.st_rdev) == (null.st_mode, null.st_rdev)
+        && fcntl_getfl(io::stdout()).is_ok_and(|flags| flags.contains(OFlags::RDWR))
 }
 
 /// On other systems the standard library gives no way to tell.

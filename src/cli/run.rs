@@ -23,7 +23,7 @@ use toml_edit::Value;
 use super::drawn::{draw, picture_names};
 use super::out::{OutArgs, RESULTS};
 use super::samples::SampleArgs;
-use super::told::{Told, details};
+use super::told::Told;
 use super::vary::{VaryArgs, vary};
 use super::{CaseArgs, memory, out, report};
 
@@ -106,17 +106,15 @@ fn whole(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|&count| count > 0).ok_or_else(|| "expected a whole number, 1 or more".to_owned())
 }
 
-pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    if let Some(from) = &args.from {
-        let mut args = RunArgs { from: None, ..args.clone() };
+pub(super) fn run(mut args: RunArgs) -> anyhow::Result<ExitCode> {
+    if let Some(from) = args.from.take() {
         args.case.set.push(format!("initial.from={}", Value::from(from.display().to_string())));
-        return run(&args);
     }
     if !args.vary.vary.is_empty() {
-        return vary(args);
+        return vary(&args);
     }
     if args.more.is_empty() {
-        return run_case(&args.case.read()?, args);
+        return run_case(&args.case.read()?, &args);
     }
     // All are read before the first is run: a mistake in the last one is found at once.
     let each = args.each()?;
@@ -165,7 +163,7 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     let samples = args.samples.stream(case)?;
     case.warnings().iter().for_each(|warning| report::warn(warning));
     let is_streamed = args.samples.samples_only || args.stdout && takes_windows(&setup, args);
-    memory::check(&setup, is_streamed, args.samples.count())?;
+    memory::check(&setup, is_streamed, args.samples.count().unwrap_or(0))?;
     if args.stdout {
         return to_standard_output(case, &setup, args, Wanted { samples, is_streamed, ..Wanted::default() });
     }
@@ -197,7 +195,7 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     files.commit(&|name| name != UNTIL_FAILURE)?;
     args.output.tell(args.case.quiet, &json, || {
         let told = Told { title: &title, case, run: &run, judged: &judged, solve_seconds };
-        told.lines(&directory) + &if args.verbose { details(&run, &judged) } else { String::new() }
+        told.lines(&directory) + &if args.verbose { told.details() } else { String::new() }
     })?;
     Ok(ExitCode::SUCCESS)
 }
@@ -320,7 +318,7 @@ fn file_names(case: &Case, args: &RunArgs) -> Vec<&'static str> {
     names.retain(|name| match *name {
         TRAJECTORY | RESIDUALS => !args.samples.samples_only,
         BRANCHES => !args.samples.samples_only && case.settings.system == System::Doubled,
-        SAMPLES => args.samples.wanted(),
+        SAMPLES => args.samples.count().is_some(),
         SENSITIVITY => !args.samples.samples_only && case.settings.sensitivity,
         EVENTS => !case.events.is_empty(),
         SUMMARY | CASE | UNTIL_FAILURE => true,
@@ -354,7 +352,7 @@ fn solved<S: Arithmetic>(
 fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &Run<S>) -> anyhow::Result<()> {
     let Run { line, samples, events, .. } = run;
     let (names, digits) = (line.geometry().names(), line.digits);
-    if args.samples.wanted() {
+    if args.samples.count().is_some() {
         files.write_table(SAMPLES, |out| write_samples(out, names, samples, digits))?;
     }
     if !case.events.is_empty() {

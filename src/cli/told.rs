@@ -179,6 +179,47 @@ impl<S: Real> Told<'_, S> {
         };
         Some(format!("{found}, beside an accuracy of {:.0e}", gaps.accuracy))
     }
+
+    /// The lines of `--verbose`: every reason for doubt, every charge, the critical point, and the bounds of the paper.
+    pub(super) fn details(&self) -> String {
+        let Run { line, diagnostics, sums, .. } = self.run;
+        let (names, of) = (line.geometry().names(), |value: S| value.to_f64());
+        let mut rows: Vec<(&str, String)> = Vec::new();
+        for charge in &diagnostics.charges {
+            rows.push(("charge", deviation(&format!("p_{}", names[charge.terms[0].0]), charge, line)));
+        }
+        for (sum, charge) in sums.iter().zip(&diagnostics.sums) {
+            rows.push(("sum", deviation(&sum.formula(names), charge, line)));
+        }
+        let norm = &diagnostics.norm;
+        let [value, most, ends] = [norm.value, norm.max_interior, norm.max_ends].map(of);
+        let text = format!("{value:.6}; changes by at most {most:.2e} at nodes, {ends:.2e} at ends of windows");
+        rows.push(("K", text));
+        for (name, invariant) in &diagnostics.invariants {
+            let [value, most, ends] = [invariant.value, invariant.max_interior, invariant.max_ends].map(of);
+            rows.push(("drift", format!("{name} = {value:.6}, by {most:.1e} at nodes, {ends:.1e} at ends of windows")));
+        }
+        for work in &diagnostics.work {
+            let (name, work, defect) = (&names[work.coordinate], of(work.work), of(work.defect).abs());
+            rows.push(("work", format!("p_{name} changes by the work of the force, {work:.6}, to {defect:.1e}")));
+        }
+        if let Some(OfX { newtonian, bound, .. }) = &diagnostics.of_x {
+            let relation = if bound.is_kept() { "<=" } else { ">" };
+            let [h_bvp, most] = [bound.h_bvp, bound.h_bvp_bound].map(of);
+            rows.push(("motion", format!("the acceleration differs from Newton's by {:.1e}", newtonian.deviation)));
+            rows.push(("bound", format!("H_BVP = {h_bvp:.6} {relation} {most:.6} = Q_t (t_f - t_i)")));
+        }
+        for (a, sawtooth) in &diagnostics.sawtooth {
+            let size = sawtooth.amplitude.map_or("not measurable".to_owned(), |size| format!("{:.1e}", of(size)));
+            rows.push(("sawtooth", format!("in {}: {size}", names[*a])));
+        }
+        let action = if line.form == Form::Weak { "E_weak" } else { "E_IVP" };
+        let how = iterations(&line.iterations).unwrap_or("an explicit recursion".to_owned());
+        let system = if line.is_doubled() { "doubled action" } else { "physical limit" };
+        rows.push(("critical", format!("|grad {action}| = {:.1e}, {system}, {how}", of(line.gradient_norm))));
+        let doubts = self.judged.verdict.reasons.iter().skip(1).map(doubt);
+        doubts.chain(rows.iter().map(|(name, text)| row(name, text))).collect()
+    }
 }
 
 /// A reason for doubt, with its remedy.
@@ -251,53 +292,6 @@ fn percent(share: f64) -> String {
         1e-4.. => format!("{:.2} %", 100.0 * share),
         _ => format!("{share:.1e}"),
     }
-}
-
-/// The lines of `--verbose`: every reason for doubt, every charge, the critical point, and the bounds of the paper.
-pub(super) fn details<S: Real>(run: &Run<S>, judged: &Judged) -> String {
-    let Run { line, diagnostics, sums, .. } = run;
-    let names = line.geometry().names();
-    let mut lines: Vec<String> = judged.verdict.reasons.iter().skip(1).map(doubt).collect();
-    for charge in &diagnostics.charges {
-        lines.push(row("charge", &deviation(&format!("p_{}", names[charge.terms[0].0]), charge, line)));
-    }
-    for (sum, charge) in sums.iter().zip(&diagnostics.sums) {
-        lines.push(row("sum", &deviation(&sum.formula(names), charge, line)));
-    }
-    let norm = &diagnostics.norm;
-    let [value, interior, ends] = [norm.value, norm.max_interior, norm.max_ends].map(|value| value.to_f64());
-    lines.push(row(
-        "K",
-        &format!("{value:.6}; changes by at most {interior:.2e} at nodes, {ends:.2e} at ends of windows"),
-    ));
-    for (name, invariant) in &diagnostics.invariants {
-        let [value, most, ends] =
-            [invariant.value, invariant.max_interior, invariant.max_ends].map(|value| value.to_f64());
-        lines
-            .push(row("drift", &format!("{name} = {value:.6}, by {most:.1e} at nodes, {ends:.1e} at ends of windows")));
-    }
-    for work in &diagnostics.work {
-        let (name, [work, defect]) = (&names[work.coordinate], [work.work, work.defect].map(|value| value.to_f64()));
-        lines.push(row(
-            "work",
-            &format!("p_{name} changes by the work of the force, {work:.6}, to {:.1e}", defect.abs()),
-        ));
-    }
-    if let Some(of_x) = &diagnostics.of_x {
-        let relation = if of_x.is_kept() { "<=" } else { ">" };
-        let [h_bvp, most] = [of_x.h_bvp, of_x.h_bvp_bound].map(|value| value.to_f64());
-        lines.push(row("motion", &format!("the acceleration differs from Newton's by {:.1e}", of_x.deviation)));
-        lines.push(row("bound", &format!("H_BVP = {h_bvp:.6} {relation} {most:.6} = Q_t (t_f - t_i)")));
-    }
-    for (a, sawtooth) in &diagnostics.sawtooth {
-        let size = sawtooth.amplitude.map_or("not measurable".to_owned(), |size| format!("{:.1e}", size.to_f64()));
-        lines.push(row("sawtooth", &format!("in {}: {size}", names[*a])));
-    }
-    let action = if line.form == Form::Weak { "E_weak" } else { "E_IVP" };
-    let how = iterations(&line.iterations).unwrap_or("an explicit recursion".to_owned());
-    let system = if line.is_doubled() { "doubled action" } else { "physical limit" };
-    lines.push(row("critical", &format!("|grad {action}| = {:.1e}, {system}, {how}", line.gradient_norm.to_f64())));
-    lines.concat()
 }
 
 /// The value of a charge, and by how much it changes at the nodes.

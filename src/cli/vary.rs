@@ -6,7 +6,6 @@
 //! continued by the same command.
 
 use std::process::ExitCode;
-use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -54,7 +53,7 @@ pub(super) struct VaryArgs {
     ///
     /// These are the rows K, K + N, K + 2N and so on. In a job array of SLURM, PBS or SGE `auto` is the share of the
     /// job.
-    #[arg(long, value_name = "K/N", requires_all = ["vary", "out"])]
+    #[arg(long, value_name = "K/N", value_parser = share, requires_all = ["vary", "out"])]
     part: Option<Share>,
 
     /// The column that the map of --plot shows
@@ -91,23 +90,18 @@ impl Share {
     }
 }
 
-impl FromStr for Share {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text.trim() == "auto" {
-            let variable = |name: &str| std::env::var(name).ok()?.trim().parse().ok();
-            return Self::of_job(variable).ok_or_else(|| {
-                "no variables of a job array are set, SLURM_ARRAY_TASK_ID and _COUNT or those of PBS or SGE: give K/N"
-                    .to_owned()
-            });
-        }
-        let parsed = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
-        parsed
-            .filter(|(k, n)| (1..=*n).contains(k))
-            .map(|(k, n)| Self { k, n })
-            .ok_or_else(|| "expected K/N with 1 <= K <= N, for example 2/4".to_owned())
+/// The share that `--part` names.
+fn share(text: &str) -> Result<Share, String> {
+    if text.trim() == "auto" {
+        let variable = |name: &str| std::env::var(name).ok()?.trim().parse().ok();
+        return Share::of_job(variable).ok_or_else(|| {
+            "no variables of a job array are set, SLURM_ARRAY_TASK_ID and _COUNT or those of PBS or SGE: give K/N"
+                .to_owned()
+        });
     }
+    let parsed = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
+    let found = parsed.filter(|(k, n)| (1..=*n).contains(k)).map(|(k, n)| Share { k, n });
+    found.ok_or_else(|| "expected K/N with 1 <= K <= N, for example 2/4".to_owned())
 }
 
 pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
@@ -141,8 +135,10 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if there > 0 && !args.case.quiet {
         report::note(&format!("{there} of {all} rows are there already"));
     }
-    let (runs, columns) = (Arc::new(runs), Arc::new(columns));
-    if compute(&runs, &columns, todo, &mut journal, args.case.quiet)? {
+    let table = Arc::new((runs, columns));
+    let interrupted = compute(&table, todo, &mut journal, args.case.quiet)?;
+    let (runs, columns) = table.as_ref();
+    if interrupted {
         let (there, path) = (journal.count(), journal.path().display());
         report::warn(&format!(
             "interrupted: {there} of {all} rows are kept in {path}; the same command goes on from there"
@@ -160,7 +156,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
         files.write_text(MAP, &pictures::scan(of, column, varied, &cells).to_svg())?;
     }
     files.write_text(CASE, &identity.case)?;
-    let text = readable(&args.case.headed(runs.first().title.as_deref()), &summary, &varied(&runs));
+    let text = readable(&args.case.headed(runs.first().title.as_deref()), &summary, &varied(runs));
     let json = summary.to_json();
     let placed = Placed::new(files, &json, None)?;
     journal.remove()?;
@@ -215,8 +211,7 @@ fn check_keys(axes: &[Axis], set: &[String]) -> anyhow::Result<()> {
 /// Computes the rows `todo`, which count from 0, with a progress bar if standard error is a terminal, and keeps them.
 /// Returns whether it was interrupted.
 fn compute(
-    runs: &Arc<ManyRuns>,
-    columns: &Arc<Columns>,
+    table: &Arc<(ManyRuns, Columns)>,
     todo: Vec<usize>,
     journal: &mut Journal,
     quiet: bool,
@@ -224,17 +219,17 @@ fn compute(
     let bar = study::bar(quiet, todo.len(), "{bar:30} {pos}/{len} runs, {eta} left");
     let (next, end) = (Arc::new(AtomicUsize::new(0)), todo.len());
     let work = {
-        let (runs, columns, next) = (Arc::clone(runs), Arc::clone(columns), Arc::clone(&next));
-        move |tell: &(dyn Fn(RunRow) + Sync)| {
+        let next = Arc::clone(&next);
+        move |(runs, columns): &(ManyRuns, Columns), tell: &(dyn Fn(RunRow) + Sync)| {
             rayon::broadcast(|_| {
                 while let Some(&run) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    tell(computed(&runs, &columns, run));
+                    tell(computed(runs, columns, run));
                 }
             });
         }
     };
     let mut kept = Ok(());
-    let interrupted = interrupt::beside_it(work, |row| {
+    let interrupted = study::computed(&bar, table, work, |row| {
         bar.inc(1);
         if kept.is_ok() {
             kept = journal.keep(&row);
@@ -244,7 +239,6 @@ fn compute(
             }
         }
     });
-    bar.finish_and_clear();
     kept.map(|()| interrupted)
 }
 

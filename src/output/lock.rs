@@ -32,23 +32,26 @@ impl FolderLock {
         loop {
             let cannot = || format!("cannot write {}", path.display());
             let file = File::options().create(true).truncate(false).write(true).open(&path).with_context(cannot)?;
-            match file.try_lock() {
-                // The previous holder may have removed the file between its opening and its locking here.
-                Ok(()) if is_at(&file, &path) => return Ok(Self { path, _file: file }),
-                Ok(()) => {}
-                Err(TryLockError::WouldBlock) if start.elapsed() < PATIENCE => {
-                    std::thread::sleep(Duration::from_millis(2));
-                }
-                Err(TryLockError::WouldBlock) => {
+            if !try_lock(&file).with_context(cannot)? {
+                if start.elapsed() >= PATIENCE {
                     anyhow::bail!("another program has been writing into {} for {PATIENCE:?}", folder.display());
                 }
-                // Some network file systems have no locks. There the user must not run two processes in one folder.
-                Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
-                    return Ok(Self { path, _file: file });
-                }
-                Err(TryLockError::Error(error)) => return Err(error).with_context(cannot),
+                std::thread::sleep(Duration::from_millis(2));
+            } else if is_at(&file, &path) {
+                return Ok(Self { path, _file: file });
             }
+            // The previous holder removed the file between its opening and its locking here.
         }
+    }
+}
+
+/// Locks a file until it is closed. Returns false if another process has locked it.
+pub(super) fn try_lock(file: &File) -> io::Result<bool> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Ok(false),
+        // Some network file systems have no locks. There the user must not run two processes in one folder.
+        Err(TryLockError::Error(error)) if error.kind() != io::ErrorKind::Unsupported => Err(error),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(true),
     }
 }
 

@@ -88,11 +88,8 @@ pub fn write_samples<S: Real>(
     samples: &[Sample<S>],
     digits: u32,
 ) -> csv::Result<()> {
-    let mut table = Table::new(&mut out, digits);
-    table.writer.write_record(state_header(names))?;
-    for sample in samples {
-        table.row(None, numbers(sample), None)?;
-    }
+    let mut table = Table::new(&mut out, digits, state_header(names))?;
+    samples.iter().try_for_each(|sample| table.row(None, numbers(sample), None))?;
     table.finish()
 }
 
@@ -108,8 +105,7 @@ pub fn write_events<S: Real>(
     crossings: &[Crossing<S>],
     digits: u32,
 ) -> csv::Result<()> {
-    let mut table = Table::new(&mut out, digits);
-    table.writer.write_record(std::iter::once("event".to_owned()).chain(state_header(names)))?;
+    let mut table = Table::new(&mut out, digits, std::iter::once("event".to_owned()).chain(state_header(names)))?;
     for Crossing { watch, sample } in crossings {
         table.row(Some(events[*watch]), numbers(sample), None)?;
     }
@@ -123,12 +119,11 @@ pub fn write_events<S: Real>(
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_sensitivity<S: Real>(mut out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
-    let (geometry, mut table) = (run.geometry(), Table::new(&mut out, run.digits));
-    let (names, active) = (geometry.names(), geometry.active());
+    let (names, active) = (run.geometry().names(), run.geometry().active());
     let positions = active.iter().map(|&a| names[a].clone());
     let unknowns: Vec<String> = positions.chain(active.iter().map(|&a| format!("p_{}", names[a]))).collect();
     let cells = unknowns.iter().flat_map(|a| unknowns.iter().map(move |b| format!("d_{a}_d_{b}")));
-    table.writer.write_record(std::iter::once("gamma".to_owned()).chain(cells))?;
+    let mut table = Table::new(&mut out, run.digits, std::iter::once("gamma".to_owned()).chain(cells))?;
     let gammas = std::iter::once(S::ZERO).chain(run.windows.iter().map(|window| window.gamma[1]));
     let joints = run.sensitivity.iter().flat_map(Sensitivity::joints);
     let (m, n) = (active.len(), unknowns.len());
@@ -197,13 +192,10 @@ fn write_table<S: Real>(
     rows: Rows,
     columns: Vec<Column<'_, S>>,
 ) -> csv::Result<()> {
-    let (names, mut columns): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+    let (names, mut columns): (Vec<String>, Vec<_>) = columns.into_iter().unzip();
     let Rows { has_header, has_windows, every } = rows;
-    let mut table = Table::new(out, run.digits);
-    if has_header {
-        let names = names.iter().map(String::as_str);
-        table.writer.write_record(std::iter::once("gamma").chain(names).chain(has_windows.then_some("window")))?;
-    }
+    let header = std::iter::once("gamma".to_owned()).chain(names).chain(has_windows.then(|| "window".to_owned()));
+    let mut table = Table::new(out, run.digits, header.filter(|_| has_header))?;
     let mut gammas = run.gamma();
     for (window, grid) in (1 + run.window_count - run.windows.len()..).zip(&run.windows) {
         let last = grid.nodes().len() - 1;
@@ -295,13 +287,14 @@ struct Table<'o> {
 }
 
 impl<'o> Table<'o> {
-    fn new(out: &'o mut dyn Write, digits: u32) -> Self {
-        Self {
-            writer: WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out),
-            digits,
-            record: ByteRecord::new(),
-            room: DecimalRoom::default(),
+    /// A table with these headings; one without any continues another.
+    fn new(out: &'o mut dyn Write, digits: u32, headings: impl IntoIterator<Item = String>) -> csv::Result<Self> {
+        let mut writer = WriterBuilder::new().buffer_capacity(BUFFER).from_writer(out);
+        let header: ByteRecord = headings.into_iter().collect();
+        if !header.is_empty() {
+            writer.write_byte_record(&header)?;
         }
+        Ok(Self { writer, digits, record: header, room: DecimalRoom::default() })
     }
 
     /// Writes a row: numbers between a label and the number of a window, where there are such.

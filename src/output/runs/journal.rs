@@ -7,16 +7,16 @@
 //! is torn is cut off when the journal is opened again. Once a second all is brought to the disk, for the case that the
 //! machine stops.
 
-use std::fs::{self, File, TryLockError};
-use std::io::{self, BufRead, BufReader, Write};
+use std::fs::{self, File};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use csv::{ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
 use super::super::files::{refused, refused_by_system};
+use super::super::lock::try_lock;
 use super::rows::{self, RowFile};
 use super::{JOURNAL, JOURNAL_EVENTS, RunRow, RunsSummary};
 
@@ -89,37 +89,27 @@ impl Journal {
     /// [`Refused`](crate::output::Refused) if it is of another table, no journal, or in use; or an error of a file.
     pub fn open(folder: &Path, identity: &Identity, headers: &[Vec<String>; 2], force: bool) -> anyhow::Result<Self> {
         let (path, mut file) = opened(folder, JOURNAL)?;
-        match file.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                let message = format!("another program is computing the rows of {}", path.display());
-                return Err(refused_by_system(message, "wait for it, or choose another folder with --out"));
-            }
-            // Some network file systems have no locks. There the user must not run two processes in one folder.
-            Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {}
-            Err(TryLockError::Error(error)) => {
-                return Err(error).with_context(|| format!("cannot write {}", path.display()));
-            }
+        if !try_lock(&file).with_context(|| format!("cannot write {}", path.display()))? {
+            let message = format!("another program is computing the rows of {}", path.display());
+            return Err(refused_by_system(message, "wait for it, or choose another folder with --out"));
         }
-        let own = identity.line();
-        let begun = begun(&mut file, &own).with_context(|| format!("cannot read {}", path.display()))?;
-        match &begun {
-            Begun::By(before) => {
-                if let Some(difference) = identity.difference(before) {
-                    let path = path.display();
-                    let message = format!("{path} has rows of another table: it was begun with {difference}");
-                    let help = "give the command that began that table to finish it, choose another folder with \
-                                --out, or remove the file";
-                    return Err(refused(message, help));
-                }
-            }
-            Begun::Foreign if !force => {
-                let path = path.display();
-                let message = format!("{path} is there already, and nothing says that this program wrote it");
-                let help = "move it away, choose another folder with --out, or replace it with --force";
-                return Err(refused_by_system(message, help));
-            }
-            Begun::Torn | Begun::Foreign => {}
+        let (own, mut line) = (identity.line(), Vec::new());
+        let read = BufReader::new(&mut file).read_until(b'\n', &mut line);
+        read.with_context(|| format!("cannot read {}", path.display()))?;
+        let json = line.strip_prefix(MARK).filter(|_| line.ends_with(b"\n"));
+        let before: Option<Identity> = json.and_then(|json| serde_json::from_slice(json).ok());
+        if let Some(difference) = before.as_ref().and_then(|before| identity.difference(before)) {
+            let path = path.display();
+            let message = format!("{path} has rows of another table: it was begun with {difference}");
+            let help = "give the command that began that table to finish it, choose another folder with --out, or \
+                        remove the file";
+            return Err(refused(message, help));
+        }
+        // A program that was killed may have left a part of its first line.
+        if before.is_none() && !own.starts_with(&line) && !force {
+            let message = format!("{} is there already, and nothing says that this program wrote it", path.display());
+            let help = "move it away, choose another folder with --out, or replace it with --force";
+            return Err(refused_by_system(message, help));
         }
         let mut tables = vec![RowFile::read(&path, file, own.len() as u64)?];
         if !headers[1].is_empty() {
@@ -127,7 +117,7 @@ impl Journal {
             tables.push(RowFile::read(&path, file, 0)?);
         }
         let mut all = tables.iter().zip(headers);
-        if matches!(begun, Begun::By(_)) && all.all(|(table, header)| table.header.iter().eq(header)) {
+        if before.is_some() && all.all(|(table, header)| table.header.iter().eq(header)) {
             tables[0].cut(|_| true)?;
             if let [runs, events] = &mut tables[..] {
                 // Events are written before their row, which the program may have been killed before.
@@ -183,23 +173,8 @@ impl Journal {
         summary: &mut RunsSummary,
         column: Option<&str>,
     ) -> anyhow::Result<Vec<String>> {
-        let mut wanted = Vec::new();
         let order: Vec<(usize, usize)> = self.tables[0].numbers().map(|row| (row, 0)).collect();
-        let header = &self.tables[0].header;
-        let place = |name: &str| header.iter().position(|cell| cell == name);
-        let ([status, verdict], column) = (["status", "verdict"].map(place), column.and_then(place));
-        let see = |record: &[u8]| {
-            let mut reader = ReaderBuilder::new().has_headers(false).from_reader(record);
-            let mut cells = StringRecord::new();
-            let is_read = reader.read_record(&mut cells).unwrap_or(false);
-            let cell = |place: Option<usize>| place.filter(|_| is_read).and_then(|place| cells.get(place));
-            summary.count(cell(status).unwrap_or_default(), cell(verdict).unwrap_or_default());
-            if column.is_some() {
-                wanted.push(cell(column).unwrap_or_default().to_owned());
-            }
-        };
-        rows::write(&mut [&mut self.tables], order.into_iter(), tables, see)?;
-        Ok(wanted)
+        rows::write(&mut [&mut self.tables], order.into_iter(), tables, summary, column)
     }
 
     /// Removes it, as its rows are in a table now.
@@ -221,27 +196,6 @@ fn opened(folder: &Path, name: &str) -> anyhow::Result<(PathBuf, File)> {
     let file = File::options().read(true).write(true).create(true).truncate(false).open(&path);
     let file = file.with_context(|| format!("cannot write {}", path.display()))?;
     Ok((path, file))
-}
-
-/// Who began a journal.
-enum Begun {
-    /// The program, with a table of this identity.
-    By(Identity),
-    /// Nobody, or the program, which was killed before its first line was whole.
-    Torn,
-    /// Somebody else.
-    Foreign,
-}
-
-fn begun(file: &mut File, own: &[u8]) -> io::Result<Begun> {
-    let mut line = Vec::new();
-    BufReader::new(file).read_until(b'\n', &mut line)?;
-    let before = line.strip_prefix(MARK).filter(|_| line.ends_with(b"\n"));
-    Ok(match before.and_then(|json| serde_json::from_slice(json).ok()) {
-        Some(before) => Begun::By(before),
-        None if own.starts_with(&line) => Begun::Torn,
-        None => Begun::Foreign,
-    })
 }
 
 #[cfg(test)]

@@ -78,7 +78,7 @@ impl Part {
     }
 }
 
-/// The summary of the table that the parts make together.
+/// The summary of the table that the parts make together, without its rows.
 ///
 /// # Errors
 /// If they are parts of different tables.
@@ -87,7 +87,6 @@ impl Part {
 /// Without parts.
 pub fn joined(parts: &[Part]) -> anyhow::Result<RunsSummary> {
     let (first, others) = parts.split_first().expect("there is a part");
-    let mut summary = RunsSummary { part: None, ..first.summary.clone() };
     for part in others {
         if let Some(what) = first.difference(part) {
             let [one, other] = [first, part].map(|part| part.folder.display());
@@ -95,20 +94,16 @@ pub fn joined(parts: &[Part]) -> anyhow::Result<RunsSummary> {
             let help = "join parts of one case, varied in one way, from one version of the program";
             return Err(refused(message, help));
         }
-        let RunsSummary { rows, solved, doubtful, statuses, .. } = &part.summary;
-        summary.rows += rows;
-        summary.solved += solved;
-        summary.doubtful += doubtful;
-        statuses.iter().for_each(|(status, count)| *summary.statuses.entry(status.clone()).or_default() += count);
     }
-    Ok(summary)
+    Ok(RunsSummary { part: None, ..first.summary.without_rows() })
 }
 
-/// Writes the rows of all parts in their order to the first table, and their events to the second if they have any.
+/// Writes the rows of all parts in their order to the first table, and their events to the second if they have any; and
+/// counts them in the summary.
 ///
 /// # Errors
 /// [`Refused`](crate::output::Refused) if a row is missing or there twice, or an error of the files.
-pub fn join<W: Write>(parts: &mut [Part], tables: Vec<W>) -> anyhow::Result<()> {
+pub fn join<W: Write>(parts: &mut [Part], tables: Vec<W>, summary: &mut RunsSummary) -> anyhow::Result<()> {
     let mut order: BTreeMap<usize, usize> = BTreeMap::new();
     for (place, part) in parts.iter().enumerate() {
         for row in part.tables[0].numbers() {
@@ -133,7 +128,7 @@ pub fn join<W: Write>(parts: &mut [Part], tables: Vec<W>) -> anyhow::Result<()> 
         return Err(refused(message, "compute it with --part, and name all parts"));
     }
     let mut sources: Vec<&mut Vec<RowFile>> = parts.iter_mut().map(|part| &mut part.tables).collect();
-    rows::write(&mut sources, order.into_iter(), tables, |_| ())
+    rows::write(&mut sources, order.into_iter(), tables, summary, None).map(drop)
 }
 
 /// The missing parts in words, if all tables are parts of one division, or else the missing rows.

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use csv::{ReaderBuilder, StringRecord};
 
-use super::{RUNS, RUNS_EVENTS};
+use super::{RUNS, RUNS_EVENTS, RunsSummary};
 
 /// Tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
@@ -28,9 +28,6 @@ pub(super) struct RowFile {
 impl RowFile {
     /// Finds the rows of a file that begin at byte `begin` with a header. A record that is torn, and what is after it,
     /// does not count.
-    ///
-    /// # Errors
-    /// If the file cannot be read.
     pub(super) fn read(path: &Path, mut file: File, begin: u64) -> anyhow::Result<Self> {
         let cannot = || format!("cannot read {}", path.display());
         let size = file.seek(SeekFrom::End(0)).with_context(cannot)?;
@@ -60,9 +57,6 @@ impl RowFile {
     }
 
     /// The table of that name in a folder; `None` if there is none.
-    ///
-    /// # Errors
-    /// If it cannot be read.
     pub(super) fn open(folder: &Path, name: &str) -> anyhow::Result<Option<Self>> {
         let path = folder.join(name);
         if !path.exists() {
@@ -82,20 +76,14 @@ impl RowFile {
     }
 
     /// Cuts off the records of rows that are not `wanted`, which must be its last ones, and what is torn.
-    ///
-    /// # Errors
-    /// If the file cannot be cut.
     pub(super) fn cut(&mut self, wanted: impl Fn(usize) -> bool) -> anyhow::Result<()> {
         let unwanted = self.places.iter().filter(|(row, _)| !wanted(**row)).map(|(_, place)| place.start);
         self.length = unwanted.min().unwrap_or(self.length);
         self.places.retain(|_, place| place.end <= self.length);
-        self.file.set_len(self.length).with_context(|| format!("cannot write {}", self.path.display()))
+        self.written(self.file.set_len(self.length))
     }
 
     /// Begins the file with these lines, the last of which is the header.
-    ///
-    /// # Errors
-    /// If it cannot be written.
     pub(super) fn begin(&mut self, first: &[u8], header: &[String]) -> anyhow::Result<()> {
         self.places.clear();
         self.length = 0;
@@ -105,13 +93,9 @@ impl RowFile {
     }
 
     /// Appends the records of a row.
-    ///
-    /// # Errors
-    /// If they cannot be written.
     pub(super) fn append(&mut self, row: Option<usize>, records: &[u8]) -> anyhow::Result<()> {
-        let cannot = || format!("cannot write {}", self.path.display());
-        self.file.seek(SeekFrom::Start(self.length)).with_context(cannot)?;
-        self.file.write_all(records).with_context(cannot)?;
+        let mut file = &self.file;
+        self.written(file.seek(SeekFrom::Start(self.length)).and_then(|_| file.write_all(records)))?;
         let end = self.length + records.len() as u64;
         if let Some(row) = row.filter(|_| !records.is_empty()) {
             self.places.insert(row, self.length..end);
@@ -121,17 +105,15 @@ impl RowFile {
     }
 
     /// Brings it to the disk.
-    ///
-    /// # Errors
-    /// If that fails.
     pub(super) fn sync(&self) -> anyhow::Result<()> {
-        self.file.sync_data().with_context(|| format!("cannot write {}", self.path.display()))
+        self.written(self.file.sync_data())
+    }
+
+    fn written(&self, done: io::Result<()>) -> anyhow::Result<()> {
+        done.with_context(|| format!("cannot write {}", self.path.display()))
     }
 
     /// The records of a row; nothing if it has none.
-    ///
-    /// # Errors
-    /// If they cannot be read.
     pub(super) fn row(&mut self, row: usize) -> anyhow::Result<Vec<u8>> {
         let Some(place) = self.places.get(&row) else { return Ok(Vec::new()) };
         let mut records = vec![0; (place.end - place.start) as usize];
@@ -151,30 +133,37 @@ pub(super) fn line_of<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<u8> {
 }
 
 /// Writes the rows of `order`, each with the place of its source, to tables: the first has the rows, and the second, if
-/// there is one, their events. A source has a file for each. `see` is shown every row.
-///
-/// # Errors
-/// If a row cannot be read, or a table cannot be written.
+/// there is one, their events. A source has a file for each. The rows are counted in the summary. Returns the cells of a
+/// column, if one is wanted, in their order.
 pub(super) fn write<W: Write>(
     sources: &mut [&mut Vec<RowFile>],
     order: impl Iterator<Item = (usize, usize)>,
     tables: Vec<W>,
-    mut see: impl FnMut(&[u8]),
-) -> anyhow::Result<()> {
+    summary: &mut RunsSummary,
+    column: Option<&str>,
+) -> anyhow::Result<Vec<String>> {
     let cannot = |name: &str| format!("cannot write {name}");
     let tables = tables.into_iter().map(|table| BufWriter::with_capacity(BUFFER, table));
     let mut tables: Vec<_> = tables.zip([RUNS, RUNS_EVENTS]).collect();
     for ((out, name), table) in tables.iter_mut().zip(&*sources[0]) {
         out.write_all(&line_of(&table.header)).with_context(|| cannot(name))?;
     }
-    for (row, place) in order {
-        for ((out, name), table) in tables.iter_mut().zip(sources[place].iter_mut()) {
+    let place = |name: &str| sources[0][0].header.iter().position(|cell| cell == name);
+    let ([status, verdict], column, mut wanted) = (["status", "verdict"].map(place), column.map(place), Vec::new());
+    for (row, source) in order {
+        for ((out, name), table) in tables.iter_mut().zip(sources[source].iter_mut()) {
             let records = table.row(row)?;
-            if *name == RUNS {
-                see(&records);
-            }
             out.write_all(&records).with_context(|| cannot(name))?;
+            if *name == RUNS {
+                let mut cells = StringRecord::new();
+                let mut reader = ReaderBuilder::new().has_headers(false).from_reader(&*records);
+                let is_read = reader.read_record(&mut cells).unwrap_or(false);
+                let cell = |place: Option<usize>| place.filter(|_| is_read).and_then(|place| cells.get(place));
+                summary.count(cell(status).unwrap_or_default(), cell(verdict).unwrap_or_default());
+                wanted.extend(column.map(|place| cell(place).unwrap_or_default().to_owned()));
+            }
         }
     }
-    tables.iter_mut().try_for_each(|(out, name)| out.flush().with_context(|| cannot(name)))
+    tables.iter_mut().try_for_each(|(out, name)| out.flush().with_context(|| cannot(name)))?;
+    Ok(wanted)
 }

@@ -53,6 +53,11 @@ impl RunsSummary {
         }
     }
 
+    /// The same table without rows.
+    pub(super) fn without_rows(&self) -> Self {
+        Self { rows: 0, solved: 0, doubtful: 0, statuses: BTreeMap::new(), ..self.clone() }
+    }
+
     /// Counts a row with this status and verdict.
     pub(super) fn count(&mut self, status: &str, verdict: &str) {
         self.rows += 1;
