@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, ValueHint};
-use geodesic_ivp::output::runs::{Part, RUNS, RUNS_EVENTS, join, joined};
+use geodesic_ivp::output::runs::{Part, join, joined};
 use geodesic_ivp::output::{CASE, Origin, OutputSet, SUMMARY, origin_of};
 
 use super::out::{self, OutArgs};
@@ -33,11 +33,9 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     let target = args
         .output
         .target_in(args.output.out.clone().unwrap_or_default(), Origin { command: out::VARY.to_owned(), case })?;
-    let mut names = vec![RUNS, RUNS_EVENTS, SUMMARY, CASE];
-    names.retain(|name| *name != RUNS_EVENTS || first.has_events());
-    let files = OutputSet::open(target, &names)?;
-    let tables = [RUNS].into_iter().chain(first.has_events().then_some(RUNS_EVENTS));
-    join(&mut parts, tables.map(|name| files.writer(name)).collect(), &mut summary)?;
+    let tables = first.table_names();
+    let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE]].concat())?;
+    join(&mut parts, tables.iter().map(|name| files.writer(name)).collect(), &mut summary)?;
     files.write_text(CASE, &parts[0].case)?;
     let text = vary::readable(summary.title.as_deref().unwrap_or("Many runs"), &summary, "");
     let json = summary.to_json();

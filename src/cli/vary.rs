@@ -13,7 +13,7 @@ use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{key_of, overridden};
 use geodesic_ivp::number::Extended;
-use geodesic_ivp::output::runs::{Columns, Identity, Journal, RUNS, RUNS_EVENTS, RunRow, RunsSummary};
+use geodesic_ivp::output::runs::{Columns, Identity, Journal, RunRow, RunsSummary, TABLES};
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, pictures};
 use geodesic_ivp::solve::Settings;
 use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
@@ -119,14 +119,9 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let column = if args.plot { Some(column(&args.vary, &runs, &columns)?) } else { None };
     let target = args.output.target(&args.case, out::VARY)?;
     let force = target.force;
-    let mut names = vec![RUNS, RUNS_EVENTS, SUMMARY, CASE, MAP];
-    names.retain(|name| match *name {
-        RUNS_EVENTS => columns.has_events(),
-        MAP => args.plot,
-        _ => true,
-    });
-    let files = OutputSet::open(target, &names)?;
-    let mut journal = Journal::open(files.folder(), &identity, &columns.headers(), force)?;
+    let (tables, pictures): (_, &[&str]) = (&TABLES[..columns.headers.len()], if args.plot { &[MAP] } else { &[] });
+    let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE], pictures].concat())?;
+    let mut journal = Journal::open(files.folder(), &identity, &columns.headers, force)?;
 
     let Share { k, n } = part.unwrap_or(Share { k: 1, n: 1 });
     let share = (k - 1..runs.len()).step_by(n);
@@ -137,7 +132,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     let table = Arc::new((runs, columns));
     let interrupted = compute(&table, todo, &mut journal, args.case.quiet)?;
-    let (runs, columns) = table.as_ref();
+    let runs = &table.0;
     if interrupted {
         let (there, path) = (journal.count(), journal.path().display());
         report::warn(&format!(
@@ -147,8 +142,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
 
     let mut summary = RunsSummary::new(runs.first().title.as_deref(), &identity, runs.len());
-    let tables = [RUNS].into_iter().chain(columns.has_events().then_some(RUNS_EVENTS));
-    let tables = tables.map(|name| files.writer(name)).collect();
+    let tables = tables.iter().map(|name| files.writer(name)).collect();
     let cells = journal.write(tables, &mut summary, column.as_deref())?;
     if let (Some(column), [x, y]) = (&column, runs.axes.as_slice()) {
         let of = runs.first().title.as_deref().unwrap_or(&name);
@@ -183,7 +177,7 @@ fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result
         let message = "--plot draws a map of a whole table over two keys that vary";
         return Err(refused(message, "give --vary twice, without --part, or leave out --plot"));
     }
-    let header = columns.header();
+    let header = &columns.headers[0];
     let default = || runs.first().coordinates().into_iter().find(|name| name != "t");
     let column = args.column.clone().or_else(default).unwrap_or_else(|| "status".to_owned());
     if header.contains(&column) {

@@ -18,7 +18,11 @@ fn columns(arena: &Arena) -> StudyTable<'_, Cell> {
     let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
     let charge = move |cell: &Cell, place: usize| finite(Some(cell.numbers.as_ref()?.charges.as_ref()?[place]));
     let error = move |cell: &Cell, a: usize| finite(Some(cell.numbers.as_ref()?.errors.as_ref()?[a]));
-    let before = StudyTable::<Cell>::new()
+    let only = |name: &str, is_there: bool| is_there.then(|| name.to_owned()).into_iter();
+    let is_scene = arena.is_scene();
+    let names = if is_scene { arena.coordinates() } else { &[] };
+    let charges = arena.charges().filter(|_| is_scene).map(|a| format!("delta_q_{}", names[a]));
+    StudyTable::<Cell>::new()
         .with("method", |cell| match cell.method.is_adaptive() {
             true => format!("{} tol={:e}", cell.method.name(), cell.setting),
             false => cell.method.name(),
@@ -29,29 +33,17 @@ fn columns(arena: &Arena) -> StudyTable<'_, Cell> {
         .with_number("t_dot", move |cell| finite(cell.t_dot))
         .with_number("delta_gamma_omega", move |cell| finite(cell.delta_gamma_omega))
         .with("status", |cell| cell.status.as_str().to_owned())
-        .with_number("delta_k_max", move |cell| finite(Some(cell.numbers.as_ref()?.delta_k_max)));
-    let middle = if arena.is_scene() {
-        before
-    } else {
-        before
-            .with_number("delta_q_t_max", move |cell| charge(cell, 0))
-            .with_number("error_x_max", move |cell| error(cell, 1))
-    };
-    let behind = middle
+        .with_number("delta_k_max", move |cell| finite(Some(cell.numbers.as_ref()?.delta_k_max)))
+        .with_each(only("delta_q_t_max", !is_scene), charge)
+        .with_each(only("error_x_max", !is_scene), move |cell, _| error(cell, 1))
         .with_number("sawtooth", move |cell| finite(cell.numbers.as_ref()?.sawtooth))
         .with("iterations", move |cell| whole(cell.iterations))
-        .with_number("seconds", move |cell| finite(Some(cell.seconds)));
-    if !arena.is_scene() {
-        return behind;
-    }
-    let names = arena.coordinates();
-    let all = behind
+        .with_number("seconds", move |cell| finite(Some(cell.seconds)))
         .with_each(names.iter().map(|name| format!("error_{name}")), error)
-        .with_each(arena.charges().map(|a| format!("delta_q_{}", names[a])), charge);
-    match arena.has_energy() {
-        true => all.with_number("delta_energy_max", move |cell| finite(cell.numbers.as_ref()?.delta_energy_max)),
-        false => all,
-    }
+        .with_each(charges, charge)
+        .with_each(only("delta_energy_max", is_scene && arena.has_energy()), move |cell, _| {
+            finite(cell.numbers.as_ref()?.delta_energy_max)
+        })
 }
 
 /// Writes `stability.csv`, one row per cell. Numbers that do not apply, were not measured or are not finite are left

@@ -218,8 +218,8 @@ pub struct StreamedTable {
     every: usize,
     /// True if there are several windows, if that is known before the run.
     has_windows: Option<bool>,
-    /// Otherwise the first window without and with their column.
-    first: [Vec<u8>; 2],
+    /// Otherwise the first window with their column, until there is a second one.
+    first: Vec<u8>,
     /// The file that could not be written.
     error: Option<csv::Error>,
 }
@@ -227,7 +227,7 @@ pub struct StreamedTable {
 impl StreamedTable {
     /// A table in an empty file.
     pub fn new(file: File, every: usize, has_windows: Option<bool>) -> Self {
-        Self { file, every, has_windows, first: Default::default(), error: None }
+        Self { file, every, has_windows, first: Vec::new(), error: None }
     }
 
     /// Adds a part of the run, with what was measured on it alone. It must continue the previous one or, if it contains
@@ -240,27 +240,18 @@ impl StreamedTable {
 
     fn add<S: Real>(&mut self, part: &WorldLine<S>, measured: &Diagnostics<S>) -> csv::Result<()> {
         let has_header = part.window_count == part.windows.len();
+        let has_windows = self.has_windows.unwrap_or(!has_header || part.windows.len() > 1);
         let rows = |has_windows| Rows { has_header, has_windows, every: self.every };
-        if has_header {
+        let first = std::mem::take(&mut self.first);
+        if has_header || !first.is_empty() {
             self.file.set_len(0)?;
             self.file.rewind()?;
-            self.first = Default::default();
         }
-        let has_windows = match self.has_windows {
-            Some(has_windows) => has_windows,
-            None if part.windows.len() > 1 => true,
-            None if has_header => {
-                for (room, has_windows) in self.first.iter_mut().zip([false, true]) {
-                    write_table(room, part, rows(has_windows), everything(part, measured))?;
-                }
-                return Ok(());
-            }
-            None => {
-                let [_, first] = std::mem::take(&mut self.first);
-                self.file.write_all(&first)?;
-                true
-            }
-        };
+        if !has_header {
+            self.file.write_all(&first)?;
+        } else if self.has_windows.is_none() && !has_windows {
+            write_table(&mut self.first, part, rows(true), everything(part, measured))?;
+        }
         write_table(&mut self.file, part, rows(has_windows), everything(part, measured))
     }
 
@@ -272,7 +263,6 @@ impl StreamedTable {
         if let Some(error) = self.error {
             return Err(error);
         }
-        self.file.write_all(&self.first[0])?;
         self.file.rewind()?;
         Ok(self.file)
     }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::files::{CASE, SUMMARY, refused};
 use super::rows::{self, RowFile};
-use super::{JOURNAL, RUNS, RUNS_EVENTS, RunsSummary};
+use super::{JOURNAL, RUNS, RUNS_EVENTS, RunsSummary, TABLES};
 
 /// Rows that a message names at most.
 const MOST_NAMED: usize = 5;
@@ -55,9 +55,9 @@ impl Part {
         Ok(Self { folder: folder.to_owned(), summary, case, tables })
     }
 
-    /// Returns true if it has events.
-    pub fn has_events(&self) -> bool {
-        self.tables.len() > 1
+    /// The names of its tables.
+    pub fn table_names(&self) -> &'static [&'static str] {
+        &TABLES[..self.tables.len()]
     }
 
     /// The difference from another part, if they are not parts of one table.

@@ -15,6 +15,8 @@ pub use summary::RunsSummary;
 pub const RUNS: &str = "runs.csv";
 /// The events of all runs.
 pub const RUNS_EVENTS: &str = "runs-events.csv";
+/// The tables of many runs; the second is only there if they have events.
+pub const TABLES: [&str; 2] = [RUNS, RUNS_EVENTS];
 /// The rows that are finished, while the table is not.
 pub const JOURNAL: &str = "runs.partial.csv";
 /// Their events.

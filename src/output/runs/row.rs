@@ -21,43 +21,24 @@ pub struct RunRow {
 /// The columns of the table: those that the first valid run has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
-    keys: Vec<String>,
-    coordinates: Vec<String>,
+    /// The header of `runs.csv` and, if there are events, that of `runs-events.csv`.
+    pub headers: Vec<Vec<String>>,
     maxima: Vec<String>,
-    has_estimate: bool,
-    has_events: bool,
 }
 
 impl Columns {
     /// The columns of a table of these runs.
     pub fn new(runs: &ManyRuns) -> Self {
-        Self {
-            keys: runs.axes.iter().map(|axis| axis.key.clone()).collect(),
-            coordinates: runs.first().coordinates(),
-            maxima: End::maxima_of(runs.first()),
-            has_estimate: runs.first().settings.accuracy.is_some(),
-            has_events: !runs.first().events.is_empty(),
-        }
-    }
-
-    /// Returns true if there is a table of events.
-    pub fn has_events(&self) -> bool {
-        self.has_events
-    }
-
-    /// The header of `runs.csv`.
-    pub fn header(&self) -> Vec<String> {
-        let before = ["status", "exit_code", "ended_by"].map(str::to_owned);
-        let estimate = self.has_estimate.then(|| "error_estimate".to_owned());
-        let keys = std::iter::once("row".to_owned()).chain(self.keys.iter().cloned());
-        let result = before.into_iter().chain(state_header(&self.coordinates)).chain(self.maxima.iter().cloned());
-        keys.chain(result).chain(estimate).chain(["verdict", "message"].map(str::to_owned)).collect()
-    }
-
-    /// The headers of `runs.csv` and of `runs-events.csv`; the second is empty if there are no events.
-    pub fn headers(&self) -> [Vec<String>; 2] {
-        let events = ["row", "event"].map(str::to_owned).into_iter().chain(state_header(&self.coordinates));
-        [self.header(), events.filter(|_| self.has_events).collect()]
+        let (first, maxima) = (runs.first(), End::maxima_of(runs.first()));
+        let texts = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
+        let state = state_header(&first.coordinates());
+        let keys = runs.axes.iter().map(|axis| axis.key.clone()).collect();
+        let ending = texts(&["status", "exit_code", "ended_by"]);
+        let estimate = first.settings.accuracy.map(|_| "error_estimate".to_owned()).into_iter().collect();
+        let verdict = texts(&["verdict", "message"]);
+        let row = [texts(&["row"]), keys, ending, state.clone(), maxima.clone(), estimate, verdict].concat();
+        let event = (!first.events.is_empty()).then(|| [texts(&["row", "event"]), state].concat());
+        Self { headers: [row].into_iter().chain(event).collect(), maxima }
     }
 
     /// The row of a run, which counts from 0, from its end or else the status in a word, the exit code that a single
@@ -69,21 +50,16 @@ impl Columns {
         let mut cells = vec![number.clone()];
         cells.extend(runs.values(run).into_iter().map(str::to_owned));
         cells.extend([status.to_owned(), exit_code.to_string()]);
-        match end {
-            Some(end) => {
-                cells.push(name_of(&end.ending).to_owned());
-                cells.push(end.gamma.clone());
-                cells.extend(end.q.iter().chain(&end.q_dot).cloned());
-                // A charge that only some runs have is a column if the first one has it.
-                let value = |name: &String| end.maxima.iter().find(|(other, _)| other == name);
-                cells.extend(self.maxima.iter().map(|name| value(name).map_or_else(String::new, |(_, v)| v.clone())));
-            }
-            None => cells.extend(vec![String::new(); 2 + 2 * self.coordinates.len() + self.maxima.len()]),
+        if let Some(end) = end {
+            cells.extend([name_of(&end.ending).to_owned(), end.gamma.clone()]);
+            cells.extend(end.q.iter().chain(&end.q_dot).cloned());
+            // A charge that only some runs have is a column if the first one has it.
+            let value = |name: &String| end.maxima.iter().find(|(other, _)| other == name);
+            cells.extend(self.maxima.iter().map(|name| value(name).map_or_else(String::new, |(_, v)| v.clone())));
+            cells.extend(end.error_estimate.map(|estimate| estimate.to_decimal(f64::MOST_DIGITS)));
         }
-        if self.has_estimate {
-            let estimate = end.and_then(|end| end.error_estimate);
-            cells.push(estimate.map_or_else(String::new, |estimate| estimate.to_decimal(f64::MOST_DIGITS)));
-        }
+        // What is not there is empty, and what only this run has is not in the table.
+        cells.resize(self.headers[0].len() - 2, String::new());
         let (verdict, message) = match end {
             Some(End { verdict, .. }) => {
                 let reasons: Vec<String> = verdict.reasons.iter().map(Reason::to_string).collect();

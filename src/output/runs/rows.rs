@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use csv::{ReaderBuilder, StringRecord};
 
-use super::{RUNS, RUNS_EVENTS, RunsSummary};
+use super::{RUNS, RunsSummary, TABLES};
 
 /// Tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
@@ -144,7 +144,7 @@ pub(super) fn write<W: Write>(
 ) -> anyhow::Result<Vec<String>> {
     let cannot = |name: &str| format!("cannot write {name}");
     let tables = tables.into_iter().map(|table| BufWriter::with_capacity(BUFFER, table));
-    let mut tables: Vec<_> = tables.zip([RUNS, RUNS_EVENTS]).collect();
+    let mut tables: Vec<_> = tables.zip(TABLES).collect();
     for ((out, name), table) in tables.iter_mut().zip(&*sources[0]) {
         out.write_all(&line_of(&table.header)).with_context(|| cannot(name))?;
     }
