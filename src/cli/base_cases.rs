@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use geodesic_ivp::case::Form;
 use geodesic_ivp::output::json_object;
 use geodesic_ivp::study::convergence::Quantity;
-use geodesic_ivp::study::convergence::paper::{BASE_CASES, PUBLISHED_SLOPES, published};
+use geodesic_ivp::study::convergence::paper::{BASE_CASES, published};
 
 use super::converge::{COMMAND, ConvergeArgs, Line, Swept, sweep_into, table};
 use super::interrupt::Interrupted;
@@ -22,7 +22,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     let (mut all, mut code) = (Vec::new(), 0);
     for name in BASE_CASES {
         let (case, target) = (case.read_built_in(name)?, output.built_in_target(name, COMMAND)?);
-        match sweep_into(target, &case, args, &ranges(name), &format!("{name}: ")) {
+        match sweep_into(target, &case, args, &format!("{name}: ")) {
             Ok(swept) => all.push((name, swept)),
             Err(error) if error.is::<Interrupted>() => {
                 code = report::explain(&error);
@@ -43,21 +43,13 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::from(code))
 }
 
-/// The ranges of N over which a case has its published slopes.
-fn ranges(case: &str) -> Vec<(usize, usize)> {
-    let mut ranges: Vec<_> = PUBLISHED_SLOPES.iter().filter(|one| one.case == case).map(|one| one.n_range).collect();
-    ranges.dedup();
-    ranges
-}
-
 /// The lines of a case: its slopes over the grids of the paper or, where that has none, over all of them.
 fn lines(name: &'static str, swept: &Swept, is_changed: bool) -> impl Iterator<Item = Line> {
     swept.slopes.iter().enumerate().map(move |(index, all)| {
         // The paper has no slopes in the L2 norm. They are fitted over the grids of ε_x.
         let of_x = published(name, all.sbp, Quantity::EPS_X_FINAL).filter(|_| all.form == Form::Strong);
-        let place = ranges(name).iter().position(|one| of_x.is_some_and(|of_x| of_x.n_range == *one));
-        let fitted = place.map_or(all, |place| &swept.beside[place][index]);
-        Line { case: name, ..Line::new(fitted.clone(), Some(name).filter(|_| !is_changed)) }
+        let fitted = of_x.map_or_else(|| all.clone(), |of_x| (swept.over)(of_x.n_range).swap_remove(index));
+        Line { case: name, ..Line::new(fitted, Some(name).filter(|_| !is_changed)) }
     })
 }
 

@@ -89,7 +89,7 @@ fn range(text: &str) -> Result<(usize, usize), String> {
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     let CaseArgs { case: Some(_), quiet, .. } = args.study.case else { return base_cases::converge(args) };
     let case = args.study.case.read_for_study()?;
-    let swept = sweep_into(args.study.output.target(&args.study.case, COMMAND)?, &case, args, &[], "")?;
+    let swept = sweep_into(args.study.output.target(&args.study.case, COMMAND)?, &case, args, "")?;
     args.study.output.tell(quiet, &swept.summary, || format!("{}{}", swept.text, swept.placed.written))?;
     Ok(ExitCode::from(swept.code()))
 }
@@ -101,10 +101,10 @@ pub(super) struct Swept {
     pub(super) summary: String,
     /// The lines for people.
     text: String,
-    /// Slopes over all grids above the rounding plateau.
+    /// Slopes over all grids above the rounding plateau, or over those that were asked for.
     pub(super) slopes: Vec<Slope>,
-    /// Slopes over each of the further ranges that were asked for.
-    pub(super) beside: Vec<Vec<Slope>>,
+    /// The slopes over another range of N.
+    pub(super) over: Box<dyn Fn((usize, usize)) -> Vec<Slope>>,
     /// The reference's estimate of its own relative error.
     pub(super) reference_error: f64,
     /// True if any grid has a solution.
@@ -124,19 +124,13 @@ impl Swept {
     }
 }
 
-/// Sweeps a case and writes its files. Slopes are also fitted over the ranges of `beside`. Warnings begin with `name`.
+/// Sweeps a case and writes its files. Warnings begin with `name`.
 ///
 /// # Errors
 /// Also if it was interrupted before there was a reference.
-pub(super) fn sweep_into(
-    target: Target,
-    case: &Case,
-    args: &ConvergeArgs,
-    beside: &[(usize, usize)],
-    name: &str,
-) -> anyhow::Result<Swept> {
+pub(super) fn sweep_into(target: Target, case: &Case, args: &ConvergeArgs, name: &str) -> anyhow::Result<Swept> {
     let sweep = if case.settings.is_extended() { sweep_in::<Extended> } else { sweep_in::<f64> };
-    sweep(target, case, args, beside, name)
+    sweep(target, case, args, name)
 }
 
 /// Returns true if the finest grids fit into memory.
@@ -157,13 +151,7 @@ fn mixes_parities<S>(convergence: &Convergence<S>) -> bool {
     parities.any(|parity| Some(parity) != first)
 }
 
-fn sweep_in<S: Arithmetic>(
-    target: Target,
-    case: &Case,
-    args: &ConvergeArgs,
-    beside: &[(usize, usize)],
-    name: &str,
-) -> anyhow::Result<Swept> {
+fn sweep_in<S: Arithmetic>(target: Target, case: &Case, args: &ConvergeArgs, name: &str) -> anyhow::Result<Swept> {
     let warn = |warning: &str| report::warn(&format!("{name}{warning}"));
     case.warnings().iter().for_each(|warning| warn(warning));
     check_memory::<S>(case, args)?;
@@ -190,10 +178,10 @@ fn sweep_in<S: Arithmetic>(
         placed: Placed::new(files, &summary, finished)?,
         summary,
         text: readable(&title, &convergence, &slopes, args),
-        beside: beside.iter().map(|&range| convergence.slopes(range)).collect(),
         slopes,
         reference_error: convergence.reference.error_estimate,
         solved: convergence.points.iter().any(|point| point.errors.is_some()),
+        over: Box::new(move |range| convergence.slopes(range)),
     })
 }
 

@@ -28,9 +28,11 @@ use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 use clap::{Arg, Args, CommandFactory, Parser, Subcommand, ValueHint};
 use geodesic_ivp::formula::similar::nearest;
 
-/// Reads the command line, executes the command and returns its exit code.
+/// Reads the command line, executes the command and returns its exit code. A mistake in the command line ends the
+/// program with exit code 2; help and version end it with 0.
 pub fn main() -> ExitCode {
-    Cli::from_command_line().execute().unwrap_or_else(|error| report::explain(&error).into())
+    let cli = Cli::try_parse().unwrap_or_else(|error| explained(error).exit());
+    execute(cli.command).unwrap_or_else(|error| report::explain(&error).into())
 }
 
 /// The text at the end of `--help`.
@@ -147,35 +149,25 @@ struct CaseArgs {
     quiet: bool,
 }
 
-impl Cli {
-    /// Reads the command line. A mistake in it ends the program with exit code 2; help and version end it with 0.
-    fn from_command_line() -> Self {
-        Self::try_parse().unwrap_or_else(|error| explained(error).exit())
+/// Executes the command.
+fn execute(command: Command) -> anyhow::Result<ExitCode> {
+    match &command {
+        Command::Converge(_) | Command::WorkPrecision(_) | Command::Stability(_) => memory::require_room(true)?,
+        Command::Run(args) => memory::require_room(!args.vary.vary.is_empty())?,
+        Command::Check(_) | Command::Merge(_) => memory::require_room(false)?,
+        Command::Init(_) | Command::Completions { .. } | Command::Man => {}
     }
-
-    /// Executes the command.
-    ///
-    /// # Errors
-    /// The error that ended the command; [`report::explain`] turns it into a message and an exit code.
-    fn execute(self) -> anyhow::Result<ExitCode> {
-        match &self.command {
-            Command::Converge(_) | Command::WorkPrecision(_) | Command::Stability(_) => memory::require_room(true)?,
-            Command::Run(args) => memory::require_room(!args.vary.vary.is_empty())?,
-            Command::Check(_) | Command::Merge(_) => memory::require_room(false)?,
-            Command::Init(_) | Command::Completions { .. } | Command::Man => {}
-        }
-        interrupt::listen()?;
-        match self.command {
-            Command::Run(args) => run::run(*args),
-            Command::Converge(args) => converge::converge(&args),
-            Command::WorkPrecision(args) => work_precision::work_precision(&args),
-            Command::Stability(args) => stability::stability(&args),
-            Command::Merge(args) => merge::merge(&args),
-            Command::Check(args) => check::check(&args),
-            Command::Init(args) => init::init(&args),
-            Command::Completions { shell } => manual::completions(shell),
-            Command::Man => manual::man(),
-        }
+    interrupt::listen()?;
+    match command {
+        Command::Run(args) => run::run(*args),
+        Command::Converge(args) => converge::converge(&args),
+        Command::WorkPrecision(args) => work_precision::work_precision(&args),
+        Command::Stability(args) => stability::stability(&args),
+        Command::Merge(args) => merge::merge(&args),
+        Command::Check(args) => check::check(&args),
+        Command::Init(args) => init::init(&args),
+        Command::Completions { shell } => manual::completions(shell),
+        Command::Man => manual::man(),
     }
 }
 

@@ -1,9 +1,10 @@
 //! `run CASE`.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::thread::{Builder, ScopedJoinHandle, scope};
+use std::thread::{Builder, scope};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -170,7 +171,10 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     let wanted = Wanted { samples, is_streamed, sums: true, observer: None };
     let target = args.output.target(&args.case, "run")?;
     let directory = target.folder.clone();
-    let files = OutputSet::open(target, &file_names(case, args))?;
+    let tables = tables(case, args);
+    let names = tables.iter().map(|(name, _)| *name).chain([UNTIL_FAILURE, SUMMARY, CASE]);
+    let pictures = picture_names(case).into_iter().filter(|_| args.plot);
+    let files = OutputSet::open(target, &names.chain(pictures).collect::<Vec<_>>())?;
     // The expectations hold for the case as it is in its file.
     let effective = if args.case.set.is_empty() { case.to_toml() } else { case.without_expectations().to_toml() };
     files.write_text(CASE, &effective)?;
@@ -185,7 +189,7 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
     let start = Instant::now();
-    write_tables(&files, case, args, &run)?;
+    write_tables(&files, &tables, &run)?;
     let title = args.case.headed(case.title.as_deref());
     let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
     files.write_text(SUMMARY, &json)?;
@@ -311,20 +315,40 @@ pub(super) fn event_names(case: &Case) -> Vec<&str> {
     case.events.iter().map(|event| event.name.as_str()).collect()
 }
 
-/// The files that a run writes.
-fn file_names(case: &Case, args: &RunArgs) -> Vec<&'static str> {
-    let mut names = vec![TRAJECTORY, RESIDUALS, BRANCHES, SAMPLES, SENSITIVITY, EVENTS, UNTIL_FAILURE, SUMMARY, CASE];
-    names.extend(picture_names(case));
-    names.retain(|name| match *name {
-        TRAJECTORY | RESIDUALS => !args.samples.samples_only,
-        BRANCHES => !args.samples.samples_only && case.settings.system == System::Doubled,
-        SAMPLES => args.samples.count().is_some(),
-        SENSITIVITY => !args.samples.samples_only && case.settings.sensitivity,
-        EVENTS => !case.events.is_empty(),
-        SUMMARY | CASE | UNTIL_FAILURE => true,
-        _ => args.plot,
-    });
-    names
+/// A table of a run: its name, and how it is written.
+type Table<'a, S> = (&'static str, Box<dyn Fn(&File, &Run<S>) -> csv::Result<()> + Sync + 'a>);
+
+/// The tables of a run.
+fn tables<'a, S: Real>(case: &'a Case, args: &'a RunArgs) -> Vec<Table<'a, S>> {
+    let (every, settings, has_nodes) = (args.every, &case.settings, !args.samples.samples_only);
+    let all: [(bool, Table<'a, S>); 6] = [
+        (has_nodes, (TRAJECTORY, Box::new(move |out, run| write_trajectory(out, &run.parts(), every)))),
+        (has_nodes, (RESIDUALS, Box::new(move |out, run| write_residuals(out, &run.parts(), every)))),
+        (
+            has_nodes && settings.system == System::Doubled,
+            (BRANCHES, Box::new(move |out, run| write_branches(out, &run.line, every))),
+        ),
+        (
+            args.samples.count().is_some(),
+            (
+                SAMPLES,
+                Box::new(|out, Run { line, samples, .. }| {
+                    write_samples(out, line.geometry().names(), samples, line.digits)
+                }),
+            ),
+        ),
+        (has_nodes && settings.sensitivity, (SENSITIVITY, Box::new(|out, run| write_sensitivity(out, &run.line)))),
+        (
+            !case.events.is_empty(),
+            (
+                EVENTS,
+                Box::new(|out, Run { line, events, .. }| {
+                    write_events(out, line.geometry().names(), &event_names(case), events, line.digits)
+                }),
+            ),
+        ),
+    ];
+    all.into_iter().filter(|(is_wanted, _)| *is_wanted).map(|(_, table)| table).collect()
 }
 
 /// Solves, with a spinner if standard error is a terminal. Returns also the seconds in the solver.
@@ -347,35 +371,18 @@ fn solved<S: Arithmetic>(
     result
 }
 
-/// Writes the tables. The two large ones are written in parallel: at a million nodes that is most of the work that is
-/// left after the solve.
-fn write_tables<S: Real>(files: &OutputSet, case: &Case, args: &RunArgs, run: &Run<S>) -> anyhow::Result<()> {
-    let Run { line, samples, events, .. } = run;
-    let (names, digits) = (line.geometry().names(), line.digits);
-    if args.samples.count().is_some() {
-        files.write_table(SAMPLES, |out| write_samples(out, names, samples, digits))?;
-    }
-    if !case.events.is_empty() {
-        files.write_table(EVENTS, |out| write_events(out, names, &event_names(case), events, digits))?;
-    }
-    if !run.is_whole {
-        return Ok(());
-    }
-    let parts = run.parts();
-    let (trajectory, residuals) = scope(|scope| {
-        let write = || files.write_table(RESIDUALS, |out| write_residuals(out, &parts, args.every));
-        let residuals = Builder::new().spawn_scoped(scope, write);
-        let trajectory = files.write_table(TRAJECTORY, |out| write_trajectory(out, &parts, args.every));
-        // Where there is no room for a thread, one table follows the other.
-        let join = |thread: ScopedJoinHandle<'_, _>| thread.join().expect("writing a table does not panic");
-        (trajectory, residuals.map_or_else(|_| write(), join))
-    });
-    trajectory.and(residuals)?;
-    if line.sensitivity.is_some() {
-        files.write_table(SENSITIVITY, |out| write_sensitivity(out, line))?;
-    }
-    if line.is_doubled() {
-        files.write_table(BRANCHES, |out| write_branches(out, line, args.every))?;
-    }
-    Ok(())
+/// Writes the tables, in parallel: at a million nodes that is most of the work that is left after the solve.
+fn write_tables<S: Real>(files: &OutputSet, tables: &[Table<'_, S>], run: &Run<S>) -> anyhow::Result<()> {
+    let write = |(name, write): &Table<'_, S>| files.write_table(name, |out| write(out, run));
+    let Some((first, others)) = tables.split_first() else { return Ok(()) };
+    scope(|scope| {
+        let spawned = |table| (table, Builder::new().spawn_scoped(scope, move || write(table)));
+        let others: Vec<_> = others.iter().map(spawned).collect();
+        let first = write(first);
+        others.into_iter().fold(first, |before, (table, thread)| match thread {
+            Ok(thread) => before.and(thread.join().expect("writing a table does not panic")),
+            // Where there is no room for a thread, one table follows the other.
+            Err(_) => before.and(write(table)),
+        })
+    })
 }
