@@ -7,7 +7,7 @@ use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName, on_grid};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::number::Real;
-use geodesic_ivp::output::{OutputSet, Target, convergence_summary, pictures, write_convergence, write_slopes};
+use geodesic_ivp::output::{OutputSet, Target, convergence_summary, convergence_table, pictures, slopes_table};
 use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::paper::published;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
@@ -166,8 +166,8 @@ fn sweep_in<S: Arithmetic>(target: Target, case: &Case, args: &ConvergeArgs, nam
         );
     }
     Slope::warnings(&slopes).iter().for_each(|warning| warn(warning));
-    files.write_table(CONVERGENCE, |out| write_convergence(out, &convergence))?;
-    files.write_table(SLOPES, |out| write_slopes(out, &slopes))?;
+    files.write_table(CONVERGENCE, |out| convergence_table(&convergence).write(out))?;
+    files.write_table(SLOPES, |out| slopes_table(&slopes).write(out))?;
     let title = args.study.case.headed(case.title.as_deref());
     if args.study.plot {
         draw(&title, &convergence, (&slopes, n_range), &files)?;

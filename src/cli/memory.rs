@@ -16,9 +16,6 @@ const ROOM: f64 = 128.0;
 
 /// Refuses to begin where a limit of address space leaves too little for what is counted nowhere, in one thread or in
 /// one for each core: without that room the program would be aborted in the middle.
-///
-/// # Errors
-/// A refusal with the room that there is.
 pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
     let threads = if all_cores { available_parallelism().map_or(1, NonZero::get) } else { 0 };
     let least = ROOM * (1 + threads) as f64;
@@ -29,9 +26,6 @@ pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
 
 /// Refuses a run that needs more memory than there is, of which only the last window is kept if it is streamed, and so
 /// many samples.
-///
-/// # Errors
-/// A refusal with the memory that is needed and the memory that there is.
 pub(super) fn check<S: Real>(setup: &Setup<S>, is_streamed: bool, samples: usize) -> anyhow::Result<()> {
     let needed = bytes_needed(setup, is_streamed, samples);
     let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };

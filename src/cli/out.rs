@@ -43,9 +43,6 @@ pub(super) struct OutArgs {
 impl OutArgs {
     /// Prints the summary of a command as the options ask for it: as `json`, as `readable`, or not at all if it is to
     /// be quiet.
-    ///
-    /// # Errors
-    /// If standard output is closed or cannot be written.
     pub(super) fn tell(&self, quiet: bool, json: &str, readable: impl FnOnce() -> String) -> anyhow::Result<()> {
         match (self.json, quiet) {
             (true, _) => write_data(json.as_bytes()),
@@ -77,9 +74,6 @@ impl OutArgs {
 
     /// Where the files of `command` go for one of several built-in cases that it takes when no case is given:
     /// `results/<command>/<case>`, or `<case>` in the folder of `--out`.
-    ///
-    /// # Errors
-    /// If a JSON summary would be lost.
     pub(super) fn built_in_target(&self, case: &str, command: &str) -> anyhow::Result<Target> {
         let folder = self.out.clone().unwrap_or_else(|| Path::new("results").join(command)).join(case);
         let origin = Origin { command: command.to_owned(), case: format!("<built-in {case}>") };
@@ -124,9 +118,6 @@ fn folder_of(home: &Path, command: &str) -> PathBuf {
 }
 
 /// Writes `text` and flushes it, so that a full disk is noticed before the program ends.
-///
-/// # Errors
-/// If it cannot be written.
 pub(super) fn write(text: &str) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes())?;
@@ -134,9 +125,6 @@ pub(super) fn write(text: &str) -> anyhow::Result<()> {
 }
 
 /// Writes `bytes`, which are the whole output of a command.
-///
-/// # Errors
-/// If standard output is closed or cannot be written.
 pub(super) fn write_data(bytes: &[u8]) -> anyhow::Result<()> {
     let mut out = for_data()?;
     out.write_all(bytes)?;
@@ -144,9 +132,6 @@ pub(super) fn write_data(bytes: &[u8]) -> anyhow::Result<()> {
 }
 
 /// Standard output for data that is not kept anywhere else.
-///
-/// # Errors
-/// If it is closed.
 pub(super) fn for_data() -> anyhow::Result<StdoutLock<'static>> {
     if is_closed() {
         return Err(report::refused_by_system(

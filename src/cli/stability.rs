@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use geodesic_ivp::Case;
-use geodesic_ivp::output::{OutputSet, pictures, stability_summary, write_stability};
+use geodesic_ivp::output::{OutputSet, pictures, stability_summary, stability_table};
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Limit, Method, Pace, Plan, measure};
 
 use super::lines::{row, wrapped};
@@ -69,7 +69,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     })?;
     let atlas = measured_cells(&measured, study.case.quiet);
     let (arena, plan) = measured.as_ref();
-    files.write_table(STABILITY, |out| write_stability(out, arena, &atlas.cells))?;
+    files.write_table(STABILITY, |out| stability_table(arena, &atlas.cells).write(out))?;
     let title = study.case.headed(case.title.as_deref());
     if study.plot {
         draw(&files, &title, arena, plan, &atlas)?;

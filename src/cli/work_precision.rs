@@ -8,7 +8,7 @@ use std::sync::Arc;
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use geodesic_ivp::output::pictures::{self, Work};
-use geodesic_ivp::output::{OutputSet, read_rows, work_precision_summary, write_drift, write_work_precision};
+use geodesic_ivp::output::{OutputSet, drift_table, read_rows, work_precision_summary, work_precision_table};
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, DriftPoint, Leader, Method, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
 };
@@ -104,9 +104,9 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         }
     }
     measured.rows.extend(others);
-    let ratios = ratios(&measured.rows);
-    files.write_table(WORK_PRECISION, |out| write_work_precision(out, &case.coordinates(), &measured.rows))?;
-    files.write_table(DRIFT, |out| write_drift(out, &case.coordinates(), &along))?;
+    let (ratios, coordinates) = (ratios(&measured.rows), case.coordinates());
+    files.write_table(WORK_PRECISION, |out| work_precision_table(&coordinates, &measured.rows).write(out))?;
+    files.write_table(DRIFT, |out| drift_table(&coordinates, &along).write(out))?;
     let title = study.case.headed(case.title.as_deref());
     if study.plot {
         draw(&title, &arenas, &measured, &along, &files)?;

@@ -1,7 +1,5 @@
 //! The files of `converge`.
 
-use std::io::Write;
-
 use serde_json::{Value, json};
 
 use super::json;
@@ -9,21 +7,19 @@ use super::study_table::StudyTable;
 use crate::number::Real;
 use crate::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope};
 
-/// Writes `convergence.csv`, one row per grid; cells of a grid without a solution are empty. Every coordinate has two
-/// columns, and every charge has one.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_convergence<S>(out: impl Write, convergence: &Convergence<S>) -> csv::Result<()> {
+/// `convergence.csv`, one row per grid; cells of a grid without a solution are empty. Every coordinate has two columns,
+/// and every charge has one.
+pub fn convergence_table<S>(convergence: &Convergence<S>) -> StudyTable<'_, ConvergencePoint> {
     let Convergence { points, coordinates, charges, .. } = convergence;
-    let quantities = Quantity::all(coordinates.len());
-    StudyTable::<ConvergencePoint>::new()
+    let grids = StudyTable::of(points)
         .with("sbp", |point| point.sbp.into())
         .with("form", |point| point.form.as_str().to_owned())
         .with("n_gamma", |point| point.n_gamma.to_string())
-        .with_number("delta_gamma", |point| Some(point.delta_gamma))
-        .with_each(quantities.iter().map(|of| of.name(coordinates)), |point, k| {
-            Some(quantities[k].of(point.errors.as_ref()?))
+        .with_number("delta_gamma", |point| Some(point.delta_gamma));
+    Quantity::all(coordinates.len())
+        .into_iter()
+        .fold(grids, |table, of| {
+            table.with_number(of.name(coordinates), move |point| Some(of.of(point.errors.as_ref()?)))
         })
         .with_each(charges.iter().map(|name| format!("delta_q_{name}_last")), |point, k| {
             Some(point.errors.as_ref()?.charges_last[k])
@@ -32,26 +28,21 @@ pub fn write_convergence<S>(out: impl Write, convergence: &Convergence<S>) -> cs
         .with("iterations", |point| point.iterations.to_string())
         .with_number("seconds", |point| Some(point.seconds))
         .with("status", |point| point.status.to_string())
-        .write(out, points)
 }
 
-/// Writes `slopes.csv`, one row for each operator, form and quantity.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_slopes(out: impl Write, slopes: &[Slope]) -> csv::Result<()> {
+/// `slopes.csv`, one row for each operator, form and quantity.
+pub fn slopes_table(slopes: &[Slope]) -> StudyTable<'_, Slope> {
     let bound = |n: Option<usize>| n.map(|n| n.to_string()).unwrap_or_default();
-    StudyTable::<Slope>::new()
+    StudyTable::of(slopes)
         .with("sbp", |slope| slope.sbp.into())
         .with("form", |slope| slope.form.as_str().to_owned())
         .with("quantity", |slope| slope.name.clone())
         .with_number("slope", |slope| Some(slope.fit.as_ref()?.slope))
         .with_number("standard_error", |slope| slope.fit.as_ref()?.standard_error)
         .with_number("slope_vs_inverse_n", |slope| Some(slope.fit.as_ref()?.slope_vs_inverse_n))
-        .with("n_min", |slope| bound(slope.n_range.map(|range| range.0)))
-        .with("n_max", |slope| bound(slope.n_range.map(|range| range.1)))
+        .with("n_min", move |slope| bound(slope.n_range.map(|range| range.0)))
+        .with("n_max", move |slope| bound(slope.n_range.map(|range| range.1)))
         .with("points", |slope| slope.points.to_string())
-        .write(out, slopes)
 }
 
 /// The reference that the errors are measured against: a key for the end and one for the size of every coordinate.

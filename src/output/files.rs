@@ -87,9 +87,6 @@ pub fn refused_by_system(message: impl Into<String>, help: impl Into<String>) ->
 
 impl Target {
     /// The record of the set that is in the folder, if there is one.
-    ///
-    /// # Errors
-    /// If files called `names` may not replace what is there.
     fn before(&self, names: &[&str]) -> anyhow::Result<Option<Manifest>> {
         let before = Manifest::read(&self.folder)?;
         if let Some(other) = before.as_ref().filter(|before| self.own && before.origin != self.origin) {

@@ -23,9 +23,6 @@ pub(super) struct FolderLock {
 
 impl FolderLock {
     /// Waits until no other process has locked `folder`.
-    ///
-    /// # Errors
-    /// If the folder cannot be written to, or another process holds the lock for too long.
     pub(super) fn wait(folder: &Path) -> anyhow::Result<Self> {
         let path = folder.join(NAME);
         let start = Instant::now();

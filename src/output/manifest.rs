@@ -49,9 +49,6 @@ impl Manifest {
     }
 
     /// The record of `folder`, if there is one.
-    ///
-    /// # Errors
-    /// If it cannot be read, or is not such a record.
     pub(super) fn read(folder: &Path) -> anyhow::Result<Option<Self>> {
         let path = folder.join(NAME);
         let text = match fs::read_to_string(&path) {
@@ -72,9 +69,6 @@ impl Manifest {
     }
 
     /// Writes the record into `folder`, replacing an earlier one in a single step.
-    ///
-    /// # Errors
-    /// If it cannot be written.
     pub(super) fn write(&self, folder: &Path) -> anyhow::Result<()> {
         let path = folder.join(NAME);
         let write = || {
@@ -86,9 +80,6 @@ impl Manifest {
     }
 
     /// Removes the record of `folder`, if there is one.
-    ///
-    /// # Errors
-    /// If it cannot be removed.
     pub(super) fn remove(folder: &Path) -> anyhow::Result<()> {
         let path = folder.join(NAME);
         super::files::remove(&path).with_context(|| format!("cannot remove {}", path.display()))

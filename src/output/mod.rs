@@ -30,13 +30,14 @@ pub mod tables;
 mod work_precision;
 
 pub use chart::{Chart, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
-pub use convergence::{convergence_summary, write_convergence, write_slopes};
+pub use convergence::{convergence_summary, convergence_table, slopes_table};
 pub use files::{CASE, OutputSet, Refused, SUMMARY, Target, refused, refused_by_system};
 pub use json::json_object;
 pub use manifest::{Origin, origin_of};
-pub use stability::{stability_summary, write_stability};
+pub use stability::{stability_summary, stability_table};
+pub use study_table::StudyTable;
 pub use summary::{failure_summary, run_summary};
 pub use tables::{
     StreamedTable, write_branches, write_events, write_residuals, write_samples, write_sensitivity, write_trajectory,
 };
-pub use work_precision::{read_rows, work_precision_summary, write_drift, write_work_precision};
+pub use work_precision::{drift_table, read_rows, work_precision_summary, work_precision_table};

@@ -1,7 +1,5 @@
 //! The files of `stability`.
 
-use std::io::Write;
-
 use serde_json::{Value, json};
 
 use super::json::{merged, present, study_json};
@@ -11,9 +9,10 @@ use crate::study::stability::{
     ACCURATE, Arena, Atlas, Cell, CellStatus, DIVERGED, DRIFTING, Limit, Method, Plan, ROUGHER, SAWTOOTH,
 };
 
-/// The columns of one coordinate have its charge and its error in the middle. Those of a scene have the errors of all
+/// `stability.csv`, one row per cell. Numbers that do not apply, were not measured or are not finite are left empty. The
+/// columns of one coordinate have its charge and its error in the middle. Those of a scene have the errors of all
 /// coordinates, the charges and the energy at the end.
-fn columns(arena: &Arena) -> StudyTable<'_, Cell> {
+pub fn stability_table<'a>(arena: &'a Arena, cells: &'a [Cell]) -> StudyTable<'a, Cell> {
     let whole = |value: Option<usize>| value.map(|value| value.to_string()).unwrap_or_default();
     let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
     let charge = move |cell: &Cell, place: usize| finite(Some(cell.numbers.as_ref()?.charges.as_ref()?[place]));
@@ -22,7 +21,7 @@ fn columns(arena: &Arena) -> StudyTable<'_, Cell> {
     let is_scene = arena.is_scene();
     let names = if is_scene { arena.coordinates() } else { &[] };
     let charges = arena.charges().filter(|_| is_scene).map(|a| format!("delta_q_{}", names[a]));
-    StudyTable::<Cell>::new()
+    StudyTable::of(cells)
         .with("method", |cell| match cell.method.is_adaptive() {
             true => format!("{} tol={:e}", cell.method.name(), cell.setting),
             false => cell.method.name(),
@@ -44,15 +43,6 @@ fn columns(arena: &Arena) -> StudyTable<'_, Cell> {
         .with_each(only("delta_energy_max", is_scene && arena.has_energy()), move |cell, _| {
             finite(cell.numbers.as_ref()?.delta_energy_max)
         })
-}
-
-/// Writes `stability.csv`, one row per cell. Numbers that do not apply, were not measured or are not finite are left
-/// empty.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_stability(out: impl Write, arena: &Arena, cells: &[Cell]) -> csv::Result<()> {
-    columns(arena).write(out, cells)
 }
 
 /// For each length, the largest Δγω up to which all cells of `method` are accurate; null if not even the finest cell

@@ -6,19 +6,23 @@ use csv::Writer;
 
 use crate::number::Real;
 
-/// The columns of a table: their names, and the cells that a row has in them.
-pub(super) struct StudyTable<'c, R>(Vec<(String, Cell<'c, R>)>);
+/// A table: its rows, and the names of its columns with the cells that a row has in them.
+pub struct StudyTable<'c, R> {
+    rows: &'c [R],
+    columns: Vec<(String, Cell<'c, R>)>,
+}
 
 type Cell<'c, R> = Box<dyn Fn(&R) -> String + 'c>;
 
 impl<'c, R> StudyTable<'c, R> {
-    pub(super) fn new() -> Self {
-        Self(Vec::new())
+    /// A table of these rows, without columns.
+    pub(super) fn of(rows: &'c [R]) -> Self {
+        Self { rows, columns: Vec::new() }
     }
 
     /// The same columns and one more.
     pub(super) fn with(mut self, name: impl Into<String>, cell: impl Fn(&R) -> String + 'c) -> Self {
-        self.0.push((name.into(), Box::new(cell)));
+        self.columns.push((name.into(), Box::new(cell)));
         self
     }
 
@@ -36,11 +40,15 @@ impl<'c, R> StudyTable<'c, R> {
         names.enumerate().fold(self, |table, (k, name)| table.with_number(name, move |row| number(row, k)))
     }
 
-    /// Writes a header, and these rows.
-    pub(super) fn write(&self, out: impl Write, rows: &[R]) -> csv::Result<()> {
+    /// Writes the header and the rows.
+    ///
+    /// # Errors
+    /// If `out` cannot be written.
+    pub fn write(&self, out: impl Write) -> csv::Result<()> {
         let mut writer = Writer::from_writer(out);
-        writer.write_record(self.0.iter().map(|(name, _)| name))?;
-        rows.iter().try_for_each(|row| writer.write_record(self.0.iter().map(|(_, cell)| cell(row))))?;
+        writer.write_record(self.columns.iter().map(|(name, _)| name))?;
+        let cells = |row| self.columns.iter().map(move |(_, cell)| cell(row));
+        self.rows.iter().try_for_each(|row| writer.write_record(cells(row)))?;
         Ok(writer.flush()?)
     }
 }

@@ -1,6 +1,6 @@
 //! The files of `work-precision`.
 
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 
 use csv::{Reader, StringRecord};
 use serde_json::json;
@@ -15,13 +15,10 @@ use crate::study::work_precision::{
 const BEFORE: usize = 2;
 const BEHIND: usize = 7;
 
-/// Writes `work_precision.csv`, one row for each method and setting. The errors are empty if there is no result.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_work_precision(out: impl Write, coordinates: &[String], rows: &[Row]) -> csv::Result<()> {
+/// `work_precision.csv`, one row for each method and setting. The errors are empty if there is no result.
+pub fn work_precision_table<'r>(coordinates: &[String], rows: &'r [Row]) -> StudyTable<'r, Row> {
     let errors = coordinates.iter().map(|name| format!("error_{name}"));
-    StudyTable::<Row>::new()
+    StudyTable::of(rows)
         .with("method", |row| row.method.label())
         .with("setting", |row| row.setting.clone())
         .with_each(errors, |row, a| Some(row.errors.as_ref()?.q[a]))
@@ -32,7 +29,6 @@ pub fn write_work_precision(out: impl Write, coordinates: &[String], rows: &[Row
         .with("points", |row| row.points.to_string())
         .with("status", |row| row.status.as_str().to_owned())
         .with_number("gamma_f", |row| Some(row.gamma_f))
-        .write(out, rows)
 }
 
 /// Reads rows that another program measured, from a table with the columns of `work_precision.csv`.
@@ -75,18 +71,14 @@ pub fn read_rows(table: impl Read, coordinates: &[String]) -> csv::Result<Vec<Ro
     Reader::from_reader(table).into_records().map(row).collect()
 }
 
-/// Writes `drift.csv`, one row for each method and γ.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_drift(out: impl Write, coordinates: &[String], points: &[DriftPoint]) -> csv::Result<()> {
-    StudyTable::<DriftPoint>::new()
+/// `drift.csv`, one row for each method and γ.
+pub fn drift_table<'p>(coordinates: &[String], points: &'p [DriftPoint]) -> StudyTable<'p, DriftPoint> {
+    StudyTable::of(points)
         .with("method", |point| point.method.label())
         .with("setting", |point| point.setting.clone())
         .with_number("gamma", |point| Some(point.gamma))
         .with_each(coordinates.iter().map(|name| format!("error_{name}")), |point, a| Some(point.errors.q[a]))
         .with_number("delta_k", |point| Some(point.errors.delta_k))
-        .write(out, points)
 }
 
 /// `summary.json` of `work-precision` for the case with this title: of the arenas of all lengths, the rows measured on
