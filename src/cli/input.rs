@@ -148,11 +148,9 @@ fn built_in_text(name: &str) -> &'static str {
 /// Reads all bytes, or fails if there are too many for a case.
 fn at_most(reader: impl Read, size: Option<u64>, name: &str) -> anyhow::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    if size.is_none_or(|size| size <= MOST_BYTES) {
-        reader.take(MOST_BYTES + 1).read_to_end(&mut bytes).with_context(|| format!("cannot read the case {name}"))?;
-        if bytes.len() as u64 <= MOST_BYTES {
-            return Ok(bytes);
-        }
+    reader.take(MOST_BYTES + 1).read_to_end(&mut bytes).with_context(|| format!("cannot read the case {name}"))?;
+    if bytes.len() as u64 <= MOST_BYTES {
+        return Ok(bytes);
     }
     let found = size.map_or_else(|| "it has more".to_owned(), |size| format!("it has {size}"));
     let message = format!("too long for a case: {found} bytes, {MOST_BYTES} at most");

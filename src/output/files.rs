@@ -205,38 +205,35 @@ impl OutputSet {
     /// # Errors
     /// If a file cannot be put in place, or a user's file has meanwhile taken its name.
     pub fn commit(self, keep: &dyn Fn(&str) -> bool) -> anyhow::Result<Vec<&'static str>> {
-        let Self { target, pending, _made } = self;
-        let (kept, dropped): (Vec<_>, Vec<_>) = pending.into_iter().partition(|(name, _)| keep(name));
-        drop(dropped);
+        let Self { target, mut pending, _made } = self;
+        pending.retain(|(name, _)| keep(name));
         // Writing to the disk may take long, so it is done while the previous set is still there.
-        for (name, file) in &kept {
+        for (name, file) in &pending {
             file.as_file().sync_all().with_context(|| format!("cannot write {name}"))?;
         }
-        let names: Vec<&'static str> = kept.iter().map(|(name, _)| *name).collect();
+        let names: Vec<&'static str> = pending.iter().map(|(name, _)| *name).collect();
         let folder = &target.folder;
-        let record = |state, files: Vec<String>| Manifest::new(target.origin.clone(), state, files);
-        let listed = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
 
         let _lock = FolderLock::wait(folder)?;
-        let outdated = target.before(&names)?.map_or(Vec::new(), |before| before.files);
-        let mut all = outdated.clone();
-        all.extend(listed(&names).into_iter().filter(|name| !outdated.contains(name)));
+        let before = target.before(&names)?;
+        let outdated = before.iter().flat_map(|before| before.files.iter().map(String::as_str));
+        let mut all: Vec<&str> = outdated.filter(|name| !names.contains(name)).chain(names.iter().copied()).collect();
         if all.is_empty() {
             return Ok(names);
         }
-        record(State::Incomplete, all.clone()).write(folder)?;
+        Manifest::new(&target.origin, State::Incomplete, &all).write(folder)?;
         // The summary is removed first and put in place last.
-        all.sort_by_key(|name| name != SUMMARY);
-        for name in &all {
-            target.take_away(name, names.contains(&name.as_str()))?;
+        all.sort_by_key(|name| *name != SUMMARY);
+        for name in all {
+            target.take_away(name, names.contains(&name))?;
         }
-        let (last, others): (Vec<_>, Vec<_>) = kept.into_iter().partition(|(name, _)| *name == SUMMARY);
-        for (name, file) in others.into_iter().chain(last) {
+        pending.sort_by_key(|(name, _)| *name == SUMMARY);
+        for (name, file) in pending {
             file.commit().with_context(|| format!("cannot write {}", folder.join(name).display()))?;
         }
         match names.is_empty() {
             true => Manifest::remove(folder)?,
-            false => record(State::Complete, listed(&names)).write(folder)?,
+            false => Manifest::new(&target.origin, State::Complete, &names).write(folder)?,
         }
         Ok(names)
     }

@@ -43,9 +43,10 @@ pub(super) struct Manifest {
 }
 
 impl Manifest {
-    pub(super) fn new(origin: Origin, state: State, files: Vec<String>) -> Self {
+    pub(super) fn new(origin: &Origin, state: State, files: &[&str]) -> Self {
         let [program, version] = [env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")].map(str::to_owned);
-        Self { program, version, origin, state, files }
+        let files = files.iter().map(|&name| name.to_owned()).collect();
+        Self { program, version, origin: origin.clone(), state, files }
     }
 
     /// The record of `folder`, if there is one.
