@@ -109,26 +109,8 @@ fn without_threads(error: impl Into<anyhow::Error>) -> ! {
 mod tests {
     use super::*;
 
-    // All in one test, because the whole program has only one state.
     #[test]
-    fn work_is_heard_until_it_ends_or_is_interrupted() {
-        let mut heard = Vec::new();
-        let interrupted = beside_it(|tell| (0..3).for_each(tell), |news| heard.push(news));
-        assert!(!interrupted && heard == [0, 1, 2]);
-        assert_eq!(STATE.load(Ordering::SeqCst), IDLE, "a computation that has ended is not watched");
-
-        let mut heard = 0;
-        let interrupted = beside_it(
-            |tell| {
-                tell(1);
-                interrupt();
-                // A computation that never ends.
-                thread::park();
-            },
-            |news| heard += news,
-        );
-        assert!(interrupted && heard == 1);
-
+    fn a_panic_of_the_work_is_one_of_the_program() {
         let panics = std::panic::catch_unwind(|| beside_it(|_: &(dyn Fn(()) + Sync)| panic!("on purpose"), |()| {}));
         assert!(panics.is_err());
     }
