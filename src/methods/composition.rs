@@ -1,8 +1,8 @@
 //! Symmetric compositions of the Störmer–Verlet step.
 
 use super::driver::{EqualSteps, Method, Task, Walker, equal_steps};
-use super::equations::{Counted, Equations, Parts};
-use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
+use super::equations::{Equations, Parts};
+use super::{About, Failure, Step, Trajectory};
 
 /// Drift x ← x + h w and kick (w, t) ← (w, t) + h (a, u)(x) in turns. With t as a coordinate whose momentum is the
 /// parameter Q_t, each is the exact flow of a part of the Hamiltonian: the whole is symplectic and symmetric. It needs
@@ -91,37 +91,26 @@ impl Composition {
     }
 }
 
-impl Peer for Composition {
+impl Method for Composition {
     fn about(&self) -> About {
         let Self { name, curve, order, coarsest, source, .. } = *self;
         About {
-            name: name.to_owned(),
-            curve,
             order: Some(order),
-            step: Step::Constant,
             has_dense_output: false,
             needs_second_order: true,
             coarsest,
-            source,
+            ..About::new(name, curve, Step::Constant, source)
         }
     }
 
-    /// # Panics
-    /// If the steps do not divide the intervals of `output`.
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        let steps = setting.count;
-        assert!(steps > 0 && steps.is_multiple_of(output.intervals), "{steps} steps on {} intervals", output.intervals);
-        if !problem.space.is_separable() {
-            return Err(Failure::NotSeparable);
-        }
-        Task { problem, output, setting }.by(self)
-    }
-}
-
-impl Method for Composition {
     #[inline(always)]
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
-        let [kicks, drifts] = self.lengths(task.problem.length / task.setting.count as f64);
+        let (steps, intervals) = (task.setting.count, task.output.intervals);
+        assert!(steps > 0 && steps.is_multiple_of(intervals), "{steps} steps on {intervals} intervals");
+        if !equations.parts().is_second_order {
+            return Err(Failure::NotSeparable);
+        }
+        let [kicks, drifts] = self.lengths(task.problem.length / steps as f64);
         if self.compensated {
             let walk: Walk<'_, E, true> = Walk::new(&equations, &kicks, &drifts);
             equal_steps(equations, task, walk)
@@ -200,8 +189,8 @@ fn drift<const C: bool>(sums: &mut [Sum<C>], parts: Parts, length: f64) {
 
 impl<E: Equations, const C: bool> EqualSteps<E> for Walk<'_, E, C> {
     #[inline(always)]
-    fn advance(self, equations: &mut Counted<E>, steps: usize) -> Result<Self, Failure> {
-        let parts = equations.equations.parts();
+    fn advance(self, equations: &mut E, steps: usize) -> Result<Self, Failure> {
+        let parts = equations.parts();
         let Self { kicks, drifts, mut sums, mut at, mut rates } = self;
         let last = kicks.len() - 1;
         drift(sums.as_mut(), parts, 0.5 * kicks[0]);

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::driver::{AdaptiveSteps, Control, Method, Task, Walker, adaptive_steps};
-use super::equations::{Counted, Equations, copy, step, take};
-use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
+use super::equations::{Equations, step};
+use super::{About, Failure, Step, Trajectory};
 
 const STAGES: usize = 12;
 /// With the derivative at the end, and three that only the dense output needs.
@@ -190,26 +190,12 @@ const D: [&[(usize, f64)]; 4] = [
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dop853;
 
-impl Peer for Dop853 {
-    fn about(&self) -> About {
-        About {
-            name: "DOP853".to_owned(),
-            curve: "DOP853",
-            order: Some(8),
-            step: Step::Adaptive,
-            has_dense_output: true,
-            needs_second_order: false,
-            coarsest: 1.0,
-            source: "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.5",
-        }
-    }
-
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        Task { problem, output, setting }.by(self)
-    }
-}
-
 impl Method for Dop853 {
+    fn about(&self) -> About {
+        let source = "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.5";
+        About { order: Some(8), ..About::new("DOP853", "DOP853", Step::Adaptive, source) }
+    }
+
     #[inline(always)]
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
         const CONTROL: Control =
@@ -286,7 +272,7 @@ impl<E: Equations> Walk<E> {
     /// The coefficients of the dense output of the last step, for powers of s and 1 − s in turns. It takes 3
     /// evaluations.
     #[inline(always)]
-    fn dense(&mut self, equations: &mut Counted<E>) -> [E::Rows<f64>; 8] {
+    fn dense(&mut self, equations: &mut E) -> [E::Rows<f64>; 8] {
         let Self { stages, sums: [sum, at, rates], from, here, h, .. } = self;
         for (stage, row) in (STAGES + 1..).zip(A_DENSE) {
             combine(stages.as_ref(), row, sum.as_mut());
@@ -319,10 +305,10 @@ impl<E: Equations> Walker<E> for Walk<E> {
     }
 
     #[inline(always)]
-    fn inside(&mut self, equations: &mut Counted<E>, fractions: &[f64]) -> Vec<E::Rows<f64>> {
+    fn inside(&mut self, equations: &mut E, fractions: &[f64]) -> Vec<E::Rows<f64>> {
         let dense = self.dense(equations);
         let at = |&s: &f64| {
-            let mut state = equations.equations.rows(0.0);
+            let mut state = equations.rows(0.0);
             for (power, coefficients) in dense.iter().enumerate().rev() {
                 let factor = if power % 2 == 0 { s } else { 1.0 - s };
                 for (value, coefficient) in state.as_mut().iter_mut().zip(coefficients.as_ref()) {
@@ -337,35 +323,34 @@ impl<E: Equations> Walker<E> for Walk<E> {
 
 impl<E: Equations> AdaptiveSteps<E> for Walk<E> {
     #[inline(always)]
-    fn begin(&mut self, _: &mut Counted<E>, rates: &E::Rows<f64>) {
+    fn begin(&mut self, _: &mut E, rates: &E::Rows<f64>) {
         set(self.stages.as_mut(), STAGES, rates.as_ref());
     }
 
     #[inline(always)]
-    fn attempt(&mut self, equations: &mut Counted<E>, h: f64) -> Option<f64> {
-        let [mut sum, mut at, mut rates] = self.sums.each_mut().map(|rows| take::<E, f64>(rows, 0.0));
-        let [here, mut next] = [&mut self.here, &mut self.next].map(|rows| take::<E, f64>(rows, 0.0));
-        let stages = self.stages.as_mut();
-        stages.iter_mut().for_each(|stages| stages[0] = stages[STAGES]);
+    fn attempt(self, equations: &mut E, h: f64) -> (Self, Option<f64>) {
+        let Self { tolerance, mut stages, sums: [mut sum, mut at, mut rates], from, here, mut next, .. } = self;
+        let of_stages = stages.as_mut();
+        of_stages.iter_mut().for_each(|stages| stages[0] = stages[STAGES]);
         for stage in 1..STAGES {
-            combine(stages, A[stage - 1], sum.as_mut());
+            combine(of_stages, A[stage - 1], sum.as_mut());
             step(&mut at, &here, h, &sum);
             equations.rates(&at, &mut rates);
-            set(stages, stage, rates.as_ref());
+            set(of_stages, stage, rates.as_ref());
         }
-        combine(stages, A[STAGES - 1], sum.as_mut());
+        combine(of_stages, A[STAGES - 1], sum.as_mut());
         step(&mut next, &here, h, &sum);
-        let (moving, steps) = (equations.equations.parts().moving(), (h, self.tolerance));
-        let error = error(stages, [&here, &next], steps, moving.clone(), &sum, [&mut at, &mut rates]);
+        let moving = equations.parts().moving();
+        let error = error(of_stages, [&here, &next], (h, tolerance), moving.clone(), &sum, [&mut at, &mut rates]);
         let is_finite = next.as_ref()[moving].iter().all(|v| v.is_finite());
-        (self.sums, self.here, self.next, self.h) = ([sum, at, rates], here, next, h);
-        (is_finite && !error.is_nan()).then_some(error)
+        let tried = Self { tolerance, stages, sums: [sum, at, rates], from, here, next, h };
+        (tried, (is_finite && !error.is_nan()).then_some(error))
     }
 
     #[inline(always)]
-    fn accept(&mut self, equations: &mut Counted<E>) {
-        copy(&mut self.from, &self.here);
-        copy(&mut self.here, &self.next);
+    fn accept(&mut self, equations: &mut E) {
+        self.from.clone_from(&self.here);
+        self.here.clone_from(&self.next);
         let [rates, ..] = &mut self.sums;
         equations.rates(&self.here, rates);
         set(self.stages.as_mut(), STAGES, rates.as_ref());

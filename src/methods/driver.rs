@@ -1,10 +1,10 @@
 //! The driver of every method: over steps of equal length, or over steps that a tolerance chooses. A method only says
 //! how it takes one; points of output, evaluations, limits and failures are the same for all.
 
-use super::equations::{Counted, Equations};
-use super::potential::{AnyDegree, Force, LowDegree, PotentialEquations, ProgramForce};
+use super::equations::Equations;
+use super::potential::{Force, PotentialEquations, any_degree, boxed, low_degree, program};
 use super::scene::SceneEquations;
-use super::{Failure, MOST_STEPS, Marks, Output, Problem, Setting, States, Trajectory};
+use super::{About, Failure, MOST_STEPS, Output, Peer, Problem, Setting, States, Trajectory};
 
 /// The share that is taken of the step which the error allows.
 const SAFETY: f64 = 0.9;
@@ -19,26 +19,36 @@ pub(super) struct Task<'t> {
 }
 
 /// A method that is compiled for every kind of equations.
-pub(super) trait Method {
+pub(super) trait Method: Sync {
+    /// Its description.
+    fn about(&self) -> About;
+
     /// Does a task with its equations.
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure>;
 }
 
-impl Task<'_> {
-    /// Does it by a method, compiled for the instructions of this machine. Every method is compiled for the forces that
-    /// are quickest to evaluate as a part of it, and once more for all others, out of line.
-    pub(super) fn by(&self, method: &impl Method) -> Result<Trajectory, Failure> {
-        let Problem { space, start, g00, .. } = self.problem;
-        let q_t = start.p[0];
-        match g00 {
-            _ if space.c_squared().is_none() => method.integrate(SceneEquations::new(self.problem), self),
-            Some(g) if g.len() <= 5 => self.in_potential(method, LowDegree::new(g, q_t)),
-            Some(g) => self.in_potential::<Box<dyn Force>>(method, Box::new(AnyDegree { g: g.clone(), q_t })),
-            None => self.in_potential::<Box<dyn Force>>(method, Box::new(ProgramForce { point: space.point(), q_t })),
-        }
+impl<M: Method> Peer for M {
+    fn about(&self) -> About {
+        Method::about(self)
     }
 
-    fn in_potential<F: Force>(&self, method: &impl Method, force: F) -> Result<Trajectory, Failure> {
+    /// Every method is compiled for the forces that are quickest to evaluate as a part of it, and once more for all
+    /// others, out of line.
+    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
+        let (task, Problem { space, start, g00, .. }) = (Task { problem, output, setting }, problem);
+        let q_t = start.p[0];
+        match g00 {
+            _ if space.c_squared().is_none() => self.integrate(SceneEquations::new(problem), &task),
+            Some(g) if g.len() <= 5 => task.in_potential(self, low_degree(g, q_t)),
+            Some(g) => task.in_potential(self, boxed(any_degree(g, q_t))),
+            None => task.in_potential(self, boxed(program(space.point(), q_t))),
+        }
+    }
+}
+
+impl Task<'_> {
+    /// Does it by a method, compiled for the instructions of this machine.
+    fn in_potential(&self, method: &impl Method, force: impl Force) -> Result<Trajectory, Failure> {
         let equations = PotentialEquations::new(self.problem, force);
         // Longer vectors than those of AVX2 would gain nothing on one particle.
         #[cfg(target_arch = "x86_64")]
@@ -60,7 +70,7 @@ pub(super) trait Walker<E: Equations> {
     /// The states at these fractions of the last step, ascending and below 1. A method without a dense output is never
     /// asked: its steps end on the points of output.
     #[inline(always)]
-    fn inside(&mut self, _equations: &mut Counted<E>, _fractions: &[f64]) -> Vec<E::Rows<f64>> {
+    fn inside(&mut self, _equations: &mut E, _fractions: &[f64]) -> Vec<E::Rows<f64>> {
         unreachable!("no dense output");
     }
 }
@@ -68,7 +78,7 @@ pub(super) trait Walker<E: Equations> {
 /// A method that takes steps of equal length.
 pub(super) trait EqualSteps<E: Equations>: Walker<E> + Sized {
     /// Takes so many steps, after which its state is asked for.
-    fn advance(self, equations: &mut Counted<E>, steps: usize) -> Result<Self, Failure>;
+    fn advance(self, equations: &mut E, steps: usize) -> Result<Self, Failure>;
 }
 
 /// The rule by which a tolerance chooses the steps of a method.
@@ -84,15 +94,17 @@ pub(super) struct Control {
 }
 
 /// A method that estimates the error of its steps.
-pub(super) trait AdaptiveSteps<E: Equations>: Walker<E> {
+pub(super) trait AdaptiveSteps<E: Equations>: Walker<E> + Sized {
     /// Learns the rates at the start.
-    fn begin(&mut self, equations: &mut Counted<E>, rates: &E::Rows<f64>);
+    fn begin(&mut self, equations: &mut E, rates: &E::Rows<f64>);
 
-    /// Tries a step of length `h`, and returns its error in units of the tolerance; `None` if it failed.
-    fn attempt(&mut self, equations: &mut Counted<E>, h: f64) -> Option<f64>;
+    /// Tries a step of length `h`, and returns also its error in units of the tolerance; `None` if it failed. It takes
+    /// itself: a method that works on rows of its own, not on those in a place that others know of, keeps them in
+    /// registers.
+    fn attempt(self, equations: &mut E, h: f64) -> (Self, Option<f64>);
 
     /// Goes to the end of the step that was tried last.
-    fn accept(&mut self, equations: &mut Counted<E>);
+    fn accept(&mut self, equations: &mut E);
 }
 
 /// The points of output so far.
@@ -107,7 +119,7 @@ impl Points {
     fn new(equations: &mut impl Equations, Task { problem, output, .. }: &Task<'_>) -> Result<Self, Failure> {
         let start = equations.start();
         let mut points = States::new(problem.start.q.len(), output.marks.len());
-        for _ in output.marks.iter().take_while(|&&mark| mark == 0) {
+        for _ in 0..output.at_start() {
             equations.point(&start, &mut points)?;
         }
         Ok(Self { points, fractions: Vec::new() })
@@ -115,16 +127,16 @@ impl Points {
 
     /// Reads the next ones.
     #[inline(always)]
-    fn read<E: Equations>(&mut self, walker: &mut impl Walker<E>, equations: &mut Counted<E>) -> Result<(), Failure> {
+    fn read<E: Equations>(&mut self, walker: &mut impl Walker<E>, equations: &mut E) -> Result<(), Failure> {
         let Self { points, fractions } = self;
         let inside = fractions.partition_point(|&fraction| fraction < 1.0);
         if inside > 0 {
             for state in walker.inside(equations, &fractions[..inside]) {
-                equations.equations.point(&state, points)?;
+                equations.point(&state, points)?;
             }
         }
         if inside < fractions.len() {
-            equations.equations.point(walker.state(), points)?;
+            equations.point(walker.state(), points)?;
             points.repeat_last(fractions.len() - inside - 1);
         }
         fractions.clear();
@@ -139,18 +151,17 @@ pub(super) fn equal_steps<E: Equations>(
     task: &Task<'_>,
     mut walker: impl EqualSteps<E>,
 ) -> Result<Trajectory, Failure> {
-    let mut marks = Marks::new(task.output, task.setting.count);
+    let mut places = task.output.places(task.setting.count);
+    while places.next_if(|place| place.1 == 0.0).is_some() {}
     let mut points = Points::new(&mut equations, task)?;
-    let mut equations = Counted::new(equations);
-    marks.skip_start();
     let mut done = 0;
-    while let Some(next) = marks.step() {
+    while let Some(&(next, _)) = places.peek() {
         walker = walker.advance(&mut equations, next + 1 - done)?;
         done = next + 1;
-        points.fractions.extend(std::iter::from_fn(|| marks.within(next)));
+        points.fractions.extend(std::iter::from_fn(|| places.next_if(|place| place.0 == next)).map(|place| place.1));
         points.read(&mut walker, &mut equations)?;
     }
-    Ok(Trajectory { states: points.points, evaluations: equations.evaluations, steps: done })
+    Ok(Trajectory { states: points.points, evaluations: equations.evaluations(), steps: done })
 }
 
 /// The inverse of a length on which the motion changes about as much as a tolerance of 1 allows.
@@ -174,12 +185,11 @@ pub(super) fn adaptive_steps<E: Equations>(
 ) -> Result<Trajectory, Failure> {
     let (output, length, tolerance) = (task.output, task.problem.length, task.setting.tolerance);
     let mut points = Points::new(&mut equations, task)?;
-    let mut equations = Counted::new(equations);
-    let start = equations.equations.start();
+    let start = equations.start();
     let mut rates = start.clone();
     equations.rates(&start, &mut rates);
     walker.begin(&mut equations, &rates);
-    let pace = pace(&equations.equations, &start, &rates).max(1.0 / length);
+    let pace = pace(&equations, &start, &rates).max(1.0 / length);
     let mut h = (0.5 * tolerance.powf(exponent) / pace).min(length);
     let (mut accepted, mut attempts, mut gamma) = (0, 0, 0.0);
     let mut targets = output.gamma(length).skip(points.points.len()).peekable();
@@ -194,7 +204,9 @@ pub(super) fn adaptive_steps<E: Equations>(
         if attempts > MOST_STEPS || step < LEAST_STEP * length {
             return Err(Failure::TooManySteps);
         }
-        let Some(error) = walker.attempt(&mut equations, step) else {
+        let error;
+        (walker, error) = walker.attempt(&mut equations, step);
+        let Some(error) = error else {
             h = step * after_failure;
             continue;
         };
@@ -214,5 +226,5 @@ pub(super) fn adaptive_steps<E: Equations>(
         gamma = here;
         points.read(&mut walker, &mut equations)?;
     }
-    Ok(Trajectory { states: points.points, evaluations: equations.evaluations, steps: accepted })
+    Ok(Trajectory { states: points.points, evaluations: equations.evaluations(), steps: accepted })
 }

@@ -62,14 +62,14 @@ pub(super) trait Equations {
     /// `value` for each number of a state.
     fn rows<T: Copy>(&self, value: T) -> Self::Rows<T>;
 
-    /// The empty rows that stay behind where rows are taken out.
-    fn vacant<T: Copy>(value: T) -> Self::Rows<T>;
-
     /// Which numbers a state has.
     fn parts(&self) -> Parts;
 
     /// The state to begin with; quadratures are counted from there.
     fn start(&self) -> Self::Rows<f64>;
+
+    /// The number of evaluations so far, by [`Self::rates`] and [`Self::linearise`].
+    fn evaluations(&self) -> usize;
 
     /// The derivatives of all numbers of a state. Outside the domain they may be anything, NaN included.
     fn rates(&mut self, state: &Self::Rows<f64>, rates: &mut Self::Rows<f64>);
@@ -94,49 +94,10 @@ pub(super) trait Equations {
     fn smooth(&mut self, diagonal: f64, right: &mut Self::Rows<f64>);
 }
 
-/// Equations that count how often they are evaluated.
-pub(super) struct Counted<E> {
-    pub(super) equations: E,
-    pub(super) evaluations: usize,
-}
-
-impl<E: Equations> Counted<E> {
-    pub(super) fn new(equations: E) -> Self {
-        Self { equations, evaluations: 0 }
-    }
-
-    /// The derivatives of a state.
-    #[inline(always)]
-    pub(super) fn rates(&mut self, state: &E::Rows<f64>, rates: &mut E::Rows<f64>) {
-        self.evaluations += 1;
-        self.equations.rates(state, rates);
-    }
-
-    /// The Jacobian at a state takes an evaluation.
-    #[inline(always)]
-    pub(super) fn linearise(&mut self, state: &E::Rows<f64>) {
-        self.evaluations += 1;
-        self.equations.linearise(state);
-    }
-}
-
 /// `out` = `y` + `h` · `v`.
 #[inline(always)]
 pub(super) fn step<R: AsRef<[f64]> + AsMut<[f64]>>(out: &mut R, y: &R, h: f64, v: &R) {
     for ((out, y), v) in out.as_mut().iter_mut().zip(y.as_ref()).zip(v.as_ref()) {
         *out = y + h * v;
     }
-}
-
-/// Takes rows out of their place. A method that works on rows of its own, not on those in a place that others know of,
-/// keeps them in registers.
-#[inline(always)]
-pub(super) fn take<E: Equations, T: Copy>(rows: &mut E::Rows<T>, value: T) -> E::Rows<T> {
-    std::mem::replace(rows, E::vacant(value))
-}
-
-/// Copies numbers without giving up the room that they are in.
-#[inline(always)]
-pub(super) fn copy<R: AsRef<[f64]> + AsMut<[f64]>>(to: &mut R, from: &R) {
-    to.as_mut().copy_from_slice(from.as_ref());
 }

@@ -52,6 +52,7 @@ pub use states::{State, States};
 pub use taylor::Taylor;
 pub use windows::Windows::{self, Gauss};
 
+use std::iter::Peekable;
 use std::sync::Arc;
 
 use crate::geometry::{Geometry, Start};
@@ -86,6 +87,22 @@ impl Output {
     /// At the end of each of `intervals` parts.
     pub fn even(intervals: usize) -> Self {
         Self { intervals, marks: (1..=intervals).collect() }
+    }
+
+    /// The index of the step that has each mark, among so many steps of equal length, and where it is in that step, in
+    /// (0, 1]; a mark at the start is at 0 of the first.
+    fn places(&self, steps: usize) -> Peekable<impl Iterator<Item = (usize, f64)> + '_> {
+        assert!(steps > 0 && self.intervals > 0, "no steps");
+        let place = move |&mark: &usize| {
+            let step = (mark * steps).div_ceil(self.intervals).saturating_sub(1);
+            (step, (mark * steps - step * self.intervals) as f64 / self.intervals as f64)
+        };
+        self.marks.iter().map(place).peekable()
+    }
+
+    /// The number of marks at the start.
+    fn at_start(&self) -> usize {
+        self.marks.iter().take_while(|&&mark| mark == 0).count()
     }
 
     /// γ − γ_i of the marks.
@@ -139,49 +156,5 @@ impl Failure {
             Self::AccuracyNotReached => "accuracy-not-reached",
             Self::NotSeparable => "not-separable",
         }
-    }
-}
-
-/// Where the points of an output are among steps of equal length.
-pub(crate) struct Marks<'o> {
-    intervals: usize,
-    steps: usize,
-    marks: std::iter::Peekable<std::slice::Iter<'o, usize>>,
-}
-
-impl<'o> Marks<'o> {
-    /// With this many steps in all.
-    pub(crate) fn new(output: &'o Output, steps: usize) -> Self {
-        assert!(steps > 0 && output.intervals > 0, "no steps");
-        debug_assert!(output.marks.is_sorted());
-        Self { intervals: output.intervals, steps, marks: output.marks.iter().peekable() }
-    }
-
-    /// The steps that it takes to the last of them.
-    pub(crate) fn last(output: &Output, steps: usize) -> usize {
-        (output.marks.last().unwrap_or(&0) * steps).div_ceil(output.intervals)
-    }
-
-    /// Leaves out those at the start.
-    fn skip_start(&mut self) {
-        while self.marks.next_if(|&&mark| mark == 0).is_some() {}
-    }
-
-    /// The index of the step that has the next of them.
-    #[inline(always)]
-    fn step(&mut self) -> Option<usize> {
-        let &&mark = self.marks.peek()?;
-        Some((mark * self.steps).div_ceil(self.intervals).saturating_sub(1))
-    }
-
-    /// The next of them as a fraction in (0, 1] of the step with this index, if it is there.
-    #[inline(always)]
-    pub(crate) fn within(&mut self, step: usize) -> Option<f64> {
-        let ahead = **self.marks.peek()? * self.steps - step * self.intervals;
-        if ahead > self.intervals {
-            return None;
-        }
-        self.marks.next();
-        Some(ahead as f64 / self.intervals as f64)
     }
 }

@@ -102,6 +102,22 @@ pub struct About {
     pub source: &'static str,
 }
 
+impl About {
+    /// A method with a dense output for equations of both orders.
+    pub(super) fn new(name: impl Into<String>, curve: &'static str, step: Step, source: &'static str) -> Self {
+        Self {
+            name: name.into(),
+            curve,
+            order: None,
+            step,
+            has_dense_output: true,
+            needs_second_order: false,
+            coarsest: 1.0,
+            source,
+        }
+    }
+}
+
 /// The rule by which the steps of a method are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {

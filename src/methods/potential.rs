@@ -14,6 +14,7 @@ pub(super) struct PotentialEquations<'p, F> {
     g00: [Source<f64>; 3],
     point: Point,
     force: F,
+    evaluations: usize,
     /// a′ where it was asked for last.
     slope: f64,
     /// (1 − s m)⁻¹ for the s and m that were given last.
@@ -24,7 +25,7 @@ impl<'p, F: Force> PotentialEquations<'p, F> {
     pub(super) fn new(problem: &'p Problem, force: F) -> Self {
         let Problem { space, .. } = problem;
         let (g00, point) = (space.sources_of_g00(), space.point());
-        Self { problem, g00, point, force, slope: 0.0, inverse: Matrix3::zeros() }
+        Self { problem, g00, point, force, evaluations: 0, slope: 0.0, inverse: Matrix3::zeros() }
     }
 }
 
@@ -32,11 +33,6 @@ impl<F: Force> Equations for PotentialEquations<'_, F> {
     type Rows<T: Copy> = [T; 3];
     #[inline(always)]
     fn rows<T: Copy>(&self, value: T) -> [T; 3] {
-        [value; 3]
-    }
-
-    #[inline(always)]
-    fn vacant<T: Copy>(value: T) -> [T; 3] {
         [value; 3]
     }
 
@@ -50,9 +46,14 @@ impl<F: Force> Equations for PotentialEquations<'_, F> {
         [0.0, self.problem.start.q[1], self.problem.start.q_dot[1]]
     }
 
+    fn evaluations(&self) -> usize {
+        self.evaluations
+    }
+
     #[inline(always)]
     fn rates(&mut self, &[_, x, w]: &[f64; 3], rates: &mut [f64; 3]) {
-        let (u, a) = self.force.at(x);
+        self.evaluations += 1;
+        let (u, a) = (self.force)(x);
         *rates = [u, w, a];
     }
 
@@ -68,6 +69,7 @@ impl<F: Force> Equations for PotentialEquations<'_, F> {
 
     /// a′ = −½ g00″ u² + g00′² u²/g00.
     fn linearise(&mut self, &[_, x, _]: &[f64; 3]) {
+        self.evaluations += 1;
         let samples = self.problem.space.at(&[0.0, x]);
         let [g00, first, second] = self.g00.map(|source| samples.at(source, 0));
         let u = self.problem.start.p[0] / g00;
@@ -95,76 +97,50 @@ impl<F: Force> Equations for PotentialEquations<'_, F> {
     }
 }
 
-/// u = dt/dγ and a = d²x/dγ².
-pub(super) trait Force {
-    /// (u, a) at `x`.
-    fn at(&mut self, x: f64) -> (f64, f64);
-}
+/// u = dt/dγ and a = d²x/dγ² at x.
+pub(super) trait Force: FnMut(f64) -> (f64, f64) {}
 
-impl Force for Box<dyn Force> {
-    fn at(&mut self, x: f64) -> (f64, f64) {
-        (**self).at(x)
-    }
+impl<F: FnMut(f64) -> (f64, f64)> Force for F {}
+
+/// A force that methods are not compiled for.
+pub(super) fn boxed<'f>(force: impl Force + 'f) -> Box<dyn Force + 'f> {
+    Box::new(force)
 }
 
 /// g00 of degree four at most, by Estrin's scheme: half the latency of Horner's, which is what a step waits for.
-pub(super) struct LowDegree {
-    g: [f64; 5],
-    /// −½ g00′.
-    d: [f64; 4],
-    q_t: f64,
-}
-
-impl LowDegree {
-    pub(super) fn new(coefficients: &[f64], q_t: f64) -> Self {
-        let mut g = [0.0; 5];
-        g[..coefficients.len()].copy_from_slice(coefficients);
-        Self { g, d: [-0.5 * g[1], -g[2], -1.5 * g[3], -2.0 * g[4]], q_t }
-    }
-}
-
-impl Force for LowDegree {
-    #[inline(always)]
-    fn at(&mut self, x: f64) -> (f64, f64) {
-        let Self { g, d, q_t } = self;
-        let x2 = x * x;
-        let g00 = (g[0] + g[1] * x) + x2 * ((g[2] + g[3] * x) + x2 * g[4]);
-        let u = *q_t / g00;
-        (u, ((d[0] + d[1] * x) + x2 * (d[2] + d[3] * x)) * (u * u))
-    }
+pub(super) fn low_degree(coefficients: &[f64], q_t: f64) -> impl Force {
+    let mut g = [0.0; 5];
+    g[..coefficients.len()].copy_from_slice(coefficients);
+    // −½ g00′.
+    let d = [-0.5 * g[1], -g[2], -1.5 * g[3], -2.0 * g[4]];
+    std::convert::identity(
+        #[inline(always)]
+        move |x: f64| {
+            let x2 = x * x;
+            let g00 = (g[0] + g[1] * x) + x2 * ((g[2] + g[3] * x) + x2 * g[4]);
+            let u = q_t / g00;
+            (u, ((d[0] + d[1] * x) + x2 * (d[2] + d[3] * x)) * (u * u))
+        },
+    )
 }
 
 /// g00 of any degree, by Horner's rule.
-pub(super) struct AnyDegree {
-    pub(super) g: Vec<f64>,
-    pub(super) q_t: f64,
-}
-
-impl Force for AnyDegree {
-    #[inline(always)]
-    fn at(&mut self, x: f64) -> (f64, f64) {
+pub(super) fn any_degree(g: &[f64], q_t: f64) -> impl Force + '_ {
+    move |x| {
         let (mut g00, mut slope) = (0.0, 0.0);
-        for &c in self.g.iter().rev() {
+        for &c in g.iter().rev() {
             slope = slope * x + g00;
             g00 = g00 * x + c;
         }
-        let u = self.q_t / g00;
+        let u = q_t / g00;
         (u, -0.5 * slope * (u * u))
     }
 }
 
 /// The program of the equations.
-pub(super) struct ProgramForce {
-    pub(super) point: Point,
-    pub(super) q_t: f64,
-}
-
-impl Force for ProgramForce {
-    #[inline]
-    fn at(&mut self, x: f64) -> (f64, f64) {
-        match self.point.evaluate(&[0.0, x], &[self.q_t, 0.0]) {
-            Ok(()) => (self.point.q_dot(0), self.point.acceleration(0).unwrap_or(f64::NAN)),
-            Err(_) => (f64::NAN, f64::NAN),
-        }
+pub(super) fn program(mut point: Point, q_t: f64) -> impl Force {
+    move |x| match point.evaluate(&[0.0, x], &[q_t, 0.0]) {
+        Ok(()) => (point.q_dot(0), point.acceleration(0).unwrap_or(f64::NAN)),
+        Err(_) => (f64::NAN, f64::NAN),
     }
 }

@@ -1,8 +1,8 @@
 //! Radau IIA of order 5, the implicit method for stiff problems.
 
 use super::driver::{AdaptiveSteps, Control, Method, Task, Walker, adaptive_steps};
-use super::equations::{Counted, Equations, Parts, copy, take};
-use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
+use super::equations::{Equations, Parts};
+use super::{About, Failure, Step, Trajectory};
 
 /// √6.
 const ROOT: f64 = 2.449_489_742_783_178;
@@ -29,33 +29,23 @@ const NEWTON: f64 = 1e-2;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Radau5;
 
-impl Peer for Radau5 {
-    fn about(&self) -> About {
-        About {
-            name: "Radau5".to_owned(),
-            curve: "Radau IIA 5",
-            order: Some(5),
-            step: Step::Adaptive,
-            has_dense_output: false,
-            needs_second_order: false,
-            coarsest: 1.0,
-            source: "Hairer, Wanner, Solving Ordinary Differential Equations II, IV.8",
-        }
-    }
-
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        Task { problem, output, setting }.by(self)
-    }
-}
-
 impl Method for Radau5 {
+    fn about(&self) -> About {
+        let source = "Hairer, Wanner, Solving Ordinary Differential Equations II, IV.8";
+        let about = About::new("Radau5", "Radau IIA 5", Step::Adaptive, source);
+        About { order: Some(5), has_dense_output: false, ..about }
+    }
+
     #[inline(always)]
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
         const CONTROL: Control =
             Control { exponent: 0.25, change: [0.2, 8.0], after_failure: 0.5, ends_on_output: true };
         let (here, nodes) = (equations.start(), equations.rows([0.0; 3]));
-        let trial: Trial<E> = Trial {
+        let walk = Walk {
+            tolerance: task.setting.tolerance,
+            square: square(),
             h: 0.0,
+            rates: here.clone(),
             at: here.clone(),
             out: here.clone(),
             next: here.clone(),
@@ -63,9 +53,9 @@ impl Method for Radau5 {
             tried: nodes.clone(),
             z: nodes.clone(),
             change: nodes.clone(),
+            known: nodes,
+            before: None,
         };
-        let (tolerance, rates) = (task.setting.tolerance, trial.here.clone());
-        let walk = Walk { tolerance, square: square(), trial, rates, known: nodes, before: None };
         adaptive_steps(equations, task, CONTROL, walk)
     }
 }
@@ -95,21 +85,12 @@ fn extrapolate(a: [f64; 3], ratio: f64) -> [f64; 3] {
 struct Walk<E: Equations> {
     tolerance: f64,
     square: [[f64; 3]; 3],
-    /// The step that was tried last. It begins where the method is, or has just left.
-    trial: Trial<E>,
-    /// The derivatives there.
-    rates: E::Rows<f64>,
-    /// The rates at the nodes of the step before, and its length.
-    known: E::Rows<[f64; 3]>,
-    before: Option<f64>,
-}
-
-/// A step that is tried.
-struct Trial<E: Equations> {
+    /// The length of the step that was tried last, its start, where the method is or has just left, and its end.
     h: f64,
-    /// Its start and its end.
     here: E::Rows<f64>,
     next: E::Rows<f64>,
+    /// The derivatives at the start.
+    rates: E::Rows<f64>,
     /// The rates at the nodes.
     tried: E::Rows<[f64; 3]>,
     /// Room for what the unknowns at the nodes are away from the start of the step, and for their changes.
@@ -118,25 +99,18 @@ struct Trial<E: Equations> {
     /// Room for one of the nodes, and the derivatives there.
     at: E::Rows<f64>,
     out: E::Rows<f64>,
+    /// The rates at the nodes of the step before, and its length.
+    known: E::Rows<[f64; 3]>,
+    before: Option<f64>,
 }
 
-impl<E: Equations> Trial<E> {
-    /// Takes it out of its place, to keep its rows in registers.
-    #[inline(always)]
-    fn take(&mut self) -> Self {
-        let [here, next, at, out] =
-            [&mut self.here, &mut self.next, &mut self.at, &mut self.out].map(|rows| take::<E, f64>(rows, 0.0));
-        let [tried, z, change] =
-            [&mut self.tried, &mut self.z, &mut self.change].map(|rows| take::<E, [f64; 3]>(rows, [0.0; 3]));
-        Self { h: self.h, here, next, tried, z, change, at, out }
-    }
-
+impl<E: Equations> Walk<E> {
     /// The change of the unknown with index k from the start to the nodes, by the rates.
     #[inline(always)]
-    fn image(&self, square: &[[f64; 3]; 3], parts: Parts, k: usize) -> [f64; 3] {
+    fn image(&self, parts: Parts, k: usize) -> [f64; 3] {
         let (h, rates) = (self.h, self.tried.as_ref()[k + parts.behind()]);
         if parts.is_second_order {
-            let (w, product) = (self.here.as_ref()[k + parts.behind()], multiply(square, rates));
+            let (w, product) = (self.here.as_ref()[k + parts.behind()], multiply(&self.square, rates));
             return std::array::from_fn(|i| h * C[i] * w + h * h * product[i]);
         }
         multiply(&A, rates).map(|sum| h * sum)
@@ -144,8 +118,8 @@ impl<E: Equations> Trial<E> {
 
     /// The rates at the nodes.
     #[inline(always)]
-    fn evaluate(&mut self, equations: &mut Counted<E>) {
-        let parts = equations.equations.parts();
+    fn evaluate(&mut self, equations: &mut E) {
+        let parts = equations.parts();
         let Self { here, z, at, out, tried, .. } = self;
         for i in 0..3 {
             for k in parts.unknowns() {
@@ -163,29 +137,29 @@ impl<E: Equations> Trial<E> {
 
     /// Solves from a guess of the rates at the nodes; whether Newton's method converges.
     #[inline(always)]
-    fn solve(&mut self, equations: &mut Counted<E>, square: &[[f64; 3]; 3], tolerance: f64) -> bool {
-        let (parts, h) = (equations.equations.parts(), self.h);
+    fn solve(&mut self, equations: &mut E) -> bool {
+        let (parts, h) = (equations.parts(), self.h);
         if parts.is_second_order {
-            equations.equations.factor(square, h * h);
+            equations.factor(&self.square, h * h);
         } else {
-            equations.equations.factor(&A, h);
+            equations.factor(&A, h);
         }
         for k in parts.unknowns() {
-            self.z.as_mut()[k] = self.image(square, parts, k);
+            self.z.as_mut()[k] = self.image(parts, k);
         }
         for _ in 0..MOST_ITERATIONS {
             self.evaluate(equations);
             for k in parts.unknowns() {
-                let (target, z) = (self.image(square, parts, k), self.z.as_ref()[k]);
+                let (target, z) = (self.image(parts, k), self.z.as_ref()[k]);
                 self.change.as_mut()[k] = std::array::from_fn(|i| target[i] - z[i]);
             }
-            equations.equations.correct(&mut self.change);
+            equations.correct(&mut self.change);
             let (mut is_done, mut is_finite) = (true, true);
             for k in parts.unknowns() {
                 let (change, z, x) = (self.change.as_ref()[k], &mut self.z.as_mut()[k], self.here.as_ref()[k]);
                 *z = std::array::from_fn(|i| z[i] + change[i]);
                 let size = change.iter().fold(0.0, |size: f64, c| size.max(c.abs()));
-                is_done &= size <= f64::max(NEWTON * (tolerance * (1.0 + x.abs())), f64::EPSILON * x.abs());
+                is_done &= size <= f64::max(NEWTON * (self.tolerance * (1.0 + x.abs())), f64::EPSILON * x.abs());
                 is_finite &= size.is_finite();
             }
             if is_done || !is_finite {
@@ -195,12 +169,12 @@ impl<E: Equations> Trial<E> {
         false
     }
 
-    /// The end of the step, and its error in units of the tolerance, where `rates` are those at the start.
+    /// The end of the step, and its error in units of the tolerance.
     #[inline(always)]
-    fn finish(&mut self, equations: &mut Counted<E>, tolerance: f64, rates: &E::Rows<f64>) -> f64 {
+    fn finish(&mut self, equations: &mut E) -> f64 {
         self.evaluate(equations);
-        let (parts, h) = (equations.equations.parts(), self.h);
-        let Self { here, tried, z, out: right, next, .. } = self;
+        let (parts, h) = (equations.parts(), self.h);
+        let Self { tolerance, here, rates, tried, z, out: right, next, .. } = self;
         let (here, rates, tried, z) = (here.as_ref(), rates.as_ref(), tried.as_ref(), z.as_ref());
         let sum = |weights: [f64; 3], v: [f64; 3]| (0..3).map(|i| weights[i] * v[i]).sum::<f64>();
         for k in 0..parts.quadratures {
@@ -218,9 +192,9 @@ impl<E: Equations> Trial<E> {
                 right.as_mut()[k] = rates[k] + sum(E, z) / h;
             }
         }
-        equations.equations.smooth(U1 / h, right);
+        equations.smooth(U1 / h, right);
         let moving = parts.moving();
-        let square = |k: usize| (right.as_ref()[k] / (tolerance * (1.0 + here[k].abs()))).powi(2);
+        let square = |k: usize| (right.as_ref()[k] / (*tolerance * (1.0 + here[k].abs()))).powi(2);
         (moving.clone().map(square).sum::<f64>() / moving.len() as f64).sqrt()
     }
 }
@@ -228,52 +202,48 @@ impl<E: Equations> Trial<E> {
 impl<E: Equations> Walker<E> for Walk<E> {
     #[inline(always)]
     fn state(&mut self) -> &E::Rows<f64> {
-        &self.trial.here
+        &self.here
     }
 }
 
 impl<E: Equations> AdaptiveSteps<E> for Walk<E> {
     #[inline(always)]
-    fn begin(&mut self, equations: &mut Counted<E>, rates: &E::Rows<f64>) {
-        copy(&mut self.rates, rates);
-        equations.linearise(&self.trial.here);
+    fn begin(&mut self, equations: &mut E, rates: &E::Rows<f64>) {
+        self.rates.clone_from(rates);
+        equations.linearise(&self.here);
     }
 
     #[inline(always)]
-    fn attempt(&mut self, equations: &mut Counted<E>, h: f64) -> Option<f64> {
-        let mut trial = self.trial.take();
-        trial.h = h;
-        for k in equations.equations.parts().driving() {
-            trial.tried.as_mut()[k] = match self.before {
+    fn attempt(mut self, equations: &mut E, h: f64) -> (Self, Option<f64>) {
+        self.h = h;
+        for k in equations.parts().driving() {
+            self.tried.as_mut()[k] = match self.before {
                 Some(length) => extrapolate(self.known.as_ref()[k], h / length),
                 None => [self.rates.as_ref()[k]; 3],
             };
         }
-        let is_solved = trial.solve(equations, &self.square, self.tolerance);
-        let error = if is_solved { trial.finish(equations, self.tolerance, &self.rates) } else { f64::NAN };
-        self.trial = trial;
-        if !error.is_finite() {
+        let error = self.solve(equations).then(|| self.finish(equations)).filter(|error| error.is_finite());
+        if error.is_none() {
             self.before = None;
-            return None;
         }
-        Some(error)
+        (self, error)
     }
 
     #[inline(always)]
-    fn accept(&mut self, equations: &mut Counted<E>) {
-        let (parts, trial) = (equations.equations.parts(), &mut self.trial);
-        self.before = Some(trial.h);
-        self.known.as_mut().copy_from_slice(trial.tried.as_ref());
-        copy(&mut trial.here, &trial.next);
+    fn accept(&mut self, equations: &mut E) {
+        let parts = equations.parts();
+        self.before = Some(self.h);
+        self.known.as_mut().copy_from_slice(self.tried.as_ref());
+        self.here.clone_from(&self.next);
         // The last node is the end of the step.
         for k in parts.driving() {
-            self.rates.as_mut()[k] = trial.tried.as_ref()[k][2];
+            self.rates.as_mut()[k] = self.tried.as_ref()[k][2];
         }
         if parts.is_second_order {
             for k in parts.unknowns() {
-                self.rates.as_mut()[k] = trial.here.as_ref()[k + parts.behind()];
+                self.rates.as_mut()[k] = self.here.as_ref()[k + parts.behind()];
             }
         }
-        equations.linearise(&trial.here);
+        equations.linearise(&self.here);
     }
 }

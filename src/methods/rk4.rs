@@ -1,33 +1,19 @@
 //! The classical Runge–Kutta method of order 4.
 
 use super::driver::{EqualSteps, Method, Task, Walker, equal_steps};
-use super::equations::{Counted, Equations, copy, step};
-use super::{About, Failure, Output, Peer, Problem, Setting, Step, Trajectory};
+use super::equations::{Equations, step};
+use super::{About, Failure, Step, Trajectory};
 
 /// The classical Runge–Kutta method; between the ends of its steps the cubics that fit states and derivatives there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rk4;
 
-impl Peer for Rk4 {
-    fn about(&self) -> About {
-        About {
-            name: "RK4".to_owned(),
-            curve: "RK4",
-            order: Some(4),
-            step: Step::Constant,
-            has_dense_output: true,
-            needs_second_order: false,
-            coarsest: 1.0,
-            source: "Kutta, Z. Math. Phys. 46 (1901) 435",
-        }
-    }
-
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        Task { problem, output, setting }.by(self)
-    }
-}
-
 impl Method for Rk4 {
+    fn about(&self) -> About {
+        let source = "Kutta, Z. Math. Phys. 46 (1901) 435";
+        About { order: Some(4), ..About::new("RK4", "RK4", Step::Constant, source) }
+    }
+
     #[inline(always)]
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
         let h = task.problem.length / task.setting.count as f64;
@@ -65,7 +51,7 @@ impl<E: Equations> Walker<E> for Walk<E> {
     }
 
     #[inline(always)]
-    fn inside(&mut self, equations: &mut Counted<E>, fractions: &[f64]) -> Vec<E::Rows<f64>> {
+    fn inside(&mut self, equations: &mut E, fractions: &[f64]) -> Vec<E::Rows<f64>> {
         let mut next = self.here.clone();
         equations.rates(&self.here, &mut next);
         let (h, from, to) = (self.h, self.from.as_ref(), self.here.as_ref());
@@ -85,7 +71,7 @@ impl<E: Equations> Walker<E> for Walk<E> {
 
 impl<E: Equations> EqualSteps<E> for Walk<E> {
     #[inline(always)]
-    fn advance(self, equations: &mut Counted<E>, steps: usize) -> Result<Self, Failure> {
+    fn advance(self, equations: &mut E, steps: usize) -> Result<Self, Failure> {
         let Self { h, mut here, mut from, mut at, stages: [mut k1, mut k2, mut k3, mut k4], mut next } = self;
         for _ in 0..steps {
             match next.take() {
@@ -103,7 +89,7 @@ impl<E: Equations> EqualSteps<E> for Walk<E> {
             equations.rates(&at, &mut k3);
             step(&mut at, &here, h, &k3);
             equations.rates(&at, &mut k4);
-            copy(&mut from, &here);
+            from.clone_from(&here);
             let (k1, k2, k3, k4) = (k1.as_ref(), k2.as_ref(), k3.as_ref(), k4.as_ref());
             for (k, here) in here.as_mut().iter_mut().enumerate() {
                 *here += h / 6.0 * ((k1[k] + k4[k]) + 2.0 * (k2[k] + k3[k]));

@@ -15,6 +15,7 @@ pub(super) struct SceneEquations<'p> {
     /// g_ab of the active coordinates, where it is constant.
     block: Vec<f64>,
     point: Point,
+    evaluations: usize,
     /// All coordinates and momenta. Charges stay in their places.
     q: Vec<f64>,
     p: Vec<f64>,
@@ -45,6 +46,7 @@ impl<'p> SceneEquations<'p> {
             ignorable: geometry.ignorable().collect(),
             block: block(geometry, start),
             point: geometry.point(),
+            evaluations: 0,
             q: start.q.clone(),
             p: start.p.clone(),
             jacobian: DMatrix::zeros(2 * m, 2 * m),
@@ -90,10 +92,6 @@ impl Equations for SceneEquations<'_> {
         vec![value; self.parts.quadratures + 2 * self.parts.positions]
     }
 
-    fn vacant<T: Copy>(_: T) -> Vec<T> {
-        Vec::new()
-    }
-
     #[inline(always)]
     fn parts(&self) -> Parts {
         self.parts
@@ -108,7 +106,12 @@ impl Equations for SceneEquations<'_> {
         state
     }
 
+    fn evaluations(&self) -> usize {
+        self.evaluations
+    }
+
     fn rates(&mut self, state: &Vec<f64>, rates: &mut Vec<f64>) {
+        self.evaluations += 1;
         self.place(state);
         let geometry = &*self.problem.space;
         if self.point.evaluate(&self.q, &self.p).is_err() {
@@ -157,6 +160,7 @@ impl Equations for SceneEquations<'_> {
     }
 
     fn linearise(&mut self, state: &Vec<f64>) {
+        self.evaluations += 1;
         self.place(state);
         let Self { jacobian, point, q, p, parts, .. } = self;
         jacobian.fill(0.0);

@@ -20,16 +20,7 @@ fn digits_and_order(tolerance: f64) -> (u32, usize) {
 
 impl Peer for Taylor {
     fn about(&self) -> About {
-        About {
-            name: "Taylor".to_owned(),
-            curve: "Taylor",
-            order: None,
-            step: Step::Adaptive,
-            has_dense_output: true,
-            needs_second_order: false,
-            coarsest: 1.0,
-            source: "Jorba, Zou, Exp. Math. 14 (2005) 99",
-        }
+        About::new("Taylor", "Taylor", Step::Adaptive, "Jorba, Zou, Exp. Math. 14 (2005) 99")
     }
 
     fn label(&self, setting: Setting) -> String {
@@ -41,7 +32,10 @@ impl Peer for Taylor {
         let Problem { space, start, length, .. } = problem;
         let (digits, order) = digits_and_order(setting.tolerance);
         let trajectory = ReferenceTrajectory::unchecked(space, start, *length, order, digits);
-        let trajectory = trajectory.map_err(|end| failure(&end.reason))?;
+        let trajectory = trajectory.map_err(|end| match end.reason {
+            EndReason::OutsideDomain => Failure::OutsideDomain,
+            EndReason::Singular | EndReason::TimeNotReached | EndReason::TooLong { .. } => Failure::TooManySteps,
+        })?;
         let mut states = States::new(start.q.len(), output.marks.len());
         for gamma in output.gamma(*length) {
             let Start { q, p, .. } = trajectory.at(gamma);
@@ -52,12 +46,5 @@ impl Peer for Taylor {
         }
         let steps = trajectory.steps();
         Ok(Trajectory { states, evaluations: steps * order, steps })
-    }
-}
-
-fn failure(reason: &EndReason) -> Failure {
-    match reason {
-        EndReason::OutsideDomain => Failure::OutsideDomain,
-        EndReason::Singular | EndReason::TimeNotReached | EndReason::TooLong { .. } => Failure::TooManySteps,
     }
 }

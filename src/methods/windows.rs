@@ -2,9 +2,8 @@
 //! long as an accuracy needs.
 
 use super::peer::{About, Peer, Prepared, Setting, Step};
-use super::{Failure, Marks, Output, Problem, States, Trajectory};
-use crate::engine::{self, Accuracy, Engine, POINTS, Window};
-use crate::geometry::{Geometry, Start};
+use super::{Failure, Output, Problem, States, Trajectory};
+use crate::engine::{self, Accuracy, Engine, POINTS};
 
 /// What the engine does as a method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,97 +44,6 @@ impl From<engine::Failure> for Failure {
     }
 }
 
-/// The points of output of a run.
-struct Points<'s> {
-    geometry: &'s Geometry,
-    /// q^a of all coordinates, p_a of the active ones, and p_a of all.
-    q: Vec<f64>,
-    momenta: Vec<f64>,
-    p: Vec<f64>,
-    states: States,
-}
-
-impl<'s> Points<'s> {
-    fn new(geometry: &'s Geometry, start: &Start, output: &Output) -> Self {
-        let momenta = geometry.active().iter().map(|&a| start.p[a]).collect();
-        let states = States::new(start.q.len(), output.marks.len());
-        Self { geometry, q: start.q.clone(), momenta, p: start.p.clone(), states }
-    }
-
-    /// Takes in the state at these fractions of a window.
-    fn see(&mut self, window: &Window<'_>, fractions: impl IntoIterator<Item = f64>) -> Result<(), Failure> {
-        let mut dense = None;
-        for fraction in fractions {
-            dense.get_or_insert_with(|| window.dense()).at(fraction, &mut self.q, &mut self.momenta);
-            if self.q.iter().chain(&self.momenta).any(|value| !value.is_finite()) {
-                return Err(Failure::Diverged);
-            }
-            self.take();
-        }
-        Ok(())
-    }
-
-    fn take(&mut self) {
-        let Self { geometry, q, momenta, p, states } = self;
-        geometry.active().iter().zip(momenta).for_each(|(&a, momentum)| p[a] = *momentum);
-        states.push(q, p);
-    }
-}
-
-/// So many windows of one length, of which each has so many points.
-fn drive(
-    (geometry, start): (&Geometry, &Start),
-    engine: &mut Engine<'_>,
-    output: &Output,
-    (count, points): (usize, usize),
-) -> Result<Trajectory, Failure> {
-    let (mut marks, mut sweeps) = (Marks::new(output, count), 0);
-    engine.rewind();
-    let mut output_points = Points::new(geometry, start, output);
-    output.marks.iter().take_while(|&&mark| mark == 0).for_each(|_| output_points.take());
-    marks.skip_start();
-    let windows = Marks::last(output, count);
-    for index in 0..windows {
-        let window = engine.next()?.expect("there are as many windows");
-        sweeps += window.sweeps;
-        output_points.see(&window, std::iter::from_fn(|| marks.within(index)))?;
-    }
-    Ok(Trajectory { states: output_points.states, evaluations: sweeps * points, steps: windows })
-}
-
-/// Windows for an accuracy.
-fn choose(
-    (geometry, start): (&Geometry, &Start),
-    engine: &mut Engine<'_>,
-    output: &Output,
-    (length, is_certified): (f64, bool),
-) -> Result<Trajectory, Failure> {
-    engine.rewind();
-    let marks: Vec<f64> = output.gamma(length).collect();
-    let mut output_points = Points::new(geometry, start, output);
-    let mut windows = 0;
-    loop {
-        let mut window = match engine.next() {
-            Ok(Some(window)) => window,
-            Ok(None) => break,
-            Err(engine::Failure::BeginAgain) => {
-                engine.begin_again();
-                output_points.states.clear();
-                continue;
-            }
-            Err(failure) => return Err(failure.into()),
-        };
-        if is_certified && !window.gradient_norm().is_some_and(f64::is_finite) {
-            return Err(Failure::Diverged);
-        }
-        windows = window.index + 1;
-        let (from, end, seen) = (window.gamma, window.gamma + window.length, output_points.states.len());
-        let here = marks[seen..].iter().take_while(|&&mark| mark <= end || end >= length);
-        output_points.see(&window, here.map(|mark| ((mark - from) / window.length).min(1.0)))?;
-    }
-    Ok(Trajectory { states: output_points.states, evaluations: engine.sweeps() * POINTS, steps: windows * POINTS })
-}
-
 impl Windows {
     /// A run to be made many times.
     pub(crate) fn windows(self, problem: &Problem, output: Output, setting: Setting) -> Prepared<'_> {
@@ -149,29 +57,75 @@ impl Windows {
             Self::Tolerance => accurate(Accuracy::Local(tolerance)),
         };
         let Ok(mut engine) = engine else { return Box::new(|| Err(Failure::OutsideDomain)) };
-        Box::new(move || match self {
-            Self::Gauss { stages } => drive((geometry, start), &mut engine, &output, (count, stages)),
-            Self::Equal(points) => {
-                let trajectory = drive((geometry, start), &mut engine, &output, (count, points))?;
-                Ok(Trajectory { steps: trajectory.steps * points, ..trajectory })
+        Box::new(move || self.run_over(problem, &mut engine, &output, count))
+    }
+
+    /// True if windows have one length.
+    fn is_equal(self) -> bool {
+        matches!(self, Self::Gauss { .. } | Self::Equal(_))
+    }
+
+    fn run_over(
+        self,
+        Problem { space: geometry, start, length, .. }: &Problem,
+        engine: &mut Engine<'_>,
+        output: &Output,
+        count: usize,
+    ) -> Result<Trajectory, Failure> {
+        engine.rewind();
+        let mut marks = output.gamma(*length).peekable();
+        // Where windows have one length, the places of the points are known without rounding.
+        let mut places = self.is_equal().then(|| output.places(count));
+        let (mut q, mut p) = (start.q.clone(), start.p.clone());
+        let mut momenta: Vec<f64> = geometry.active().iter().map(|&a| p[a]).collect();
+        let mut states = States::new(q.len(), output.marks.len());
+        let mut windows = 0;
+        // What is certified is the whole run.
+        while !self.is_equal() || states.len() < output.marks.len() {
+            let mut window = match engine.next() {
+                Ok(Some(window)) => window,
+                Ok(None) => break,
+                Err(engine::Failure::BeginAgain) => {
+                    engine.begin_again();
+                    states.clear();
+                    marks = output.gamma(*length).peekable();
+                    continue;
+                }
+                Err(failure) => return Err(failure.into()),
+            };
+            if self == Self::Accuracy && !window.gradient_norm().is_some_and(f64::is_finite) {
+                return Err(Failure::Diverged);
             }
-            _ => choose((geometry, start), &mut engine, &output, (*length, self == Self::Accuracy)),
-        })
+            windows = window.index + 1;
+            let (from, end, mut dense) = (window.gamma, window.gamma + window.length, None);
+            while let Some(fraction) = match &mut places {
+                Some(places) => places.next_if(|place| place.0 == window.index).map(|place| place.1),
+                None => {
+                    let mark = marks.next_if(|&mark| mark <= end || end >= *length);
+                    mark.map(|mark| ((mark - from) / window.length).min(1.0))
+                }
+            } {
+                dense.get_or_insert_with(|| window.dense()).at(fraction, &mut q, &mut momenta);
+                if q.iter().chain(&momenta).any(|value| !value.is_finite()) {
+                    return Err(Failure::Diverged);
+                }
+                geometry.active().iter().zip(&momenta).for_each(|(&a, momentum)| p[a] = *momentum);
+                states.push(&q, &p);
+            }
+        }
+        let (points, nodes_per_step) = match self {
+            Self::Gauss { stages } => (stages, 1),
+            Self::Equal(points) => (points, points),
+            _ => (POINTS, POINTS),
+        };
+        Ok(Trajectory { states, evaluations: engine.sweeps() * points, steps: windows * nodes_per_step })
     }
 }
 
 impl Peer for Windows {
     fn about(&self) -> About {
-        let about = |name, curve, order, step| About {
-            name,
-            curve,
-            order,
-            step,
-            has_dense_output: true,
-            needs_second_order: false,
-            coarsest: 0.05,
-            source: "this program",
-        };
+        let about =
+            |name, curve, order, step| About { order, coarsest: 0.05, ..About::new(name, curve, step, "this program") };
         match self {
             Self::Gauss { stages } => About {
                 source: "Hairer, McLachlan, Razakarivony, BIT 48 (2008) 231",
