@@ -32,8 +32,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         x_label: "t".to_owned(),
         y_label: "x".to_owned(),
         series: vec![
-            Series::new("x(t) on the nodes", Mark::LineAndPoints, nodes),
-            Series::new("their times", Mark::Points, axis),
+            Series::new("x(t) on the nodes", Mark::LINE_AND_POINTS, nodes),
+            Series::new("their times", Mark::POINTS, axis),
         ],
         ..Chart::default()
     };
@@ -46,8 +46,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         y_label: "|ΔQ_t|".to_owned(),
         y_scale: Scale::Log,
         series: vec![
-            Series::new("RK4 on the geodesic equations", Mark::Line, runge_kutta(100.0, 2000)).with_look(Look::NEUTRAL),
-            Series::new("SBP42, weak form, the same 2001 nodes", Mark::Line, long.gamma().zip(own).collect()),
+            Series::new("RK4 on the geodesic equations", Mark::LINE, runge_kutta(100.0, 2000)).with_look(Look::NEUTRAL),
+            Series::new("SBP42, weak form, the same 2001 nodes", Mark::LINE, long.gamma().zip(own).collect()),
         ],
         ..Chart::default()
     };

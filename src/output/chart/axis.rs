@@ -21,15 +21,8 @@ pub(super) struct Axis {
     pub(super) fine: Vec<f64>,
     /// Spacing of the labels.
     step: f64,
-    floor: Option<Floor>,
-}
-
-/// Where values that have no logarithm are drawn.
-#[derive(Clone, Copy)]
-struct Floor {
-    at: f64,
-    label: &'static str,
-    values: &'static str,
+    /// Where values that have no logarithm are drawn, the label there, and a word for these values.
+    floor: Option<(f64, &'static str, &'static str)>,
 }
 
 impl Axis {
@@ -105,12 +98,11 @@ impl Axis {
         let (zero, negative) = (values.contains(&0.0), values.iter().any(|&v| v < 0.0));
         let floor = match (zero, negative) {
             (false, false) => None,
-            (true, false) => Some(("0", "zeros")),
-            (false, true) => Some(("< 0", "negative values")),
-            (true, true) => Some(("≤ 0", "zeros and negative values")),
+            (true, false) => Some((low - 1.0, "0", "zeros")),
+            (false, true) => Some((low - 1.0, "< 0", "negative values")),
+            (true, true) => Some((low - 1.0, "≤ 0", "zeros and negative values")),
         };
-        let floor = floor.map(|(label, values)| Floor { at: low - 1.0, label, values });
-        if let Some(Floor { at, .. }) = floor {
+        if let Some((at, ..)) = floor {
             // Room for the symbols under the floor, and for its label among those of the decades.
             low = at - 0.03 * (high - at);
             labelled.retain(|v| v - at > 0.05 * (high - at));
@@ -126,7 +118,7 @@ impl Axis {
             _ if !is_drawable(value) => None,
             Scale::Linear => Some(value),
             Scale::Log if value > 0.0 => Some(value.log10()),
-            Scale::Log => self.floor.map(|floor| floor.at),
+            Scale::Log => self.floor.map(|(at, ..)| at),
         }
     }
 
@@ -137,13 +129,13 @@ impl Axis {
 
     /// A sentence for the reader about the floor, if there is one.
     pub(super) fn remark(&self) -> Option<String> {
-        self.floor.map(|floor| format!("{} drawn at {}", floor.values, logarithmic_label(floor.at)))
+        self.floor.map(|(at, _, values)| format!("{values} drawn at {}", logarithmic_label(at)))
     }
 
     /// The label at one of the ticks.
     pub(super) fn label(&self, at: f64) -> String {
         match (self.scale, self.floor) {
-            (Scale::Log, Some(floor)) if at <= floor.at => floor.label.to_owned(),
+            (Scale::Log, Some((floor, label, _))) if at <= floor => label.to_owned(),
             (Scale::Log, _) => logarithmic_label(at),
             (Scale::Linear, _) if at.abs() < 0.5 * self.step => "0".to_owned(),
             (Scale::Linear, _) => {

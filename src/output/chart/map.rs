@@ -23,25 +23,41 @@ const TICKS: f64 = 28.0;
 /// Labels of ticks and rows, and headings of panels.
 const TINY: f64 = 12.0;
 
-/// A sign in a cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sign {
+/// A sign in a cell: its strokes, in eighths of the cell around its middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sign(&'static [&'static [At]]);
+
+/// The coordinates of a point of a ring of radius 2 between the axes.
+const ROUND: f64 = 1.41;
+
+impl Sign {
     /// No sign, for the best kind of cell.
-    Empty,
+    pub const EMPTY: Self = Self(&[]);
     /// ·
-    Dot,
+    pub const DOT: Self = Self(&[&[(0.0, 0.0), (0.0, 0.0)]]);
     /// ○
-    Ring,
+    pub const RING: Self = Self(&[&[
+        (2.0, 0.0),
+        (ROUND, ROUND),
+        (0.0, 2.0),
+        (-ROUND, ROUND),
+        (-2.0, 0.0),
+        (-ROUND, -ROUND),
+        (0.0, -2.0),
+        (ROUND, -ROUND),
+        (2.0, 0.0),
+    ]]);
     /// A zigzag.
-    Zigzag,
+    pub const ZIGZAG: Self =
+        Self(&[&[(-3.0, 1.0), (-2.0, -1.0), (-1.0, 1.0), (0.0, -1.0), (1.0, 1.0), (2.0, -1.0), (3.0, 1.0)]]);
     /// ⁄
-    Slash,
+    pub const SLASH: Self = Self(&[&[(-2.0, 2.0), (2.0, -2.0)]]);
     /// ×
-    Cross,
+    pub const CROSS: Self = Self(&[&[(-2.0, -2.0), (2.0, 2.0)], &[(-2.0, 2.0), (2.0, -2.0)]]);
     /// −
-    Bar,
+    pub const BAR: Self = Self(&[&[(-2.0, 0.0), (2.0, 0.0)]]);
     /// ■
-    Square,
+    pub const SQUARE: Self = Self(&[&[(-0.6, -0.6), (0.6, -0.6), (0.6, 0.6), (-0.6, 0.6), (-0.6, -0.6)]]);
 }
 
 /// A kind of cell.
@@ -209,43 +225,14 @@ fn draw_cells(page: &mut Page, kind: &Kind, cells: &[(At, At)]) {
             format!("{} {}", px((left + right) / 2.0 + a * size), px((top + bottom) / 2.0 + b * size))
         };
         let stroke = |points: &&[At]| format!("M{}", points.iter().map(place).collect::<Vec<_>>().join("L"));
-        kind.sign.strokes().iter().map(stroke).collect::<String>()
+        kind.sign.0.iter().map(stroke).collect::<String>()
     };
     let [red, green, blue] = kind.fill.map(u32::from);
     let is_dark = 299 * red + 587 * green + 114 * blue < 128_000;
-    let width = if kind.sign == Sign::Square { 2.2 } else { 1.1 };
+    let width = if kind.sign == Sign::SQUARE { 2.2 } else { 1.1 };
     let signs: String = cells.iter().map(sign).collect();
     if !signs.is_empty() {
         page.stroke(signs, if is_dark { "#fff" } else { TEXT }, width);
-    }
-}
-
-impl Sign {
-    /// Its strokes, in eighths of a cell around its middle.
-    fn strokes(self) -> &'static [&'static [At]] {
-        const ROUND: f64 = 1.41;
-        match self {
-            Self::Empty => &[],
-            Self::Dot => &[&[(0.0, 0.0), (0.0, 0.0)]],
-            Self::Ring => &[&[
-                (2.0, 0.0),
-                (ROUND, ROUND),
-                (0.0, 2.0),
-                (-ROUND, ROUND),
-                (-2.0, 0.0),
-                (-ROUND, -ROUND),
-                (0.0, -2.0),
-                (ROUND, -ROUND),
-                (2.0, 0.0),
-            ]],
-            Self::Zigzag => {
-                &[&[(-3.0, 1.0), (-2.0, -1.0), (-1.0, 1.0), (0.0, -1.0), (1.0, 1.0), (2.0, -1.0), (3.0, 1.0)]]
-            }
-            Self::Slash => &[&[(-2.0, 2.0), (2.0, -2.0)]],
-            Self::Cross => &[&[(-2.0, -2.0), (2.0, 2.0)], &[(-2.0, 2.0), (2.0, -2.0)]],
-            Self::Bar => &[&[(-2.0, 0.0), (2.0, 0.0)]],
-            Self::Square => &[&[(-0.6, -0.6), (0.6, -0.6), (0.6, 0.6), (-0.6, 0.6), (-0.6, -0.6)]],
-        }
     }
 }
 
@@ -255,7 +242,7 @@ mod tests {
 
     #[test]
     fn every_cell_and_every_sign_is_drawn() {
-        let signs = [Sign::Empty, Sign::Ring, Sign::Zigzag, Sign::Slash, Sign::Cross, Sign::Bar, Sign::Square];
+        let signs = [Sign::EMPTY, Sign::RING, Sign::ZIGZAG, Sign::SLASH, Sign::CROSS, Sign::BAR, Sign::SQUARE];
         let kind =
             |(k, sign): (usize, Sign)| Kind { label: format!("kind {k} <"), fill: [200 - 25 * k as u8; 3], sign };
         let look = Look { colour: [1, 2, 3], shape: crate::output::chart::Shape::Diamond };
@@ -274,7 +261,7 @@ mod tests {
             y_label: "length".into(),
             rows: vec!["1".into(), "2".into()],
             kinds: signs.into_iter().enumerate().map(kind).collect(),
-            absent: Kind { label: "none".into(), fill: [251; 3], sign: Sign::Dot },
+            absent: Kind { label: "none".into(), fill: [251; 3], sign: Sign::DOT },
             panels: vec![panel, Panel::default()],
             line_label: "limit".into(),
         };

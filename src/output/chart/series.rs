@@ -3,25 +3,33 @@
 /// The colours of Okabe and Ito, for series that are not methods; without yellow, which is too faint on white.
 const PALETTE: [[u8; 3]; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233], [0, 0, 0]];
+
 /// How the points of a series are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mark {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mark {
+    /// The width and the dashes of its line, if it has one.
+    pub(super) line: Option<(f64, &'static str)>,
+    /// True if its symbols are open, if it has some.
+    pub(super) symbols: Option<bool>,
+}
+
+impl Mark {
     /// A solid line.
-    Line,
+    pub const LINE: Self = Self { line: Some((1.8, "none")), symbols: None };
     /// A dashed line, as for a fit.
-    Dashed,
+    pub const DASHED: Self = Self { line: Some((1.8, "6 7")), symbols: None };
     /// A thin dotted line, as for a reference.
-    Dotted,
-    /// Symbols. Colour and shape belong together.
-    Points,
-    /// Symbols on a solid line.
-    LineAndPoints,
-    /// Open symbols.
-    OpenPoints,
-    /// Open symbols on a dashed line, as for a method to compare with.
-    DashedAndOpenPoints,
+    pub const DOTTED: Self = Self { line: Some((1.3, "1 4.5")), symbols: None };
     /// A broad pale line behind the others.
-    Band,
+    pub const BAND: Self = Self { line: Some((11.0, "none")), symbols: None };
+    /// Symbols. Colour and shape belong together.
+    pub const POINTS: Self = Self { line: None, symbols: Some(false) };
+    /// Symbols on a solid line.
+    pub const LINE_AND_POINTS: Self = Self { symbols: Some(false), ..Self::LINE };
+    /// Open symbols.
+    pub const OPEN_POINTS: Self = Self { line: None, symbols: Some(true) };
+    /// Open symbols on a dashed line, as for a method to compare with.
+    pub const DASHED_AND_OPEN_POINTS: Self = Self { line: Some((1.2, "4 4")), symbols: Some(true) };
 }
 
 /// The colour and the shape that something has in every picture.
@@ -113,36 +121,13 @@ pub(super) fn looks(series: &[Series]) -> Vec<Look> {
     series.iter().map(|series| series.look.unwrap_or_else(&mut next)).collect()
 }
 
-impl Mark {
-    /// The width and the dashes of its line, if it has one.
-    pub(super) fn line(self) -> Option<(f64, &'static str)> {
-        match self {
-            Self::Points | Self::OpenPoints => None,
-            Self::Line | Self::LineAndPoints => Some((1.8, "none")),
-            Self::Dashed => Some((1.8, "6 7")),
-            Self::Dotted => Some((1.3, "1 4.5")),
-            Self::DashedAndOpenPoints => Some((1.2, "4 4")),
-            Self::Band => Some((11.0, "none")),
-        }
-    }
-
-    /// Returns true if its symbols are open, if it has some.
-    pub(super) fn symbols(self) -> Option<bool> {
-        match self {
-            Self::Line | Self::Dashed | Self::Dotted | Self::Band => None,
-            Self::Points | Self::LineAndPoints => Some(false),
-            Self::OpenPoints | Self::DashedAndOpenPoints => Some(true),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn a_series_with_a_look_takes_no_colour_of_the_palette() {
-        let series = || Series::new("", Mark::Line, Vec::new());
+        let series = || Series::new("", Mark::LINE, Vec::new());
         let looks = looks(&[series(), series().with_look(Look::NEUTRAL), series()]);
         let colours: Vec<[u8; 3]> = looks.iter().map(|look| look.colour).collect();
         assert_eq!(colours, [PALETTE[0], Look::NEUTRAL.colour, PALETTE[1]]);

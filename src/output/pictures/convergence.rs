@@ -28,11 +28,11 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> Ch
         let is_time = slope.quantity.coordinate == Some(0);
         if crowded {
             let fitted = slope.fit.as_ref().map_or(String::new(), |fit| format!(", slope {:.2}", fit.slope));
-            let mark = if is_time { Mark::DashedAndOpenPoints } else { Mark::LineAndPoints };
+            let mark = if is_time { Mark::DASHED_AND_OPEN_POINTS } else { Mark::LINE_AND_POINTS };
             series.push(Series::new(name + &fitted, mark, all).with_look(look));
             continue;
         }
-        let mark = if is_time { Mark::OpenPoints } else { Mark::Points };
+        let mark = if is_time { Mark::OPEN_POINTS } else { Mark::POINTS };
         series.push(Series::new(name, mark, all).with_look(look));
         let Some((fit, (n_min, n_max))) = slope.fit.as_ref().zip(slope.n_range) else { continue };
         let in_range = points.iter().filter(|(n, _)| (n_min..=n_max).contains(n));
@@ -43,7 +43,7 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> Ch
         let line = |h: f64| (h, (log_error + fit.slope * (h.ln() - log_h)).exp());
         let ends = [fitted[0].0, fitted[fitted.len() - 1].0];
         let label = format!("slope {:.2}", fit.slope);
-        series.push(Series::new(label, Mark::Dashed, ends.map(line).to_vec()).with_look(look));
+        series.push(Series::new(label, Mark::DASHED, ends.map(line).to_vec()).with_look(look));
         // The global error has one order more than the boundary closure; at the end of the weak form the error has the
         // order of the interior.
         let boundary_order = slope.sbp.boundary_order() as i32;
@@ -56,7 +56,7 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> Ch
     for (order, (h, error), coarsest) in guides {
         // A factor of four below the data, so that the guide can be told from the fit.
         let points = vec![(h, error / 4.0), (coarsest, error / 4.0 * (coarsest / h).powi(order))];
-        series.push(Series::new(format!("slope {order}"), Mark::Dotted, points).with_look(Look::NEUTRAL));
+        series.push(Series::new(format!("slope {order}"), Mark::DOTTED, points).with_look(Look::NEUTRAL));
     }
     let title = "How errors fall with the step: the steeper, the higher the order";
     Chart::new(title, of, ["step Δγ", "error"], series).log_log()

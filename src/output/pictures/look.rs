@@ -126,7 +126,7 @@ pub(super) fn of_curve(method: &Method) -> Look {
 
 /// How the curve of a method is drawn.
 pub(super) fn mark(is_own: bool) -> Mark {
-    if is_own { Mark::LineAndPoints } else { Mark::DashedAndOpenPoints }
+    if is_own { Mark::LINE_AND_POINTS } else { Mark::DASHED_AND_OPEN_POINTS }
 }
 
 #[cfg(test)]

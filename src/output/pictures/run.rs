@@ -40,17 +40,18 @@ fn at_nodes<S: Real>(line: &WorldLine<S>, values: impl IntoIterator<Item = S>) -
 
 /// The sizes of deviations at the nodes.
 fn deviation<S: Real>(label: impl Into<String>, line: &WorldLine<S>, row: &[S]) -> Series {
-    Series::new(label, Mark::Points, at_nodes(line, row.iter().map(|value| value.abs())))
+    Series::new(label, Mark::POINTS, at_nodes(line, row.iter().map(|value| value.abs())))
 }
 
 /// t(γ) and x(γ); for a solution of the doubled system both branches.
 pub fn world_line<S: Real>(of: &str, solution: &WorldLine<S>) -> Chart {
     let forward = if solution.is_doubled() { ["t_1(γ)", "x_1(γ)"] } else { ["t(γ)", "x(γ)"] };
     let forward = forward.into_iter().enumerate();
-    let forward = forward.map(|(a, label)| Series::new(label, Mark::LineAndPoints, at_nodes(solution, solution.q(a))));
+    let forward =
+        forward.map(|(a, label)| Series::new(label, Mark::LINE_AND_POINTS, at_nodes(solution, solution.q(a))));
     let backward = ["t_2(γ)", "x_2(γ)"].into_iter().enumerate();
     let backward = backward
-        .filter_map(|(a, label)| Some(Series::new(label, Mark::Points, at_nodes(solution, solution.backward(a)?))));
+        .filter_map(|(a, label)| Some(Series::new(label, Mark::POINTS, at_nodes(solution, solution.backward(a)?))));
     Chart::new("Time t and place x along the world-line", of, ["γ", "t, x"], forward.chain(backward).collect())
 }
 
@@ -69,7 +70,7 @@ pub fn time_mesh<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &Diagn
     } else {
         "The time mesh: dt/dγ".to_owned()
     };
-    Chart::new(title, of, ["γ", "dt/dγ"], vec![Series::new(label, Mark::LineAndPoints, points)])
+    Chart::new(title, of, ["γ", "dt/dγ"], vec![Series::new(label, Mark::LINE_AND_POINTS, points)])
 }
 
 /// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
@@ -83,12 +84,12 @@ pub fn trajectory<S: Real>(
     if let Some(reference) = reference {
         let at = |k: usize| reference.at(solution.length.to_f64() * k as f64 / (CURVE_POINTS - 1) as f64);
         let points = (0..CURVE_POINTS).map(at).map(|point| (t_i + point.q[0], point.q[1])).collect();
-        series.push(Series::new("geodesic (reference)", Mark::Line, points));
+        series.push(Series::new("geodesic (reference)", Mark::LINE, points));
     }
     let points = time_parametrised.iter().map(|state| (t_i + state.elapsed, state.x)).collect();
-    series.push(Series::new("x(t) with time as parameter", Mark::Dashed, points).with_look(Look::NEUTRAL));
+    series.push(Series::new("x(t) with time as parameter", Mark::DASHED, points).with_look(Look::NEUTRAL));
     let points = solution.t().zip(solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
-    series.push(Series::new("nodes", Mark::Points, points));
+    series.push(Series::new("nodes", Mark::POINTS, points));
     Chart::new("Where the nodes lie on the trajectory x(t)", of, ["t", "x"], series)
 }
 
@@ -99,7 +100,7 @@ pub fn noether_charge<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &
     let mut series = vec![deviation("|ΔQ_t|", solution, &charge.delta)];
     if let Some(corrected) = solution.multipliers().and(charge.corrected.last()) {
         let last = vec![(solution.gamma_f().to_f64(), corrected.to_f64().abs())];
-        series.push(Series::new("last node, with + λ_7/H_N", Mark::Points, last));
+        series.push(Series::new("last node, with + λ_7/H_N", Mark::POINTS, last));
     }
     deviations("How far the charge Q_t is from its initial value", of, "|ΔQ_t|", series)
 }
@@ -145,29 +146,23 @@ impl<S: Real> PlotAxes<S> {
 
 /// A formula as it is read: velocities as derivatives, momenta with their index below, Greek letters by their signs.
 fn written(formula: &str, parameter: &str) -> String {
-    let mut text = String::new();
-    let mut rest = formula;
-    while let Some(first) = rest.chars().next() {
-        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        let length = rest.find(|c: char| !is_name(c)).unwrap_or(rest.len());
-        let (word, after) = rest.split_at(length.max(first.len_utf8()));
-        let of = |name: &str| match name {
-            "phi" => "φ".to_owned(),
-            "theta" => "θ".to_owned(),
-            "tau" => "τ".to_owned(),
-            _ => name.to_owned(),
-        };
-        text += &match word.strip_suffix("_dot") {
-            Some(name) => format!("d{}/d{parameter}", of(name)),
-            None if ["p_", "x_", "y_", "z_"].iter().any(|axis| word.starts_with(axis)) => {
-                format!("{}_{{{}}}", &word[..1], of(&word[2..]))
-            }
-            None if word == "*" => " ".to_owned(),
-            None => of(word),
-        };
-        rest = after;
-    }
-    text
+    let is_other = |c: char| !(c.is_ascii_alphanumeric() || c == '_');
+    let of = |name: &str| match name {
+        "phi" => "φ".to_owned(),
+        "theta" => "θ".to_owned(),
+        "tau" => "τ".to_owned(),
+        _ => name.to_owned(),
+    };
+    let word = |word: &str| match (word.strip_suffix("_dot"), word.split_once('_')) {
+        (Some(name), _) => format!("d{}/d{parameter}", of(name)),
+        (_, Some((axis @ ("p" | "x" | "y" | "z"), index))) => format!("{axis}_{{{}}}", of(index)),
+        _ => of(word),
+    };
+    let part = |part: &str| {
+        let (name, sign) = part.split_at(part.find(is_other).unwrap_or(part.len()));
+        word(name) + if sign == "*" { " " } else { sign }
+    };
+    formula.split_inclusive(is_other).map(part).collect()
 }
 
 fn norm<S: Real>(line: &WorldLine<S>) -> S {
@@ -200,11 +195,11 @@ pub fn orbit<S: Real>(of: &str, parts: &[Part<'_, S>], orbits: &[(String, PlotAx
         let points = points(parts, &mut axes.clone(), count);
         starts.extend(points.first().copied());
         ends.extend(points.last().copied());
-        series.push(Series::new(name.clone(), Mark::Line, points));
+        series.push(Series::new(name.clone(), Mark::LINE, points));
     }
     let mark = |shape: Shape| Look { shape, ..ENDS };
-    series.push(Series::new("start", Mark::OpenPoints, starts).with_look(mark(Shape::Circle)));
-    series.push(Series::new("end", Mark::Points, ends).with_look(mark(Shape::Cross)));
+    series.push(Series::new("start", Mark::OPEN_POINTS, starts).with_look(mark(Shape::Circle)));
+    series.push(Series::new("end", Mark::POINTS, ends).with_look(mark(Shape::Cross)));
     let axes = &orbits[0].1;
     let title = match orbits {
         [_] if axes.labels[0] == "t" => format!("{} over time, from its start to its end", axes.labels[1]),
@@ -233,7 +228,7 @@ pub fn section<S: Real>(
         let places = crossings.iter().zip(x.iter().zip(&y)).filter(|(crossing, _)| crossing.watch == watch);
         places.map(|(_, (&x, &y))| (x, y)).collect()
     };
-    let series = names.iter().enumerate().map(|(watch, name)| Series::new(*name, Mark::Points, of_watch(watch)));
+    let series = names.iter().enumerate().map(|(watch, name)| Series::new(*name, Mark::POINTS, of_watch(watch)));
     let series = series.collect();
     axes.chart("Where the events are on the orbit", of, series)
 }
@@ -297,39 +292,34 @@ pub fn mesh<S: Real>(of: &str, parts: &[Part<'_, S>]) -> Chart {
     let t: Option<Vec<f64>> = t.map(|t| lines().flat_map(|line| line.q(t)).map(S::to_f64).collect());
     let windows: usize = lines().map(|line| line.windows.len()).sum();
     let is_averaged = windows > 1 && lines().all(|line| !line.sbp().is_equidistant());
-    let mut begun = 0;
-    let pairs: Vec<[usize; 2]> = (lines().flat_map(WorldLine::grids))
-        .flat_map(|grid| {
-            let nodes = begun..begun + grid.points();
-            begun = nodes.end;
-            match is_averaged {
-                true => vec![[nodes.start, nodes.end - 1]],
-                false => nodes.clone().skip(1).map(|k| [k - 1, k]).collect(),
-            }
-        })
-        .collect();
+    let (mut pairs, mut first) = (Vec::new(), 0);
+    for grid in lines().flat_map(WorldLine::grids) {
+        let last = first + grid.points() - 1;
+        let stride = if is_averaged { last - first } else { 1 };
+        pairs.extend((first..last).step_by(stride).map(|k| [k, k + stride]));
+        first = last + 1;
+    }
     let steps = |values: &[f64]| -> Vec<(f64, f64)> {
         let step = |&[a, b]: &[usize; 2]| (0.5 * (gamma[a] + gamma[b]), (values[b] - values[a]) / (b - a) as f64);
         pairs.iter().map(step).collect()
-    };
-    let spread = |steps: &[(f64, f64)]| {
-        let Reach { least, most } = Reach::of(steps.iter().map(|step| step.1.abs()));
-        most / least
     };
     let in_gamma = steps(&gamma);
     let in_t = t.map(|t| steps(&t)).filter(|steps| {
         let differs = |(a, b): (&(f64, f64), &(f64, f64))| (a.1 / b.1 - 1.0).abs() > EVEN - 1.0;
         steps.iter().zip(&in_gamma).any(differs)
     });
-    let said = |steps: &[(f64, f64)], of: &str| match spread(steps) {
-        ratio if ratio <= EVEN => format!("steps in {of} are even"),
-        ratio => format!("steps in {of} differ by a factor of {ratio:.3}"),
-    };
-    let texts: Vec<String> =
-        std::iter::once(said(&in_gamma, "γ")).chain(in_t.as_deref().map(|steps| said(steps, "t"))).collect();
-    let widest = spread(&in_gamma).max(in_t.as_deref().map_or(1.0, spread));
-    let mut series = vec![Series::new("Δγ", Mark::Points, in_gamma)];
-    series.extend(in_t.map(|steps| Series::new("Δt", Mark::Points, steps)));
+    let (mut series, mut texts, mut widest) = (Vec::new(), Vec::new(), 1.0);
+    for (name, steps) in [("γ", Some(in_gamma)), ("t", in_t)] {
+        let Some(steps) = steps else { continue };
+        let Reach { least, most } = Reach::of(steps.iter().map(|step| step.1.abs()));
+        let ratio = most / least;
+        widest = f64::max(widest, ratio);
+        texts.push(match ratio <= EVEN {
+            true => format!("steps in {name} are even"),
+            false => format!("steps in {name} differ by a factor of {ratio:.3}"),
+        });
+        series.push(Series::new(format!("Δ{name}"), Mark::POINTS, steps));
+    }
     let y_label = if is_averaged { "mean step of a window" } else { "step between nodes" };
     Chart {
         y_scale: if widest > MANY_STEPS { Scale::Log } else { Scale::Linear },

@@ -16,12 +16,12 @@ const SHADES: [[u8; 3]; 8] = [
 ];
 /// The colours and signs of words, of which more than these are shown as the last one.
 const WORDS: [([u8; 3], Sign); 6] = [
-    ([204, 229, 255], Sign::Empty),
-    ([230, 159, 0], Sign::Slash),
-    ([0, 158, 115], Sign::Ring),
-    ([204, 121, 167], Sign::Cross),
-    ([0, 114, 178], Sign::Bar),
-    ([90, 90, 90], Sign::Square),
+    ([204, 229, 255], Sign::EMPTY),
+    ([230, 159, 0], Sign::SLASH),
+    ([0, 158, 115], Sign::RING),
+    ([204, 121, 167], Sign::CROSS),
+    ([0, 114, 178], Sign::BAR),
+    ([90, 90, 90], Sign::SQUARE),
 ];
 /// Values whose logarithms are drawn differ by more than this factor, and have one sign.
 const MANY_DECADES: f64 = 1e3;
@@ -45,7 +45,7 @@ pub fn scan(of: &str, column: &str, [x, y]: [Varied<'_>; 2], values: &[String]) 
         y_label: y.0.to_owned(),
         rows: y.1.to_vec(),
         kinds,
-        absent: Kind { label: "no value".to_owned(), fill: [255; 3], sign: Sign::Dot },
+        absent: Kind { label: "no value".to_owned(), fill: [255; 3], sign: Sign::DOT },
         panels: vec![panel],
         line_label: String::new(),
     }
@@ -87,7 +87,7 @@ fn shades(numbers: &[Option<f64>]) -> Kinds {
     let kind = |k: usize| Kind {
         label: format!("{} … {}", text(edge(k)), text(edge(k + 1))),
         fill: SHADES[k * (SHADES.len() - 1) / (count.max(2) - 1)],
-        sign: Sign::Empty,
+        sign: Sign::EMPTY,
     };
     ((0..count).map(kind).collect(), numbers.iter().map(kind_of).collect())
 }

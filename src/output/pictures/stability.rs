@@ -15,13 +15,13 @@ const TICKS: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
 /// and nearly black for the worst; every kind has a sign of its own too.
 fn kind(status: CellStatus) -> Kind {
     let (fill, sign) = match status {
-        CellStatus::Accurate => ([126, 192, 232], Sign::Empty),
-        CellStatus::Inaccurate => ([240, 228, 66], Sign::Ring),
-        CellStatus::Sawtooth => ([213, 94, 0], Sign::Zigzag),
-        CellStatus::Drifting => ([230, 159, 0], Sign::Slash),
-        CellStatus::Diverged => ([204, 121, 167], Sign::Cross),
-        CellStatus::NoCriticalPoint => ([128, 128, 128], Sign::Bar),
-        CellStatus::OutsideDomain => ([30, 30, 30], Sign::Square),
+        CellStatus::Accurate => ([126, 192, 232], Sign::EMPTY),
+        CellStatus::Inaccurate => ([240, 228, 66], Sign::RING),
+        CellStatus::Sawtooth => ([213, 94, 0], Sign::ZIGZAG),
+        CellStatus::Drifting => ([230, 159, 0], Sign::SLASH),
+        CellStatus::Diverged => ([204, 121, 167], Sign::CROSS),
+        CellStatus::NoCriticalPoint => ([128, 128, 128], Sign::BAR),
+        CellStatus::OutsideDomain => ([30, 30, 30], Sign::SQUARE),
     };
     Kind { label: status.label().to_owned(), fill, sign }
 }
@@ -106,7 +106,7 @@ pub fn stability_map(of: &str, arena: &Arena, methods: &[Method], cells: &[Cell]
         y_label: "length γ_f − γ_i".to_owned(),
         rows: lengths.iter().map(|&length| short(length)).collect(),
         kinds: CellStatus::ALL.map(kind).to_vec(),
-        absent: Kind { label: "no such grid".to_owned(), fill: [255; 3], sign: Sign::Dot },
+        absent: Kind { label: "no such grid".to_owned(), fill: [255; 3], sign: Sign::DOT },
         panels: methods.iter().map(panel).collect(),
         line_label: "limit of linear theory".to_owned(),
     }
@@ -132,7 +132,7 @@ fn curves<'m>(points: impl Iterator<Item = (String, &'m Method, (f64, f64))>) ->
         match curves.iter_mut().find(|known| known.label == label) {
             Some(known) => known.points.push(point),
             None => {
-                let curve = Series::new(label, Mark::LineAndPoints, vec![point]);
+                let curve = Series::new(label, Mark::LINE_AND_POINTS, vec![point]);
                 curves.push(curve.with_look(look::of_method(method)));
             }
         }
@@ -173,7 +173,7 @@ pub fn last_node(of: &str, arena: &Arena, cells: &[Cell]) -> Chart {
             Some((label, &cell.method, (cell.gamma_f, largest)))
         }))
     };
-    let open = |curve: Series| Series { label: String::new(), mark: Mark::OpenPoints, ..curve };
+    let open = |curve: Series| Series { label: String::new(), mark: Mark::OPEN_POINTS, ..curve };
     let pairs = curves_of(0).into_iter().zip(curves_of(1));
     let mut all: Vec<Series> = pairs.flat_map(|(raw, corrected)| [raw, open(corrected)]).collect();
     // The multiplier of the last node, as the theory calls it.
