@@ -2,6 +2,9 @@
 
 use std::fmt;
 
+use crate::geometry::Geometry;
+use crate::number::Real;
+
 /// Why a reference trajectory ends early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EndReason {
@@ -29,7 +32,19 @@ pub struct ReferenceEnds {
     /// The coordinates there, with their names; in one coordinate x and g00.
     pub place: Vec<(String, f64)>,
     /// True in one coordinate, where messages speak of the potential and of time.
-    pub(super) is_of_x: bool,
+    is_of_x: bool,
+}
+
+impl ReferenceEnds {
+    /// A trajectory in `geometry` that ends where the coordinates are `q`.
+    pub(super) fn new<S: Real>(geometry: &Geometry<S>, reason: EndReason, gamma: S, q: &[S]) -> Self {
+        let g00 = geometry.g00(q);
+        let place = match g00 {
+            Some(g00) => [("x", q[1]), ("g00", g00)].map(|(name, value)| (name.to_owned(), value.to_f64())).to_vec(),
+            None => geometry.names().iter().cloned().zip(q.iter().map(|q| q.to_f64())).collect(),
+        };
+        Self { reason, gamma: gamma.to_f64(), place, is_of_x: g00.is_some() }
+    }
 }
 
 impl fmt::Display for ReferenceEnds {
@@ -44,9 +59,8 @@ impl fmt::Display for ReferenceEnds {
             EndReason::Singular => f.write_str(": a formula has no Taylor series"),
             EndReason::TimeNotReached if self.is_of_x => f.write_str(": the physical time t_f is not reached"),
             EndReason::TimeNotReached => f.write_str(": the value of the coordinate is not reached"),
-            EndReason::TooLong { most_steps } => {
-                let limit = "Taylor steps, the limit for so many digits";
-                write!(f, ": the whole run would take more than {most_steps} {limit}")
+            EndReason::TooLong { most_steps: most } => {
+                write!(f, ": the whole run would take more than {most} Taylor steps, the limit for so many digits")
             }
         }
     }

@@ -5,6 +5,7 @@
 //! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a,    ˙ = d/dγ
 //! ```
 
+use super::ends::{EndReason, ReferenceEnds};
 use super::series::{ProgramSeries, increment, slope};
 use crate::geometry::{Geometry, Hamiltonian, Point, Start};
 use crate::number::Real;
@@ -23,27 +24,45 @@ const SHIFTS: [f64; 5] = [4.0, -8.0, 12.0, -4.0, 8.0];
 #[derive(Debug)]
 pub(super) struct Equations<'g, S> {
     geometry: &'g Geometry<S>,
+    start: &'g Start<S>,
     unit: S,
     /// Momenta; those of the active coordinates are overwritten.
     p: Vec<S>,
     /// The determinants of the metric's blocks at the start.
     determinants: Vec<S>,
-    values: ProgramSeries<S>,
+    pub(super) values: ProgramSeries<S>,
     point: Point<S>,
 }
 
 impl<'g, S: Real> Equations<'g, S> {
     /// For series of this order.
-    pub(super) fn new(geometry: &'g Geometry<S>, start: &Start<S>, unit: S, order: usize) -> Self {
+    pub(super) fn new(geometry: &'g Geometry<S>, start: &'g Start<S>, unit: S, order: usize) -> Self {
         let Hamiltonian { program, velocities, forces, .. } = geometry.hamiltonian();
         Self {
             geometry,
+            start,
             unit,
             p: start.p.clone(),
             determinants: geometry.determinants(&start.q),
             values: ProgramSeries::new(program, [&velocities[..], forces].concat(), order),
             point: geometry.point(),
         }
+    }
+
+    /// The state at the start. Positions and momenta have no unit of γ.
+    pub(super) fn state(&self) -> Vec<S> {
+        let Start { q, p, .. } = self.start;
+        let mut state = q.clone();
+        self.geometry.ignorable().for_each(|a| state[a] = S::ZERO);
+        state.extend(self.geometry.active().iter().map(|&a| p[a]));
+        state
+    }
+
+    /// The error that a trajectory ends at `gamma`, over the unit, and this state.
+    pub(super) fn ends(&self, reason: EndReason, gamma: S, state: &[S]) -> ReferenceEnds {
+        let mut q = state[..self.geometry.dimension()].to_vec();
+        self.geometry.ignorable().for_each(|a| q[a] += self.start.q[a]);
+        ReferenceEnds::new(self.geometry, reason, gamma * self.unit, &q)
     }
 
     /// dq^a/dγ of all coordinates and dp_a/dγ of the active ones; `None` outside the domain.
@@ -70,13 +89,6 @@ impl<'g, S: Real> Equations<'g, S> {
             Some(others) => others.iter().zip(derivatives).map(|(&a, &b)| gap(a, b)).collect(),
             None => vec![S::ZERO; derivatives.len()],
         }
-    }
-}
-
-impl<S: Real> Equations<'_, S> {
-    /// So many of the first components are kept as polynomials.
-    pub(super) fn kept(&self) -> usize {
-        self.geometry.dimension() + self.geometry.active().len()
     }
 
     /// The first coefficient of a component that has to do with its scale: 1 where the component itself has no meaning,
@@ -106,12 +118,6 @@ impl<S: Real> Equations<'_, S> {
             }
         }
         series
-    }
-
-    /// The series of the arguments of functions with kinks in the expansion that was computed last, with the values at
-    /// which these are.
-    pub(super) fn kink_arguments(&self) -> impl Iterator<Item = (&[S], S)> {
-        self.values.kink_arguments()
     }
 
     /// The difference at s between the derivatives of the series and those that the equations want there, relative to

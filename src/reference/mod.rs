@@ -17,5 +17,5 @@ mod time_parametrised;
 mod trajectory;
 
 pub use ends::{EndReason, ReferenceEnds};
-pub use time_parametrised::{TimeState, time_parametrised};
+pub use time_parametrised::time_parametrised;
 pub use trajectory::ReferenceTrajectory;

@@ -80,7 +80,7 @@ pub(super) fn seen<S: Real>(equations: &mut Equations<'_, S>, series: &Series<S>
 /// The first s in (0, h) at which the argument of a function with kinks has just passed one; h if there is none.
 pub(super) fn step_to_kink<S: Real>(equations: &Equations<'_, S>, h: S) -> S {
     let mut step = h;
-    for (series, kink) in equations.kink_arguments() {
+    for (series, kink) in equations.values.kink_arguments() {
         let ahead = series[0] - kink;
         let value = |s: S| ahead + increment(series, s);
         // Just beyond the kink, so that the next expansion is safely on the other side.

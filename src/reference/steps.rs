@@ -1,9 +1,9 @@
 //! The steps of the Taylor method.
 
-use super::EndReason;
 use super::equations::{Equations, Series};
 use super::series::{increment, slope};
 use super::size::{first_radius, radius, seen, smaller, step_to_kink};
+use super::{EndReason, ReferenceEnds};
 use crate::number::{Compensated, Real};
 
 /// Only a step below this share of the whole range can mean a singularity.
@@ -21,30 +21,25 @@ const SHRUNK: f64 = 1e-6;
 /// suggested.
 const FAR_TOO_LONG: f64 = 1e6;
 
-/// A component of the state over one step, as a polynomial in the parameter counted from the start of the step.
-#[derive(Debug, Clone)]
-pub(super) struct Polynomial<S> {
-    coefficients: Vec<S>,
-    /// The rounding error of the first coefficient of the compensated sum.
-    low: S,
-}
-
-impl<S: Real> Polynomial<S> {
-    pub(super) fn value(&self, s: S) -> S {
-        self.coefficients[0] + (self.low + increment(&self.coefficients, s))
-    }
-
-    pub(super) fn slope(&self, s: S) -> S {
-        slope(&self.coefficients, s)
-    }
-}
-
 /// One step.
 #[derive(Debug, Clone)]
-struct Step<S> {
+pub(super) struct Step<S> {
     start: Compensated<S>,
-    /// The coefficients of the components that are kept.
-    components: Vec<Polynomial<S>>,
+    /// The components of the state, as polynomials in the parameter counted from the start of the step.
+    series: Series<S>,
+    /// The rounding errors of their first coefficients, which are compensated sums.
+    lows: Vec<S>,
+}
+
+impl<S: Real> Step<S> {
+    pub(super) fn value(&self, component: usize, s: S) -> S {
+        let series = &self.series[component];
+        series[0] + (self.lows[component] + increment(series, s))
+    }
+
+    pub(super) fn slope(&self, component: usize, s: S) -> S {
+        slope(&self.series[component], s)
+    }
 }
 
 /// The accuracy of an integration.
@@ -60,28 +55,11 @@ pub(super) struct Accuracy {
 
 /// Where an integration ends.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Goal<S> {
-    /// At this γ − γ_i.
-    Gamma(S),
-    /// When a component, which only grows or only falls, has a value.
-    Value {
-        /// Which one, among those that are kept.
-        component: usize,
-        /// The value.
-        value: S,
-        /// 1 if the component grows, −1 if it falls.
-        sign: S,
-        /// The length that the start suggests.
-        length: S,
-    },
-}
-
-/// Where an integration ended early.
-#[derive(Debug, Clone)]
-pub(super) struct Stop<S> {
-    pub(super) reason: EndReason,
-    pub(super) gamma: S,
-    pub(super) state: Vec<S>,
+pub(super) struct Goal<S> {
+    /// At this γ − γ_i; for a value it is the length that the start suggests.
+    pub(super) length: S,
+    /// When a component, which only grows or only falls, has a value; with 1 if it grows and −1 if it falls.
+    pub(super) value: Option<(usize, S, S)>,
 }
 
 /// All steps from γ_i on.
@@ -102,88 +80,63 @@ impl<S: Real> Front<S> {
         self.state.iter().map(|component| component.high).collect()
     }
 
-    fn advance(&mut self, series: Series<S>, h: S, kept: usize) -> Step<S> {
-        let lows: Vec<S> = self.state[..kept].iter().map(|component| component.low).collect();
+    fn advance(&mut self, series: Series<S>, h: S) -> Step<S> {
+        let lows = self.state.iter().map(|component| component.low).collect();
         for (component, series) in self.state.iter_mut().zip(&series) {
             *component = component.plus(increment(series, h));
         }
-        let polynomials = series.into_iter().zip(lows).map(|(coefficients, low)| Polynomial { coefficients, low });
-        let step = Step { start: self.gamma, components: polynomials.collect() };
+        let step = Step { start: self.gamma, series, lows };
         self.gamma = self.gamma.plus(h);
         step
     }
 }
 
 impl<S: Real> Goal<S> {
-    /// The same over γ/`unit`.
-    pub(super) fn over(self, unit: S) -> Self {
-        match self {
-            Self::Gamma(length) => Self::Gamma(length / unit),
-            Self::Value { component, value, sign, length } => {
-                Self::Value { component, value, sign, length: length / unit }
-            }
-        }
-    }
-
-    /// The length of the whole range of γ.
-    pub(super) fn scale(self) -> S {
-        match self {
-            Self::Gamma(length) | Self::Value { length, .. } => length,
-        }
-    }
-
     /// The step to take instead of `h`, and whether it is the last one.
     fn limit(self, front: &Front<S>, series: &Series<S>, h: S) -> (S, bool) {
-        match self {
-            Self::Gamma(length) => {
-                let remaining = (length - front.gamma.high) - front.gamma.low;
-                (smaller(h, remaining), h >= remaining)
-            }
-            Self::Value { component, value, sign, .. } => {
-                let (series, low) = (&series[component], front.state[component].low);
-                let excess = |s: S| sign * ((series[0] - value) + (low + increment(series, s)));
-                if excess(h) < S::ZERO {
-                    return (h, false);
-                }
-                // Newton's method from the end of the step: the excess increases with s.
-                let mut s = h;
-                for _ in 0..50 {
-                    let next = smaller((s - excess(s) / (sign * slope(series, s))).max(S::ZERO), h);
-                    let change = (next - s).abs();
-                    s = next;
-                    if change <= S::EPSILON * h {
-                        break;
-                    }
-                }
-                (s, true)
+        let Some((component, value, sign)) = self.value else {
+            let remaining = (self.length - front.gamma.high) - front.gamma.low;
+            return (smaller(h, remaining), h >= remaining);
+        };
+        let (series, low) = (&series[component], front.state[component].low);
+        let excess = |s: S| sign * ((series[0] - value) + (low + increment(series, s)));
+        if excess(h) < S::ZERO {
+            return (h, false);
+        }
+        // Newton's method from the end of the step: the excess increases with s.
+        let mut s = h;
+        for _ in 0..50 {
+            let next = smaller((s - excess(s) / (sign * slope(series, s))).max(S::ZERO), h);
+            let change = (next - s).abs();
+            s = next;
+            if change <= S::EPSILON * h {
+                break;
             }
         }
+        (s, true)
     }
 
     /// Returns true if at the present rate the goal would be reached far too late.
     fn is_far_too_far(self, series: &Series<S>) -> bool {
-        match self {
-            Self::Gamma(_) => false,
-            Self::Value { component, value, sign, length } => {
-                let series = &series[component];
-                sign * (value - series[0]) > S::from(FAR_TOO_LONG) * length * (sign * series[1])
-            }
-        }
+        self.value.is_some_and(|(component, value, sign)| {
+            let series = &series[component];
+            sign * (value - series[0]) > S::from(FAR_TOO_LONG) * self.length * (sign * series[1])
+        })
     }
 }
 
 impl<S: Real> Steps<S> {
-    /// Integrates from `start` with series and steps of the given accuracy.
+    /// Integrates from the start with series and steps of the given accuracy.
     pub(super) fn integrate(
-        equations: &mut Equations<'_, S>,
-        start: &[S],
+        mut equations: Equations<'_, S>,
         goal: Goal<S>,
         accuracy: Accuracy,
-    ) -> Result<Self, Stop<S>> {
+    ) -> Result<Self, ReferenceEnds> {
+        let equations = &mut equations;
         let Accuracy { order, share, digits } = accuracy;
         let relative_step = S::from(share * 10.0_f64.powf(-f64::from(digits) / order as f64));
-        let scale = goal.scale();
-        let state = start.iter().map(|&value| Compensated::from(value)).collect();
+        let scale = goal.length;
+        let state = equations.state().into_iter().map(Compensated::from).collect();
         let mut front = Front { gamma: Compensated::default(), state };
         let most_steps = MOST_PRODUCTS / (order * order);
         let (mut steps, mut longest, mut last_step) = (Vec::new(), S::ZERO, scale);
@@ -196,31 +149,31 @@ impl<S: Real> Steps<S> {
                 radius(equations, &series, last_step)
             };
             let h = smaller(relative_step * radius, scale);
-            let stop = |reason, state| Err(Stop { reason, gamma: front.gamma.high, state });
+            let stop = |equations: &mut Equations<'_, S>, reason| Err(equations.ends(reason, front.gamma.high, &here));
             if !equations.is_inside(&here) {
-                return stop(EndReason::OutsideDomain, here);
+                return stop(equations, EndReason::OutsideDomain);
             }
             let shrinks = h <= S::from(LEAST_STEP) * scale && (h == S::ZERO || h < S::from(SHRUNK) * longest);
             if shrinks {
                 // On the way to the edge of the domain the steps shrink without end.
                 let is_edge = equations.is_near_the_edge(&here);
-                return stop(if is_edge { EndReason::OutsideDomain } else { EndReason::Singular }, here);
+                return stop(equations, if is_edge { EndReason::OutsideDomain } else { EndReason::Singular });
             }
             let share = (front.gamma.high / scale).to_f64();
             let hopeless = steps.len() == FIRST_STEPS && share * HOPELESS * (most_steps as f64) < FIRST_STEPS as f64;
             if steps.len() >= most_steps || hopeless {
-                return stop(EndReason::TooLong { most_steps }, here);
+                return stop(equations, EndReason::TooLong { most_steps });
             }
             // At the start it may be at rest.
             if !steps.is_empty() && goal.is_far_too_far(&series) {
-                return stop(EndReason::TimeNotReached, here);
+                return stop(equations, EndReason::TimeNotReached);
             }
             let (wanted, last) = goal.limit(&front, &series, step_to_kink(equations, h));
             let h = seen(equations, &series, wanted, digits);
             let last = last && h == wanted;
             longest = longest.max(h);
             last_step = h;
-            steps.push(front.advance(series, h, equations.kept()));
+            steps.push(front.advance(series, h));
             if last {
                 return Ok(Self { steps, end: front.gamma.high });
             }
@@ -228,10 +181,10 @@ impl<S: Real> Steps<S> {
     }
 
     /// Returns true if the series at the start, and their squares, do not overflow.
-    pub(super) fn can_begin(equations: &mut Equations<'_, S>, start: &[S], order: usize) -> bool {
+    pub(super) fn can_begin(mut equations: Equations<'_, S>, order: usize) -> bool {
         let largest = (S::ONE / S::MIN_POSITIVE).sqrt();
         // The comparison is false for a NaN.
-        equations.expand(start, order).iter().flatten().all(|c| c.abs() < largest)
+        equations.expand(&equations.state(), order).iter().flatten().all(|c| c.abs() < largest)
     }
 
     /// γ − γ_i at the end.
@@ -248,11 +201,11 @@ impl<S: Real> Steps<S> {
         self.steps.iter().map(|step| step.start.high).chain([self.end])
     }
 
-    /// The components that are kept, and the parameter of their polynomials at `gamma`.
-    pub(super) fn at(&self, gamma: S) -> (&[Polynomial<S>], S) {
+    /// The step at `gamma`, and its parameter there.
+    pub(super) fn at(&self, gamma: S) -> (&Step<S>, S) {
         let next = self.steps.partition_point(|step| step.start.high <= gamma);
         let step = &self.steps[next.saturating_sub(1)];
-        (&step.components, (gamma - step.start.high) - step.start.low)
+        (step, (gamma - step.start.high) - step.start.low)
     }
 
     /// For each of the first `components` the largest difference to `other` and the largest value, at the ends of the
@@ -261,8 +214,8 @@ impl<S: Real> Steps<S> {
         let mut distances = vec![(S::ZERO, S::MIN_POSITIVE); components];
         for gamma in self.ends() {
             let ((own, s), (others, r)) = (self.at(gamma), other.at(gamma));
-            for ((distance, size), (own, other)) in distances.iter_mut().zip(own.iter().zip(others)) {
-                let (a, b) = (own.value(s), other.value(r));
+            for (component, (distance, size)) in distances.iter_mut().enumerate() {
+                let (a, b) = (own.value(component, s), others.value(component, r));
                 let gap = (a - b).abs();
                 // `max` would drop a NaN.
                 *distance = if gap.is_finite() { distance.max(gap) } else { S::from(f64::INFINITY) };

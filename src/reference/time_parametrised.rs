@@ -5,25 +5,14 @@ use std::convert::Infallible;
 use crate::geometry::{Geometry, Start};
 use crate::number::runge_kutta::runge_kutta;
 
-/// A point of the time-parametrised motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TimeState {
-    /// t − t_i.
-    pub elapsed: f64,
-    /// x.
-    pub x: f64,
-    /// dx/dt.
-    pub velocity: f64,
-}
-
 /// The solution of d²x/dt² = −(V′/m) (1 − (dx/dt)²/c²)^{3/2}, a relativistic particle with a potential term, at
-/// `points` equidistant times.
+/// `points` equidistant times: t − t_i and x.
 ///
 /// It agrees with the geodesic only in the limit of weak fields and low speeds. It is computed by the classical
 /// Runge–Kutta method with 64 steps between two points; the error is far below the width of a line in a plot. The
 /// motion ends early where it is not defined.
 /// It is empty where the geometry is not the paper's space-time of t and x.
-pub fn time_parametrised(geometry: &Geometry, start: &Start, duration: f64, points: usize) -> Vec<TimeState> {
+pub fn time_parametrised(geometry: &Geometry, start: &Start, duration: f64, points: usize) -> Vec<(f64, f64)> {
     let Some(c_squared) = geometry.c_squared() else { return Vec::new() };
     let [_, first, _] = geometry.sources_of_g00();
     const STEPS: usize = 64;
@@ -36,8 +25,7 @@ pub fn time_parametrised(geometry: &Geometry, start: &Start, duration: f64, poin
         Ok::<(), Infallible>(())
     };
     let mut state = [start.q[1], start.q_dot[1] / start.q_dot[0]];
-    let point = |elapsed: f64, [x, velocity]: [f64; 2]| TimeState { elapsed, x, velocity };
-    let mut states = vec![point(0.0, state)];
+    let mut states = vec![(0.0, state[0])];
     for k in 1..points {
         for _ in 0..STEPS {
             let Ok(()) = runge_kutta(&mut state, h, &mut rates);
@@ -45,7 +33,7 @@ pub fn time_parametrised(geometry: &Geometry, start: &Start, duration: f64, poin
         if !state.iter().all(|value| value.is_finite()) {
             break;
         }
-        states.push(point((k * STEPS) as f64 * h, state));
+        states.push(((k * STEPS) as f64 * h, state[0]));
     }
     states
 }

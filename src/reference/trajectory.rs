@@ -2,7 +2,7 @@
 
 use super::ends::{EndReason, ReferenceEnds};
 use super::equations::Equations;
-use super::steps::{Accuracy, Goal, Steps, Stop};
+use super::steps::{Accuracy, Goal, Steps};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 
@@ -24,87 +24,31 @@ fn check_accuracy(digits: u32) -> Accuracy {
 const SMALLER_UNITS: usize = 20;
 const SMALLER_BY: i32 = 20;
 
-/// A scene with a start.
-struct Begun<'g, S> {
-    geometry: Geometry<S>,
-    start: &'g Start<S>,
+/// The unit of a trajectory of about that `length`: the power of two nearest to it, or a smaller one if with that the
+/// integration cannot begin: coefficients would overflow, because the run takes very many steps.
+fn unit_for<S: Real>(geometry: &Geometry<S>, start: &Start<S>, length: S, Accuracy { order, .. }: Accuracy) -> S {
+    let near = length.to_f64().abs().log2().round().exp2();
+    let near = if near.is_normal() { near } else { 1.0 };
+    let smaller = (0..SMALLER_UNITS as i32).map(|k| near * 2.0_f64.powi(-SMALLER_BY * k));
+    let can_begin = |unit: &S| Steps::can_begin(Equations::new(geometry, start, *unit, order), order);
+    smaller.filter(|unit| unit.is_normal()).map(S::from).find(can_begin).unwrap_or(S::from(near))
 }
 
-impl<'g, S: Real> Begun<'g, S> {
-    /// With the domain that the start lies in.
-    ///
-    /// # Errors
-    /// If it starts outside the domain.
-    fn new(geometry: &Geometry<S>, start: &'g Start<S>) -> Result<Self, ReferenceEnds> {
-        let around = geometry.clone().around(&start.q);
-        let geometry = around.map_err(|_| ends(geometry, EndReason::OutsideDomain, 0.0, &start.q))?;
-        Ok(Self { geometry, start })
-    }
-
-    /// The state at the start. Positions and momenta have no unit of γ.
-    fn state(&self) -> Vec<S> {
-        let mut state = self.start.q.clone();
-        self.geometry.ignorable().for_each(|a| state[a] = S::ZERO);
-        state.extend(self.geometry.active().iter().map(|&a| self.start.p[a]));
-        state
-    }
-
-    /// The unit of a trajectory of about that `length`: the power of two nearest to it, or a smaller one if with that
-    /// the integration cannot begin: coefficients would overflow, because the run takes very many steps.
-    fn unit_for(&self, length: S, Accuracy { order, .. }: Accuracy) -> S {
-        let near = length.to_f64().abs().log2().round().exp2();
-        let near = if near.is_normal() { near } else { 1.0 };
-        let smaller = (0..SMALLER_UNITS as i32).map(|k| near * 2.0_f64.powi(-SMALLER_BY * k));
-        let can_begin = |unit: &S| {
-            let mut equations = Equations::new(&self.geometry, self.start, *unit, order);
-            Steps::can_begin(&mut equations, &self.state(), order)
-        };
-        smaller.filter(|unit| unit.is_normal()).map(S::from).find(can_begin).unwrap_or(S::from(near))
-    }
-
-    /// Integrates over γ/`unit`.
-    fn integrate(&self, goal: Goal<S>, unit: S, accuracy: Accuracy) -> Result<Steps<S>, ReferenceEnds> {
-        let mut equations = Equations::new(&self.geometry, self.start, unit, accuracy.order);
-        let steps = Steps::integrate(&mut equations, &self.state(), goal.over(unit), accuracy);
-        steps.map_err(|Stop { reason, gamma, state }| {
-            let mut q = state[..self.geometry.dimension()].to_vec();
-            self.geometry.ignorable().for_each(|a| q[a] += self.start.q[a]);
-            ends(&self.geometry, reason, (gamma * unit).to_f64(), &q)
-        })
-    }
-
-    /// The goal that coordinate `a` has a value, over γ.
-    fn goal(&self, a: usize, value: S) -> Goal<S> {
-        let distance = value - self.start.q[a];
-        let length = (distance / self.start.q_dot[a]).abs();
-        // From rest nothing tells how far it is.
-        let length = if length.is_finite() { length } else { S::ONE };
-        let value = if self.geometry.active().contains(&a) { value } else { distance };
-        Goal::Value { component: a, value, sign: distance.signum(), length }
-    }
-
-    /// The largest relative difference between two integrations. Coordinates with the same g_aa at the start have the
-    /// same unit, and share the largest size: of x and y one may be zero but for rounding.
-    fn difference(&self, steps: &Steps<S>, check: &Steps<S>) -> f64 {
-        let n = self.geometry.dimension();
-        let distances = steps.distances(check, n);
-        let sizes: Vec<S> = distances.iter().map(|(_, size)| *size).collect();
-        let sizes = self.geometry.shared(&self.start.q, &sizes);
-        distances.iter().zip(sizes).fold(0.0, |largest, (&(distance, _), size)| {
-            let relative = if distance.is_finite() { (distance / size).to_f64() } else { f64::INFINITY };
-            largest.max(relative)
-        })
-    }
+/// The largest relative difference between two integrations. Coordinates with the same g_aa at the start have the same
+/// unit, and share the largest size: of x and y one may be zero but for rounding.
+fn difference<S: Real>(geometry: &Geometry<S>, start: &Start<S>, steps: &Steps<S>, check: &Steps<S>) -> f64 {
+    let (distances, sizes): (Vec<S>, Vec<S>) = steps.distances(check, geometry.dimension()).into_iter().unzip();
+    let sizes = geometry.shared(&start.q, &sizes);
+    distances.into_iter().zip(sizes).fold(0.0, |largest, (distance, size)| {
+        let relative = if distance.is_finite() { (distance / size).to_f64() } else { f64::INFINITY };
+        largest.max(relative)
+    })
 }
 
-/// The error that a trajectory ends where the coordinates are `q`.
-fn ends<S: Real>(geometry: &Geometry<S>, reason: EndReason, gamma: f64, q: &[S]) -> ReferenceEnds {
-    let g00 = geometry.g00(q);
-    let place = match g00 {
-        Some(g00) => [("x", q[1]), ("g00", g00)].map(|(name, value)| (name.to_owned(), value.to_f64())).to_vec(),
-        None => geometry.names().iter().cloned().zip(q.iter().map(|q| q.to_f64())).collect(),
-    };
-    ReferenceEnds { reason, gamma, place, is_of_x: g00.is_some() }
+/// The geometry with the domain that the start lies in.
+fn around<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Result<Geometry<S>, ReferenceEnds> {
+    let around = geometry.clone().around(&start.q);
+    around.map_err(|_| ReferenceEnds::new(geometry, EndReason::OutsideDomain, S::ZERO, &start.q))
 }
 
 /// A trajectory of the equations of motion with its own error estimate.
@@ -131,9 +75,9 @@ fn ends<S: Real>(geometry: &Geometry<S>, reason: EndReason, gamma: f64, q: &[S])
 pub struct ReferenceTrajectory<S = f64> {
     steps: Steps<S>,
     unit: S,
-    /// The start, from which ignorable coordinates are counted, and the active ones.
+    /// The start, from which ignorable coordinates are counted.
     start: Start<S>,
-    active: Vec<usize>,
+    geometry: Geometry<S>,
     error_estimate: f64,
 }
 
@@ -144,9 +88,11 @@ impl<S: Real> ReferenceTrajectory<S> {
     /// # Errors
     /// [`ReferenceEnds`] if it leaves the domain or meets a singularity, or is too long.
     pub fn new(geometry: &Geometry<S>, start: &Start<S>, length: S, digits: u32) -> Result<Self, ReferenceEnds> {
-        let (run, rough) = Self::over(geometry, start, length, accuracy(digits))?;
-        let check = run.integrate(Goal::Gamma(length), rough.unit, check_accuracy(digits))?;
-        Ok(Self { error_estimate: run.difference(&rough.steps, &check), ..rough })
+        let rough = Self::over(geometry, start, length, accuracy(digits))?;
+        let check = check_accuracy(digits);
+        let equations = Equations::new(&rough.geometry, start, rough.unit, check.order);
+        let check = Steps::integrate(equations, Goal { length: length / rough.unit, value: None }, check)?;
+        Ok(Self { error_estimate: difference(&rough.geometry, start, &rough.steps, &check), ..rough })
     }
 
     /// The same trajectory, by series of the given `order` whose last terms are `digits` decimal digits below the
@@ -162,21 +108,16 @@ impl<S: Real> ReferenceTrajectory<S> {
         order: usize,
         digits: u32,
     ) -> Result<Self, ReferenceEnds> {
-        Ok(Self::over(geometry, start, length, Accuracy { order, share: 1.0, digits })?.1)
+        Self::over(geometry, start, length, Accuracy { order, share: 1.0, digits })
     }
 
     /// The trajectory with an accuracy, and without an error estimate.
-    fn over<'s>(
-        geometry: &Geometry<S>,
-        start: &'s Start<S>,
-        length: S,
-        accuracy: Accuracy,
-    ) -> Result<(Begun<'s, S>, Self), ReferenceEnds> {
-        let run = Begun::new(geometry, start)?;
-        let unit = run.unit_for(length, accuracy);
-        let steps = run.integrate(Goal::Gamma(length), unit, accuracy)?;
-        let (start, active) = (start.clone(), geometry.active().to_vec());
-        Ok((run, Self { steps, unit, start, active, error_estimate: f64::INFINITY }))
+    fn over(geometry: &Geometry<S>, start: &Start<S>, length: S, accuracy: Accuracy) -> Result<Self, ReferenceEnds> {
+        let geometry = around(geometry, start)?;
+        let unit = unit_for(&geometry, start, length, accuracy);
+        let equations = Equations::new(&geometry, start, unit, accuracy.order);
+        let steps = Steps::integrate(equations, Goal { length: length / unit, value: None }, accuracy)?;
+        Ok(Self { steps, unit, start: start.clone(), geometry, error_estimate: f64::INFINITY })
     }
 
     /// The value of γ − γ_i at which coordinate `a`, which grows or falls all the way, has the given value.
@@ -190,22 +131,28 @@ impl<S: Real> ReferenceTrajectory<S> {
         value: S,
         digits: u32,
     ) -> Result<S, ReferenceEnds> {
-        let (run, accuracy) = (Begun::new(geometry, start)?, accuracy(digits));
-        let goal = run.goal(a, value);
-        let unit = run.unit_for(goal.scale(), accuracy);
-        run.integrate(goal, unit, accuracy).map(|steps| steps.end() * unit)
+        let (geometry, accuracy) = (around(geometry, start)?, accuracy(digits));
+        let distance = value - start.q[a];
+        let length = (distance / start.q_dot[a]).abs();
+        // From rest nothing tells how far it is.
+        let length = if length.is_finite() { length } else { S::ONE };
+        let unit = unit_for(&geometry, start, length, accuracy);
+        let value = if geometry.active().contains(&a) { value } else { distance };
+        let goal = Goal { length: length / unit, value: Some((a, value, distance.signum())) };
+        let steps = Steps::integrate(Equations::new(&geometry, start, unit, accuracy.order), goal, accuracy)?;
+        Ok(steps.end() * unit)
     }
 
     /// The point at γ − γ_i = `gamma`, which must be inside the range of the trajectory.
     pub fn at(&self, gamma: S) -> Start<S> {
-        let (components, s) = self.steps.at(gamma / self.unit);
+        let (step, s) = self.steps.at(gamma / self.unit);
         let n = self.start.q.len();
-        let offset = |a: usize| if self.active.contains(&a) { S::ZERO } else { self.start.q[a] };
-        let q = (0..n).map(|a| offset(a) + components[a].value(s)).collect();
-        let q_dot = (0..n).map(|a| components[a].slope(s) / self.unit).collect();
+        let offset = |a: usize| if self.geometry.active().contains(&a) { S::ZERO } else { self.start.q[a] };
+        let q = (0..n).map(|a| offset(a) + step.value(a, s)).collect();
+        let q_dot = (0..n).map(|a| step.slope(a, s) / self.unit).collect();
         let mut p = self.start.p.clone();
-        for (place, &a) in self.active.iter().enumerate() {
-            p[a] = components[n + place].value(s);
+        for (place, &a) in self.geometry.active().iter().enumerate() {
+            p[a] = step.value(n + place, s);
         }
         Start { q, q_dot, p }
     }
@@ -220,11 +167,6 @@ impl<S: Real> ReferenceTrajectory<S> {
     /// Number of Taylor steps.
     pub fn steps(&self) -> usize {
         self.steps.len()
-    }
-
-    /// γ − γ_i at the end of the range.
-    pub fn end(&self) -> S {
-        self.steps.end() * self.unit
     }
 
     /// Every γ − γ_i, in order, at which `f` changes its sign. Two changes that are closer together than a sixteenth of

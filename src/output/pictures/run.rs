@@ -7,7 +7,7 @@ use crate::geometry::{ConservedSum, Observable};
 use crate::number::Real;
 use crate::output::chart::{Chart, Look, Mark, Scale, Series, Shape};
 use crate::output::tables::Part;
-use crate::reference::{ReferenceTrajectory, TimeState};
+use crate::reference::ReferenceTrajectory;
 use crate::solve::WorldLine;
 use crate::trajectory::{Crossing, Sample, Sampler};
 
@@ -78,7 +78,7 @@ pub fn trajectory<S: Real>(
     of: &str,
     solution: &WorldLine<S>,
     reference: Option<&ReferenceTrajectory>,
-    time_parametrised: &[TimeState],
+    time_parametrised: &[(f64, f64)],
 ) -> Chart {
     let (mut series, t_i) = (Vec::new(), solution.t_i().to_f64());
     if let Some(reference) = reference {
@@ -86,7 +86,7 @@ pub fn trajectory<S: Real>(
         let points = (0..CURVE_POINTS).map(at).map(|point| (t_i + point.q[0], point.q[1])).collect();
         series.push(Series::new("geodesic (reference)", Mark::LINE, points));
     }
-    let points = time_parametrised.iter().map(|state| (t_i + state.elapsed, state.x)).collect();
+    let points = time_parametrised.iter().map(|&(elapsed, x)| (t_i + elapsed, x)).collect();
     series.push(Series::new("x(t) with time as parameter", Mark::DASHED, points).with_look(Look::NEUTRAL));
     let points = solution.t().zip(solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
     series.push(Series::new("nodes", Mark::POINTS, points));
