@@ -47,11 +47,10 @@ impl<S: Real> SampleStream<S> {
             self.samples.clear();
             self.has_turned = false;
         }
-        let Some(last) = solution.windows.last() else { return };
-        let (origin, end) = match self.coordinate {
-            Coordinate::Gamma => (solution.gamma_i, solution.signed(last.gamma[1])),
-            Coordinate::Value(a) => ends(solution, a),
-        };
+        if solution.windows.is_empty() {
+            return;
+        }
+        let (origin, end) = self.coordinate.ends(solution);
         if solution.window_count == solution.windows.len() {
             self.first = origin;
         }
@@ -85,13 +84,8 @@ impl<S: Real> SampleStream<S> {
         let mut sampler = Sampler::with_tables(last, self.tables);
         for &value in &self.values[self.samples.len()..] {
             let sample = sampler.at(self.coordinate, value).map_err(|_| {
-                let end = match self.coordinate {
-                    Coordinate::Gamma => last.gamma_f(),
-                    Coordinate::Value(a) => {
-                        let (first, change) = ends(last, a);
-                        first + change
-                    }
-                };
+                let (first, change) = self.coordinate.ends(last);
+                let end = first + change;
                 let range = if end < self.first { (end, self.first) } else { (self.first, end) };
                 NoSamples::Outside(OutsideRun { range })
             })?;
@@ -102,9 +96,7 @@ impl<S: Real> SampleStream<S> {
         }
         Ok(self.samples)
     }
-}
 
-impl<S: Real> SampleStream<S> {
     /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether γ, or
     /// the coordinate, falls along the run.
     pub fn new(coordinate: Coordinate, mut values: Vec<S>, backwards: bool) -> Self {
@@ -134,8 +126,15 @@ impl<S: Real> Sampler<'_, S> {
     }
 }
 
-/// Where coordinate `a` starts, and how much it has changed at the end of what is kept.
-fn ends<S: Real>(line: &Solution<S>, a: usize) -> (S, S) {
-    let first = line.place.start.q[a];
-    (line.origin_of(a) + first, line.last_joint().q[a] - first)
+impl Coordinate {
+    /// Where it starts, and how much it has changed at the end of what is kept.
+    fn ends<S: Real>(self, line: &Solution<S>) -> (S, S) {
+        match self {
+            Self::Gamma => (line.gamma_i, line.signed(line.windows.last().map_or(line.length, |last| last.gamma[1]))),
+            Self::Value(a) => {
+                let first = line.place.start.q[a];
+                (line.origin_of(a) + first, line.last_joint().q[a] - first)
+            }
+        }
+    }
 }
