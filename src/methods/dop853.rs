@@ -1,7 +1,5 @@
 //! DOP853: the explicit Runge–Kutta pair of order 8 by Dormand and Prince, with Hairer's error estimate and control.
 
-use std::ops::Range;
-
 use super::driver::{AdaptiveSteps, Control, Method, Task, Walker, adaptive_steps};
 use super::equations::{Equations, step};
 use super::{About, Failure, Step, Trajectory};
@@ -244,30 +242,6 @@ struct Walk<E: Equations> {
     h: f64,
 }
 
-/// The error of a step between two states, in units of the tolerance, where `eight` are the sums of order 8.
-#[inline(always)]
-fn error<R: AsRef<[f64]> + AsMut<[f64]>>(
-    stages: &[AtStages],
-    [from, to]: [&R; 2],
-    (h, tolerance): (f64, f64),
-    moving: Range<usize>,
-    eight: &R,
-    [five, three]: [&mut R; 2],
-) -> f64 {
-    combine(stages, &E5, five.as_mut());
-    combine(stages, &B3, three.as_mut());
-    let (from, to) = (from.as_ref(), to.as_ref());
-    let (eight, five, three) = (eight.as_ref(), five.as_ref(), three.as_ref());
-    let (mut err, mut err_2) = (0.0, 0.0);
-    for k in moving.clone() {
-        let scale = tolerance * (1.0 + from[k].abs().max(to[k].abs()));
-        err += (five[k] / scale).powi(2);
-        err_2 += ((eight[k] - three[k]) / scale).powi(2);
-    }
-    let denominator = err + 0.01 * err_2;
-    if denominator == 0.0 { 0.0 } else { h * err / (moving.len() as f64 * denominator).sqrt() }
-}
-
 impl<E: Equations> Walk<E> {
     /// The coefficients of the dense output of the last step, for powers of s and 1 − s in turns. It takes 3
     /// evaluations.
@@ -328,23 +302,34 @@ impl<E: Equations> AdaptiveSteps<E> for Walk<E> {
     }
 
     #[inline(always)]
-    fn attempt(self, equations: &mut E, h: f64) -> (Self, Option<f64>) {
-        let Self { tolerance, mut stages, sums: [mut sum, mut at, mut rates], from, here, mut next, .. } = self;
-        let of_stages = stages.as_mut();
-        of_stages.iter_mut().for_each(|stages| stages[0] = stages[STAGES]);
+    fn attempt(mut self, equations: &mut E, h: f64) -> (Self, Option<f64>) {
+        let ([mut sum, mut at, mut rates], here, mut next) = (self.sums, self.here, self.next);
+        let stages = self.stages.as_mut();
+        stages.iter_mut().for_each(|stages| stages[0] = stages[STAGES]);
         for stage in 1..STAGES {
-            combine(of_stages, A[stage - 1], sum.as_mut());
+            combine(stages, A[stage - 1], sum.as_mut());
             step(&mut at, &here, h, &sum);
             equations.rates(&at, &mut rates);
-            set(of_stages, stage, rates.as_ref());
+            set(stages, stage, rates.as_ref());
         }
-        combine(of_stages, A[STAGES - 1], sum.as_mut());
+        combine(stages, A[STAGES - 1], sum.as_mut());
         step(&mut next, &here, h, &sum);
-        let moving = equations.parts().moving();
-        let error = error(of_stages, [&here, &next], (h, tolerance), moving.clone(), &sum, [&mut at, &mut rates]);
-        let is_finite = next.as_ref()[moving].iter().all(|v| v.is_finite());
-        let tried = Self { tolerance, stages, sums: [sum, at, rates], from, here, next, h };
-        (tried, (is_finite && !error.is_nan()).then_some(error))
+        // The sums of orders 5 and 3 take the places of a stage and its derivatives.
+        combine(stages, &E5, at.as_mut());
+        combine(stages, &B3, rates.as_mut());
+        let [eight, five, three] = [&sum, &at, &rates].map(AsRef::as_ref);
+        let [from, to] = [&here, &next].map(AsRef::as_ref);
+        let (moving, mut err, mut err_2) = (equations.parts().moving(), 0.0, 0.0);
+        for k in moving.clone() {
+            let scale = self.tolerance * (1.0 + from[k].abs().max(to[k].abs()));
+            err += (five[k] / scale).powi(2);
+            err_2 += ((eight[k] - three[k]) / scale).powi(2);
+        }
+        let denominator = err + 0.01 * err_2;
+        let error = if denominator == 0.0 { 0.0 } else { h * err / (moving.len() as f64 * denominator).sqrt() };
+        let is_finite = to[moving].iter().all(|v| v.is_finite());
+        (self.sums, self.here, self.next, self.h) = ([sum, at, rates], here, next, h);
+        (self, (is_finite && !error.is_nan()).then_some(error))
     }
 
     #[inline(always)]
