@@ -64,29 +64,26 @@ pub fn stability_map(of: &str, arena: &Arena, methods: &[Method], cells: &[Cell]
         let here = cells.iter().filter(|cell| cell.method == *method);
         let columns: Vec<f64> = settings.iter().map(|setting| setting * arena.pace().rate()).collect();
         let within = |place: &f64| (0.0..=columns.len() as f64).contains(place);
-        let (limit, ticks) = match method.limit() {
-            Limit::Adaptive => {
-                let label = |(k, setting): (usize, &f64)| (k as f64 + 0.5, format!("{setting:e}"));
-                ("tolerance".to_owned(), settings.iter().enumerate().map(label).collect())
-            }
-            limit => {
-                let tick = |value: f64| Some((between(&columns, value).filter(within)?, value.to_string()));
-                let text = match limit {
-                    Limit::Step(step) if step > 0.0 => format!("≤ {step:.2}"),
-                    Limit::Step(_) => "grows".to_owned(),
-                    _ => "any".to_owned(),
-                };
-                (text, TICKS.into_iter().filter_map(tick).collect())
-            }
+        let limit = method.limit();
+        let text = match limit {
+            Limit::Adaptive => "tolerance".to_owned(),
+            Limit::Step(step) if step > 0.0 => format!("≤ {step:.2}"),
+            Limit::Step(_) => "grows".to_owned(),
+            Limit::None => "any".to_owned(),
         };
+        let tolerance = |(k, setting): (usize, &f64)| (k as f64 + 0.5, format!("{setting:e}"));
+        let step = |value: f64| Some((between(&columns, value).filter(within)?, value.to_string()));
         Panel {
-            title: format!("{} ({limit})", method.label()),
+            title: format!("{} ({text})", method.label()),
             look: Some((look::of_method(method), !method.is_own())),
             columns: columns.len(),
             cells: here.filter_map(of_cell).collect(),
-            ticks,
+            ticks: match limit {
+                Limit::Adaptive => settings.iter().enumerate().map(tolerance).collect(),
+                _ => TICKS.into_iter().filter_map(step).collect(),
+            },
             // The limit is one of Δγω; it has no meaning if the motion does not oscillate.
-            line: match method.limit() {
+            line: match limit {
                 Limit::Step(step) if step > 0.0 && arena.omega() > 0.0 => between(&columns, step),
                 _ => None,
             },
