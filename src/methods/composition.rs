@@ -111,79 +111,52 @@ impl Method for Composition {
             return Err(Failure::NotSeparable);
         }
         let [kicks, drifts] = self.lengths(task.problem.length / steps as f64);
+        let (at, low, rates) = (equations.start(), equations.rows(0.0), equations.rows(0.0));
         if self.compensated {
-            let walk: Walk<'_, E, true> = Walk::new(&equations, &kicks, &drifts);
-            equal_steps(equations, task, walk)
+            equal_steps(equations, task, Walk::<E, true> { kicks: &kicks, drifts: &drifts, at, low, rates })
         } else {
-            let walk: Walk<'_, E, false> = Walk::new(&equations, &kicks, &drifts);
-            equal_steps(equations, task, walk)
+            equal_steps(equations, task, Walk::<E, false> { kicks: &kicks, drifts: &drifts, at, low, rates })
         }
     }
 }
 
-/// A sum, with what rounding dropped from it if C.
-#[derive(Clone, Copy)]
-struct Sum<const C: bool> {
-    value: f64,
-    low: f64,
-}
-
-impl<const C: bool> Sum<C> {
-    fn new(value: f64) -> Self {
-        Self { value, low: 0.0 }
-    }
-
-    /// Kahan's step.
-    #[inline(always)]
-    fn add(&mut self, term: f64) {
-        if C {
-            let term = term + self.low;
-            let sum = self.value + term;
-            self.low = term - (sum - self.value);
-            self.value = sum;
-        } else {
-            self.value += term;
-        }
-    }
-}
-
+/// A state on its way, whose numbers are compensated sums if C.
 struct Walk<'l, E: Equations, const C: bool> {
     kicks: &'l [f64],
     drifts: &'l [f64],
-    sums: E::Rows<Sum<C>>,
-    /// The values of the sums, and the derivatives there.
     at: E::Rows<f64>,
+    /// What rounding dropped from the sums.
+    low: E::Rows<f64>,
+    /// The derivatives at the state.
     rates: E::Rows<f64>,
-}
-
-impl<'l, E: Equations, const C: bool> Walk<'l, E, C> {
-    #[inline(always)]
-    fn new(equations: &E, kicks: &'l [f64], drifts: &'l [f64]) -> Self {
-        let start = equations.start();
-        let mut sums = equations.rows(Sum::new(0.0));
-        for (sum, &value) in sums.as_mut().iter_mut().zip(start.as_ref()) {
-            *sum = Sum::new(value);
-        }
-        Self { kicks, drifts, sums, at: start.clone(), rates: start }
-    }
 }
 
 impl<E: Equations, const C: bool> Walker<E> for Walk<'_, E, C> {
     #[inline(always)]
-    fn state(&mut self) -> &E::Rows<f64> {
-        for (at, sum) in self.at.as_mut().iter_mut().zip(self.sums.as_ref()) {
-            *at = sum.value;
-        }
+    fn state(&self) -> &E::Rows<f64> {
         &self.at
+    }
+}
+
+/// Adds `term` to a sum; if C, by Kahan's step.
+#[inline(always)]
+fn add<const C: bool>(sum: &mut f64, low: &mut f64, term: f64) {
+    if C {
+        let term = term + *low;
+        let next = *sum + term;
+        *low = term - (next - *sum);
+        *sum = next;
+    } else {
+        *sum += term;
     }
 }
 
 /// Moves positions for a time `length`.
 #[inline(always)]
-fn drift<const C: bool>(sums: &mut [Sum<C>], parts: Parts, length: f64) {
+fn drift<const C: bool>(at: &mut [f64], low: &mut [f64], parts: Parts, length: f64) {
     for k in parts.unknowns() {
-        let w = sums[k + parts.behind()].value;
-        sums[k].add(length * w);
+        let w = at[k + parts.behind()];
+        add::<C>(&mut at[k], &mut low[k], length * w);
     }
 }
 
@@ -191,24 +164,22 @@ impl<E: Equations, const C: bool> EqualSteps<E> for Walk<'_, E, C> {
     #[inline(always)]
     fn advance(self, equations: &mut E, steps: usize) -> Result<Self, Failure> {
         let parts = equations.parts();
-        let Self { kicks, drifts, mut sums, mut at, mut rates } = self;
+        let Self { kicks, drifts, mut at, mut low, mut rates } = self;
         let last = kicks.len() - 1;
-        drift(sums.as_mut(), parts, 0.5 * kicks[0]);
+        drift::<C>(at.as_mut(), low.as_mut(), parts, 0.5 * kicks[0]);
         for step in 1..=steps {
             for k in 0..=last {
-                for (at, sum) in at.as_mut().iter_mut().zip(sums.as_ref()) {
-                    *at = sum.value;
-                }
                 equations.rates(&at, &mut rates);
+                let (sums, low) = (at.as_mut(), low.as_mut());
                 for kicked in [parts.driving(), 0..parts.quadratures] {
-                    for (sum, rate) in sums.as_mut()[kicked.clone()].iter_mut().zip(&rates.as_ref()[kicked]) {
-                        sum.add(kicks[k] * rate);
+                    for j in kicked {
+                        add::<C>(&mut sums[j], &mut low[j], kicks[k] * rates.as_ref()[j]);
                     }
                 }
                 let length = if k == last && step == steps { 0.5 * kicks[last] } else { drifts[k] };
-                drift(sums.as_mut(), parts, length);
+                drift::<C>(sums, low, parts, length);
             }
         }
-        Ok(Self { kicks, drifts, sums, at, rates })
+        Ok(Self { kicks, drifts, at, low, rates })
     }
 }

@@ -274,7 +274,7 @@ impl<E: Equations> Walk<E> {
 
 impl<E: Equations> Walker<E> for Walk<E> {
     #[inline(always)]
-    fn state(&mut self) -> &E::Rows<f64> {
+    fn state(&self) -> &E::Rows<f64> {
         &self.here
     }
 

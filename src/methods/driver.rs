@@ -65,7 +65,7 @@ impl Task<'_> {
 /// A method on its way.
 pub(super) trait Walker<E: Equations> {
     /// The state at the end of the last step.
-    fn state(&mut self) -> &E::Rows<f64>;
+    fn state(&self) -> &E::Rows<f64>;
 
     /// The states at these fractions of the last step, ascending and below 1. A method without a dense output is never
     /// asked: its steps end on the points of output.

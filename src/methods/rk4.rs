@@ -46,7 +46,7 @@ fn cubic(s: f64, v: [f64; 2], d: [f64; 2]) -> f64 {
 
 impl<E: Equations> Walker<E> for Walk<E> {
     #[inline(always)]
-    fn state(&mut self) -> &E::Rows<f64> {
+    fn state(&self) -> &E::Rows<f64> {
         &self.here
     }
 
