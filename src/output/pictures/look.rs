@@ -85,9 +85,7 @@ pub(super) fn of_method(method: &Method) -> Look {
 /// The look of a method to compare with: those of one curve are ever darker.
 fn of_peer(peer: &'static dyn Peer) -> Look {
     let curve = peer.about().curve;
-    let Some(&(_, colour, step, shape)) = GREYS.iter().find(|(of, ..)| *of == curve) else {
-        return of_stranger(&peer.name());
-    };
+    let (_, colour, step, shape) = GREYS.into_iter().find(|(of, ..)| *of == curve).expect("every curve has a look");
     let place = kin(curve).position(|other| other == peer).unwrap_or(0);
     Look { colour: darker(colour, step * place as f64), shape }
 }
@@ -101,12 +99,9 @@ fn kin(curve: &str) -> impl Iterator<Item = &'static dyn Peer> {
 /// and the grey is another one.
 fn of_stranger(name: &str) -> Look {
     let lower = name.to_lowercase();
-    let namesake = PEERS.iter().find_map(|peer| {
-        let (.., shape) = GREYS.iter().find(|(curve, ..)| *curve == peer.about().curve)?;
-        lower.contains(&peer.name().to_lowercase()).then_some(*shape)
-    });
+    let namesake = PEERS.into_iter().find(|peer| lower.contains(&peer.name().to_lowercase()));
     let sum: usize = name.bytes().map(usize::from).sum();
-    let shape = namesake.unwrap_or([Shape::Cross, Shape::Plus][sum % 2]);
+    let shape = namesake.map_or([Shape::Cross, Shape::Plus][sum % 2], |peer| of_peer(peer).shape);
     // These greys lie between those of the built-in methods with the same shapes.
     let tone = 80 + 10 * (sum % 3) as u8;
     Look { colour: [tone; 3], shape }
