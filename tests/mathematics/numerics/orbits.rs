@@ -1,5 +1,4 @@
-//! Reference trajectories against closed forms: closed orbits and published numbers of Newtonian motion and of gravity,
-//! and light in media and in an expanding universe.
+//! Reference trajectories against closed forms and published numbers that no shipped scene has.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,95 +6,8 @@ use geodesic_ivp::geometry::Geometry;
 use geodesic_ivp::reference::ReferenceTrajectory;
 
 use crate::common::{
-    assert_near, geometry, newtonian, newtonian_start, of_potential, preset, preset_with, reference, start,
-    start_with_momenta,
+    assert_near, geometry, newtonian, newtonian_start, of_potential, preset, reference, start, start_with_momenta,
 };
-
-#[test]
-fn kepler_s_ellipse_closes() {
-    let geometry: Geometry = of_potential(&newtonian(&["x", "y"], "-1/sqrt(x^2 + y^2)"));
-    // Eccentricity 0.9, from the point nearest to the centre.
-    let start = newtonian_start(&geometry, &[0.1, 0.0], &[0.0, 19.0_f64.sqrt()]);
-    let reference = reference(&geometry, &start, TAU);
-    let end = reference.at(TAU);
-    assert_near(start.p[0] / start.p[3], -0.5, 1e-14, "energy");
-    assert_near(start.q[1] * -start.p[2], 0.19_f64.sqrt(), 1e-15, "angular momentum");
-    assert_near(end.q[1] * -end.p[2] + end.q[2] * end.p[1], 0.19_f64.sqrt(), 1e-13, "angular momentum");
-    for (got, want) in end.q[..3].iter().zip([TAU, 0.1, 0.0]) {
-        // A phase error is 4.4 times as large in y.
-        assert_near(*got, want, 1e-12, "q");
-    }
-    let half = reference.at(PI);
-    assert_near(half.q[1], -1.9, 1e-12, "farthest");
-    assert_near(geometry.norm(&half.q, &half.q_dot), 0.0, 1e-13, "K");
-}
-
-#[test]
-fn three_bodies_on_an_eight() {
-    // A. Chenciner and R. Montgomery, Ann. of Math. 152 (2000) 881.
-    let distance = |a: usize, b: usize| format!("1/sqrt((x{a} - x{b})^2 + (y{a} - y{b})^2)");
-    let expression = format!("-{} - {} - {}", distance(1, 2), distance(1, 3), distance(2, 3));
-    let geometry: Geometry = of_potential(&newtonian(&["x1", "y1", "x2", "y2", "x3", "y3"], &expression));
-    let [x, y] = [0.970_004_356_647_124_7, -0.243_087_530_467_588_27];
-    let [u, v] = [-0.932_407_370_694_326_2, -0.864_731_462_019_137_1];
-    let (q, q_dot) = ([x, y, -x, -y, 0.0, 0.0], [-u / 2.0, -v / 2.0, -u / 2.0, -v / 2.0, u, v]);
-    let start = newtonian_start(&geometry, &q, &q_dot);
-    let period = 6.325_913_98;
-    let reference = reference(&geometry, &start, period);
-    let end = reference.at(period);
-    // The initial data are known to eight or nine digits only.
-    for (got, want) in end.q[1..7].iter().zip(q) {
-        assert_near(*got, want, 1e-7, "q");
-    }
-    for direction in 0..2 {
-        let total: f64 = (0..3).map(|body| end.p[1 + 2 * body + direction]).sum();
-        assert_near(total, 0.0, 1e-14, "total momentum");
-    }
-    assert!(reference.error_estimate() < 1e-12, "{}", reference.error_estimate());
-}
-
-#[test]
-fn maxwell_s_fish_eye() {
-    let geometry: Geometry = geometry(&preset_with("optics", "n", "2/(1 + x^2 + y^2)"));
-    for (x, y, angle) in [(0.3, -0.2, 0.7_f64), (1.5, 0.4, 2.0), (-0.1, 0.05, 4.0)] {
-        let n = 2.0 / (1.0 + x * x + y * y);
-        let start = start(&geometry, &[x, y], &[angle.cos() / n, angle.sin() / n]);
-        let reference = reference(&geometry, &start, TAU);
-        let (half, end) = (reference.at(PI), reference.at(TAU));
-        let square = x * x + y * y;
-        for (a, q) in [x, y].into_iter().enumerate() {
-            assert_near(half.q[a], -q / square, 2e-13, "the image");
-            assert_near(end.q[a], q, 1e-12, "the start again");
-        }
-    }
-}
-
-#[test]
-fn a_field_that_is_perpendicular_to_the_plane() {
-    // A = B (−y, x)/2 turns a charge about B, without a force in the potential.
-    let mut text = newtonian(&["x", "y"], "0");
-    text.one_form = vec![(0, "-1.5*y/2".to_owned()), (1, "1.5*x/2".to_owned())];
-    let geometry: Geometry = of_potential(&text);
-    let start = newtonian_start(&geometry, &[0.3, -0.2], &[0.7, 0.4]);
-    let reference = reference(&geometry, &start, 10.0);
-    let end = reference.at(10.0);
-    // v turns by −Bt.
-    let (sin, cos) = 15.0_f64.sin_cos();
-    assert_near(end.q_dot[1], 0.7 * cos + 0.4 * sin, 1e-13, "v_x");
-    assert_near(end.q_dot[2], 0.4 * cos - 0.7 * sin, 1e-13, "v_y");
-}
-
-#[test]
-fn an_exponential_by_friction() {
-    // m ẍ = −ẋ + 1 from rest: x = t − 1 + e^−t.
-    let mut text = newtonian(&["x"], "-x");
-    text.force = vec![(0, "-x_dot".to_owned())];
-    let geometry: Geometry = of_potential(&text);
-    let start = newtonian_start(&geometry, &[0.0], &[0.0]);
-    let end = reference(&geometry, &start, 5.0).at(5.0);
-    assert_near(end.q[1], 4.0 + (-5.0_f64).exp(), 1e-14, "x");
-    assert_near(geometry.norm(&end.q, &end.q_dot), 0.0, 1e-13, "K");
-}
 
 #[test]
 fn the_rate_of_t_and_a_conformal_factor_leave_the_path() {
@@ -128,10 +40,6 @@ fn a_bound_orbit() {
     let (e, l) = (0.966_091_783_079_295_9, 3.849_001_794_597_505);
     let start = start_with_momenta(&geometry, &[0.0, 20.0 / 3.0, 0.0], &[e, 0.0, -l]);
     let reference = reference(&geometry, &start, 2000.0);
-    let end = reference.at(2000.0);
-    for (got, want) in end.q.iter().zip([2_303.946_208_190_368, 17.262_243_544_431_84, 54.491_637_278_880_25]) {
-        assert_near(*got, want, 2e-12, "q");
-    }
     // p_r changes its sign at the turning points; it is zero at the start, which does not count.
     let turns = reference.sign_changes(|point| point.p[1]);
     assert_near(reference.at(turns[1]).q[2], 10.055_168_010_175_32, 1e-12, "apsidal angle");
@@ -213,32 +121,4 @@ fn light_is_deflected() {
     let circle = start_with_momenta(&geometry, &[0.0, 3.0, 0.0], &[1.0, 0.0, -27.0_f64.sqrt()]);
     assert_near(geometry.norm(&circle.q, &circle.q_dot), 0.0, 1e-15, "K");
     assert_near(reference(&geometry, &circle, 10.0).at(10.0).q[1], 3.0, 1e-12, "r");
-}
-
-#[test]
-fn a_plunge_through_the_horizon() {
-    let geometry = geometry(&preset("schwarzschild-ef", &[]));
-    let start = start(&geometry, &[0.0, 10.0, 0.0], &[1.0 / 0.8_f64.sqrt(), 0.0, 0.0]);
-    let reference = reference(&geometry, &start, 35.1238);
-    for (r, tau) in [(2.0, 33.700_869_851_892_335), (0.01, 35.123_602_109_185_676)] {
-        let found = reference.sign_changes(|point| point.q[1] - r);
-        assert_eq!(found.len(), 1);
-        assert_near(found[0], tau, 1e-14, "tau");
-    }
-    let by_goal = ReferenceTrajectory::length_of(&geometry, &start, 1, 2.0, 16).unwrap();
-    assert_near(by_goal, 33.700_869_851_892_335, 1e-14, "tau at the horizon");
-}
-
-#[test]
-fn light_in_an_expanding_universe() {
-    let geometry = geometry(&preset("flrw", &[]));
-    let start = start(&geometry, &[1.0, 0.0, 0.0, 0.0], &[1.0, 1.0, 0.0, 0.0]);
-    let lambda = ReferenceTrajectory::length_of(&geometry, &start, 0, 8.0, 16).unwrap();
-    assert_near(lambda, 18.6, 1e-15, "lambda");
-    let reference = reference(&geometry, &start, 18.6);
-    let end = reference.at(18.6);
-    assert_near(end.q[0], 8.0, 1e-14, "t");
-    assert_near(end.q[1], 3.0, 1e-14, "chi");
-    assert_near(start.q_dot[0] / end.q_dot[0], 4.0, 1e-14, "1 + z");
-    assert!(reference.error_estimate() < 1e-14);
 }
