@@ -3,6 +3,8 @@
 use geodesic_ivp::case::Case;
 
 use super::{KEPLER, KERR, SCHWARZSCHILD};
+use crate::world_lines::acting::BALL;
+use crate::world_lines::bodies::{BODIES, DUST};
 
 /// Behind @ stands a part of a valid text, or (end). A row has what takes its place, or with (and) follows it on a line
 /// of its own; words of the message about it; and the text at the place that it points at.
@@ -40,12 +42,16 @@ f = "1 - 2*m/r", m = "2" | the definition name 'm' is already that of a paramete
 f = "1 - 2*m/r", phi = "2" | 'phi' is already that of a coordinate | phi
 f = "1 - g", g = "f*r" | the definitions are circular: f -> g -> f | "1 - g"
 f = "1 - 2*M/r" | unknown name 'M' | M
+f = "f*r" | the definitions are circular: f -> f | "f*r"
+f = "g", g = "2*h", h = "g*r" | the definitions are circular: g -> h -> g | "2*h"
+f = "g(r)" | unknown function 'g' | g
 @ "phi phi" = "-r^2"
 "phi" = "-r^2" | must name two coordinates | "phi"
 "phi phi phi" = 1 | must name two coordinates | "phi phi phi"
 "phi ph" = "-r^2" | unknown coordinate 'ph' | "phi ph"
 "phi phi" = "-r^2", "t phi" = "r", "phi t" = "2*r" | is given twice: here, and as "t phi" at line 4, column 65 | "phi t"
 "phi phi" = "-r^2", "phi  phi" = "-r^2" | is given twice | "phi  phi"
+"phi phi" = 0 | no component with 'phi' is given | { "t t" = "f", "r r" = "-1/f", "phi phi" = 0 }
 "phi phi" = true | must be a number or a formula, found boolean | true
 "phi phi" = inf | must be a finite number, got inf | inf
 "phi phi" = "-r^^2" | (character 4 of the expression) | ^
@@ -62,6 +68,7 @@ component = { | unknown field `component`, expected one of `coordinates` | compo
 @ { m = 1.0 } (and)
 one_form = { q = "r" } | unknown coordinate 'q' in 'metric.one_form.q' | q
 one_form = { t = "r_dot" } | unknown name 'r_dot' | r
+conformal = "1 +" | found the end (character 4 of the expression) | 
 force = { rr = "r" } | unknown coordinate 'rr' in 'metric.force.rr' | rr
 preset = "kerr" | 'metric.coordinates' and 'metric.preset' are both | coordinates
 @ [initial]
@@ -148,15 +155,19 @@ free = {}\nformula = "x" | more than one potential is given | formula
 quartic = { kappa = 1 } | is for one coordinate, and there are 2 | quartic
 formula = { parameters = {} } | missing field `expression` | { parameters = {} }
 formula = "u" | unknown name 'u' | u
+formula = "x*s" | unknown name 's' | s
 formula={expression="k*x", parameters={k=1}}\nparameters={k=2} | name 'k' is already that of a parameter | k
 @ [particle]
 one_form = { s = "x" }\n[particle] | unknown coordinate 's' | s
 force = { x = "-x_dt" }\n[particle] | unknown name 'x_dt' | x
 @ law = "newtonian"
 law = "newtonain" | unknown law "newtonain" | "newtonain"
+law = "relativistic"\nc = "ln(0)" | not a finite number | "ln(0)"
 law = "relativistic" | neither t_dot nor p_t is given | [initial]
 @ law = "newtonian" (and)
 c = 1 | Newton's law has no speed of light | c
+mass = "0/0" | not a finite number | "0/0"
+masses = { x = 1, y = "heavy" } | unknown name 'heavy' | h
 mass = 0 | particle.mass must be positive, got 0 | 0
 masses = { x = 1 } | has no mass for the coordinate 'y' | { x = 1 }
 masses = { x = 1, y = 1, z = 2 } | unknown coordinate 'z' | z
@@ -198,6 +209,41 @@ norm = "timelik" | unknown name 'timelik' | t
 p_t = 0.5 | no real r_dot gives K = 1 | { r_dot = "+" }
 @ gamma_f = 100
 gamma_f = "a - a" | must be another value than gamma_i | "a - a"
+"#;
+
+const EVENTS: &str = r#"@ set = { z_dot = "-0.9*z_dot" }
+set = { w_dot = "1" } | unknown coordinate 'w' in 'events.floor.set.w_dot' | w_dot
+set = { g = "1/w" } | unknown name 'w' | w
+set = { z_dot = "-z_do" } | unknown name 'z_do' | z
+set = { z_dot = "1", p_z = "1" } | velocities or momenta, not both | set
+set = {} | set is empty | set
+set = { s_dot = "1" } | s follows from the energy | floor
+set = { t = "1" } | t runs by itself | floor
+set = { z_dot = "1" }, until = true | both until and set | set
+@ gamma_f = 5.0
+gamma_f = -5.0 | the run goes backward | floor
+@ parameters = { g = 9.81 }
+parameters = { g = 9.81 }, conformal = "1 + z^2" | conformal factor | floor
+@ solver.accuracy = 1e-11\n
+grid.windows = 20\nscheme = { sbp = "GLL16", form = "weak" }\n | acts where windows end | floor
+"#;
+
+const PAIRS: &str = r#"@ mass = 1.0
+mass = -1.0 | a mass must not be negative | -1.0
+mas = 1.0 | unknown field `mas` | mas
+@ position = [1.0, 0.0]
+position = [1.0, 0.0, 0.0] | two or three numbers each | [0.0, 1.25]
+@ "planet"
+"sun" | the coordinate 'x_sun' is given twice | "sun"
+@ m_1*m_2/r
+m_1*m_3/r | unknown name 'm_3' | "-g*m_1*m_3/r"
+@ formula = "-g*m_1*m_2/r", 
+ | missing field `formula` of [pair] | { parameters = { g = 2.0, mu = 1e-3 } }
+@ g = 2.0
+r = 2.0 | 'r' has a meaning in the formula of a pair | r
+@ pair = {
+potential.formula = "x"\npair = { | both [[body]] and [potential] are given | potential
+initial.x_sun = 1.0\npair = { | unknown field `x_sun`, expected one of `from`, `t` | x_sun
 "#;
 
 /// Returns the rows that do not hold, and how many there are.
@@ -243,9 +289,22 @@ fn complaints(base: &str, rows: &str) -> (Vec<String>, usize) {
 
 #[test]
 fn every_mistake_is_refused_at_its_place() {
-    let texts = [(SCHWARZSCHILD, METRIC), (KEPLER, NEWTON), (KERR, PRESET)];
+    let texts = [(SCHWARZSCHILD, METRIC), (KEPLER, NEWTON), (KERR, PRESET), (BALL, EVENTS), (BODIES, PAIRS)];
     let (wrong, counts): (Vec<_>, Vec<_>) = texts.into_iter().map(|(base, rows)| complaints(base, rows)).unzip();
-    assert!(counts.iter().sum::<usize>() >= 148 && wrong.concat().is_empty(), "{}", wrong.concat().join("\n"));
+    assert!(counts.iter().sum::<usize>() >= 177 && wrong.concat().is_empty(), "{}", wrong.concat().join("\n"));
+}
+
+/// Bodies that are not there, or without the masses that are needed.
+#[test]
+fn pairs_need_bodies_and_bodies_masses() {
+    for (text, words) in [
+        ("pair.formula = '1/r'\ngrid.t_f = 1.0\n".to_owned(), "[pair] needs bodies"),
+        (format!("pair.formula = '1/r'\ngrid.t_f = 1.0\n{DUST}"), "at least one body must have a mass"),
+        (format!("{}{DUST}", BODIES.replace("-g*m_1*m_2/r", "g*r^2")), "a body without mass needs an energy"),
+    ] {
+        let error = Case::parse("bodies", &text, &[]).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Formula potentials: the grammar, and V, V′, V″ against dual numbers.
+//! Formulas: the grammar, and V, V′, V″ against dual numbers. What is refused is in `tests/cmd/malformed-formulas.md`.
 
 use num_dual::{Dual2_64, DualNum, second_derivative};
 use proptest::prelude::*;
@@ -34,43 +34,6 @@ fn precedence_and_numbers() {
         let value = formula(expression).at(x)[0];
         let close = (value - expected).abs() < 1e-12 || (value.is_nan() && expected.is_nan());
         assert!(close, "{expression} at {x}: {value}, expected {expected}");
-    }
-}
-
-#[test]
-fn mistakes_are_reported_where_they_are() {
-    for (expression, character, fragment) in [
-        ("", 1, "found the end"),
-        ("x +", 4, "found the end"),
-        ("x + * 2", 5, "found '*'"),
-        ("2x", 1, "a product is written with *"),
-        ("x 2", 3, "expected an operator, found '2'"),
-        ("(x + 1", 7, "')' that closes character 1"),
-        ("x)", 2, "expected an operator, found ')'"),
-        ("sin x", 1, "needs its argument in parentheses"),
-        ("foo + 1", 1, "unknown name 'foo'"),
-        ("1 + foo(x)", 5, "unknown function 'foo'"),
-        ("x(2)", 1, "'x' is not a function"),
-        ("1..2", 1, "not a finite number"),
-        ("1e", 1, "not a finite number"),
-        ("x § 2", 3, "found '§'"),
-        ("é", 1, "found 'é'"),
-        ("a + (x - sin(q))", 14, "unknown name 'q'"),
-    ] {
-        let error = Formula::<f64>::new(expression, &[("a", 1.0)]).expect_err(expression);
-        assert!(error.message.contains(fragment), "{expression}: {error}");
-        assert_eq!(error.character(), character, "{expression}: {error}");
-    }
-}
-
-#[test]
-fn hostile_depth_is_an_error_and_not_a_crash() {
-    for (open, close) in [("(", ")"), ("sin(", ")"), ("-", ""), ("x^", ""), ("1-(", ")")] {
-        let deep = |levels: usize| format!("{}x{}", open.repeat(levels), close.repeat(levels));
-        assert!(Formula::<f64>::new(&deep(40), &[]).is_ok(), "{open}");
-        // Either refused or parsed; what matters is that it returns.
-        let _ = Formula::<f64>::new(&deep(900), &[]);
-        assert!(Formula::<f64>::new(&deep(100_000), &[]).is_err(), "{open}");
     }
 }
 

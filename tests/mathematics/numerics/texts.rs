@@ -1,8 +1,6 @@
-//! A text says more than its formulas: conserved sums are found, and mistakes.
+//! A text says more than its formulas: conserved sums are found, and coordinates that are coupled.
 
-use geodesic_ivp::geometry::{
-    Geometry, GeometryError, GeometryText, MOST_COUPLED, MetricText, Place, PotentialText, value_of,
-};
+use geodesic_ivp::geometry::{Geometry, GeometryError, GeometryText, MOST_COUPLED, MetricText, PotentialText};
 
 use crate::common::{geometry, metric, newtonian, newtonian_start, of_potential, preset, start};
 
@@ -56,34 +54,9 @@ fn sums_of_momenta_do_not_depend_on_masses_and_units() {
     }
 }
 
-fn mistake(text: MetricText) -> GeometryError {
-    Geometry::<f64>::new(&GeometryText::Metric(text)).unwrap_err()
-}
-
-fn plane() -> MetricText {
-    metric(&["x", "y"], &[("x x", "1"), ("y y", "1 + x^2")])
-}
-
-#[test]
-fn definitions() {
-    let define = |definitions: &[(&str, &str)]| {
-        let owned = definitions.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
-        MetricText { definitions: owned.collect(), ..plane() }
-    };
-    let circle = mistake(define(&[("a", "b + 1"), ("b", "2*c"), ("c", "b*x")]));
-    assert_eq!(circle, GeometryError::Circular(vec!["b".into(), "c".into(), "b".into()]));
-    assert!(circle.to_string().contains("b -> c -> b"), "{circle}");
-    assert_eq!(mistake(define(&[("a", "a*x")])), GeometryError::Circular(vec!["a".into(), "a".into()]));
-    // Each after those that it uses, in whatever order they stand.
-    assert!(Geometry::<f64>::new(&GeometryText::Metric(define(&[("a", "b + 1"), ("b", "2*x")]))).is_ok());
-}
-
 #[test]
 fn blocks_of_the_metric() {
-    let block = |components| mistake(metric(&["x", "y"], components));
-    assert_eq!(block(&[("x x", "1")]), GeometryError::WithoutComponent(1));
-    assert_eq!(block(&[("x x", "1"), ("y y", "0")]), GeometryError::WithoutComponent(1));
-    assert_eq!(block(&[("x x", "4"), ("x y", "2"), ("y y", "1")]), GeometryError::Degenerate(vec![0, 1]));
+    let mistake = |text: MetricText| Geometry::<f64>::new(&GeometryText::Metric(text)).unwrap_err();
     let three = metric(&["x", "y", "z"], &[("x x", "1"), ("x y", "x"), ("x z", "y")]);
     assert_eq!(mistake(three), GeometryError::Degenerate(vec![0, 1, 2]));
     // A determinant that vanishes for every x, though no term of it does, is found where the scene starts.
@@ -102,49 +75,4 @@ fn blocks_of_the_metric() {
     assert_eq!(mistake(coupled(coordinates)), GeometryError::BlockTooLarge { coordinates, most });
     let largest: Geometry = geometry(&coupled(MOST_COUPLED));
     assert_eq!(largest.blocks(), [(0..MOST_COUPLED).collect::<Vec<_>>()]);
-}
-
-#[test]
-fn names_and_numbers() {
-    let place = |text: MetricText, fragment: &str| {
-        let error = mistake(text);
-        assert!(error.to_string().contains(fragment), "{error}");
-        error.place().unwrap().clone()
-    };
-    let unknown = metric(&["x", "y"], &[("x x", "1"), ("y y", "1 + q^2")]);
-    assert_eq!(place(unknown, "unknown name 'q'"), Place::Component([1, 1]));
-    // Velocities are for forces only.
-    let velocity = metric(&["x", "y"], &[("x x", "1"), ("y y", "1 + x_dot^2")]);
-    assert_eq!(place(velocity, "unknown name 'x_dot'"), Place::Component([1, 1]));
-    let one_form = MetricText { one_form: vec![(1, "y_dot".into())], ..plane() };
-    assert_eq!(place(one_form, "unknown name 'y_dot'"), Place::OneForm(1));
-    let force = MetricText { force: vec![(0, "x_dot + z_dot".into())], ..plane() };
-    assert_eq!(place(force, "unknown name 'z_dot'"), Place::Force(0));
-    let conformal = MetricText { conformal: Some("1 +".into()), ..plane() };
-    assert_eq!(place(conformal, "found the end"), Place::Conformal);
-    let definition = MetricText { definitions: vec![("f".into(), "g(x)".into())], ..plane() };
-    assert_eq!(place(definition, "unknown function 'g'"), Place::Definition("f".into()));
-    let parameter = |value: &str| MetricText { parameters: vec![("k".into(), value.into())], ..plane() };
-    assert_eq!(place(parameter("x"), "unknown name 'x'"), Place::Parameter("k".into()));
-    assert_eq!(place(parameter("1/0"), "not a finite number"), Place::Parameter("k".into()));
-    assert!((value_of::<f64>("2*k/3", &[("k".into(), "pi".into())]).unwrap() - 2.094_395_102_393_195_3).abs() < 1e-15);
-    assert!(value_of::<f64>("x", &[]).is_err());
-}
-
-#[test]
-fn mistakes_in_a_potential() {
-    let mistake = |text: PotentialText| {
-        let error = Geometry::<f64>::new(&GeometryText::Potential(text)).unwrap_err();
-        error.place().cloned()
-    };
-    let good = || newtonian(&["x", "y"], "x^2*y");
-    assert_eq!(mistake(newtonian(&["x", "y"], "x*z")), Some(Place::Potential));
-    // The lift's own coordinate is no variable of V.
-    assert_eq!(mistake(newtonian(&["x", "y"], "x*s")), Some(Place::Potential));
-    assert_eq!(mistake(PotentialText { mass: "0/0".into(), ..good() }), Some(Place::Mass(None)));
-    let masses = vec!["1".into(), "heavy".into()];
-    assert_eq!(mistake(PotentialText { masses, ..good() }), Some(Place::Mass(Some(1))));
-    assert_eq!(mistake(PotentialText { c: "ln(0)".into(), ..good() }), Some(Place::SpeedOfLight));
-    // A coordinate without a mass has no component.
-    assert_eq!(mistake(PotentialText { masses: vec!["1".into()], ..good() }), None);
 }

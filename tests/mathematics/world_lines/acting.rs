@@ -1,6 +1,5 @@
 //! Runs with events that act, against closed forms.
 
-use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::verdict::Grade;
 use geodesic_ivp::solve::{NoSolution, Status};
 use geodesic_ivp::study::run::{NoRun, Run, Wanted, run};
@@ -8,7 +7,7 @@ use geodesic_ivp::study::run::{NoRun, Run, Wanted, run};
 use crate::common::parsed;
 
 /// A ball that falls from 1 with g = 9.81 to the floor.
-const BALL: &str = r#"
+pub(crate) const BALL: &str = r#"
 potential = { coordinates = ["z"], formula = "g*z", parameters = { g = 9.81 } }
 particle.law = "newtonian"
 initial = { z = 1.0, z_dot = 0.0 }
@@ -67,12 +66,20 @@ fn a_ball_bounces_when_parabolas_say() {
     }
 }
 
-/// The rows of an event are two of the same γ, with the velocities before and after it.
+/// The rows of an event are two of the same γ, with the velocities before and after it. ½ż² + 9.81 z is 9.81 e^2k behind
+/// the k-th bounce, and a charge on the way.
 #[test]
-fn a_world_line_has_the_state_before_and_after_an_event() {
+fn a_world_line_has_the_state_before_and_after_an_event_and_charges_hold_between() {
     let run = solved(BALL, &[]).unwrap();
     let parts = run.parts();
     assert_eq!(parts.len(), run.acting_events + 1);
+    for (k, (line, measured)) in parts.iter().enumerate() {
+        let energy = 9.81 * 0.81_f64.powi(k as i32);
+        assert!((line.place.start.p[0] - energy).abs() < 1e-12, "{k}");
+        assert!((measured.energy.as_ref().unwrap().value - energy).abs() < 1e-12, "{k}");
+    }
+    assert!(run.diagnostics.charges.iter().all(|charge| charge.max_interior < 1e-12));
+    assert!(run.diagnostics.energy.as_ref().unwrap().max_ends < 1e-12);
     for pair in parts.windows(2) {
         let (before, after) = (pair[0].0, pair[1].0);
         assert_eq!(before.gamma_f(), after.gamma_i);
@@ -80,41 +87,6 @@ fn a_world_line_has_the_state_before_and_after_an_event() {
         let (before, after) = (before.end(), &after.place.start);
         assert_eq!((before.q[1], -0.9 * before.q_dot[1]), (after.q[1], after.q_dot[1]));
     }
-}
-
-/// ½ż² + 9.81 z is 9.81 e^2k behind the k-th bounce, and a charge on the way.
-#[test]
-fn charges_hold_between_events() {
-    let run = solved(BALL, &[]).unwrap();
-    for (k, (line, measured)) in run.parts().into_iter().enumerate() {
-        let energy = 9.81 * 0.81_f64.powi(k as i32);
-        assert!((line.place.start.p[0] - energy).abs() < 1e-12, "{k}");
-        assert!((measured.energy.as_ref().unwrap().value - energy).abs() < 1e-12, "{k}");
-    }
-    assert!(run.diagnostics.charges.iter().all(|charge| charge.max_interior < 1e-12));
-    assert!(run.diagnostics.energy.as_ref().unwrap().max_ends < 1e-12);
-}
-
-/// A kick at the apoapsis of the ellipse with the radii 1 and 4 makes a circle of the radius 4.
-#[test]
-fn a_kick_at_the_apoapsis_makes_a_circle() {
-    let text = r#"
-        potential = { coordinates = ["x", "y"], formula = "-1/sqrt(x^2 + y^2)" }
-        particle.law = "newtonian"
-        initial = { x = 1.0, y = 0.0, x_dot = 0.0, y_dot = "sqrt(8/5)" }
-        grid.gamma_f = "pi*2.5^1.5 + 20*pi"
-        solver.accuracy = 1e-11
-        events.kick = { when = "y", direction = "down", set = { x_dot = "0", y_dot = "-1/sqrt(sqrt(x^2 + y^2))" } }
-    "#;
-    let run = solved(text, &[]).unwrap();
-    let times: Vec<f64> = run.events.iter().map(|event| event.sample.gamma).collect();
-    let half = std::f64::consts::PI * 2.5_f64.powf(1.5);
-    assert_eq!(times.len(), 2);
-    assert!((times[0] - half).abs() < 1e-9 && (times[1] - half - 16.0 * std::f64::consts::PI).abs() < 1e-8);
-    let end = run.line.end();
-    assert!(end.q[1].abs() < 1e-8 && (end.q[2] + 4.0).abs() < 1e-8, "{:?}", end.q);
-    let circle = run.parts()[1].0;
-    assert!(circle.q(1).zip(circle.q(2)).all(|(x, y)| (x.hypot(y) - 4.0).abs() < 1e-9));
 }
 
 /// Where a path between walls has come to: straight on in the mirrors of the box.
@@ -276,30 +248,4 @@ fn an_event_can_move_its_own_formula() {
     for (event, known) in run.events.iter().zip(known) {
         assert!((event.sample.gamma - known).abs() < 1e-11, "{} {known}", event.sample.gamma);
     }
-}
-
-#[test]
-fn mistakes_of_events_that_act_are_said() {
-    let said = |set: &[&str]| {
-        let set: Vec<String> = set.iter().map(|&set| set.to_owned()).collect();
-        Case::parse("test", BALL, &set).unwrap_err().to_string()
-    };
-    for (setting, words) in [
-        ("events.floor.set={ w_dot = \"1\" }", "unknown coordinate 'w' in 'events.floor.set.w_dot'"),
-        ("events.floor.set={ g = \"1/w\" }", "unknown name 'w'"),
-        ("events.floor.set={ z_dot = \"-z_do\" }", "unknown name 'z_do'"),
-        ("events.floor.set={ z_dot = \"-\" }", "expected"),
-        ("events.floor.set={ z_dot = \"1\", p_z = \"1\" }", "velocities or momenta, not both"),
-        ("events.floor.set={}", "set is empty"),
-        ("events.floor.set={ s_dot = \"1\" }", "s follows from the energy"),
-        ("events.floor.set={ t = \"1\" }", "t runs by itself"),
-        ("events.floor.until=true", "both until and set"),
-        ("grid.gamma_f=-5.0", "the run goes backward"),
-        ("potential.conformal=\"1 + z^2\"", "conformal factor"),
-    ] {
-        let error = said(&[setting]);
-        assert!(error.contains(words), "{setting}: {error}");
-    }
-    let on_grid = said(&["grid.windows=20", "scheme={ sbp = \"GLL16\", form = \"weak\" }"]);
-    assert!(on_grid.contains("acts where windows end"), "{on_grid}");
 }

@@ -1,7 +1,5 @@
 //! `[[body]]`: bodies are the potential that one would write for them, and a body without mass moves no other.
 
-use geodesic_ivp::Case;
-
 use crate::common::text_solved;
 
 pub(crate) const BODIES: &str = r#"
@@ -21,7 +19,7 @@ pub(crate) const BODIES: &str = r#"
     position = [1.0, 0.0]
     velocity = [0.0, 1.25]
 "#;
-const DUST: &str = "[[body]]\nname = \"dust\"\nmass = 0\nposition = [0.0, -2.0]\nvelocity = [1.0, 0.0]\n";
+pub(crate) const DUST: &str = "[[body]]\nname = \"dust\"\nmass = 0\nposition = [0.0, -2.0]\nvelocity = [1.0, 0.0]\n";
 const WRITTEN: &str = r#"
     potential.coordinates = ["x", "y", "u", "v"]
     potential.formula = "-g*mu/sqrt((x - u)^2 + (y - v)^2)"
@@ -31,11 +29,6 @@ const WRITTEN: &str = r#"
     grid.t_f = 10.0
     solver.accuracy = 1e-10
 "#;
-
-fn mistake(text: &str) -> String {
-    let error = Case::parse("bodies", text, &[]).unwrap_err();
-    format!("{error} {}", error.help.as_deref().unwrap_or_default())
-}
 
 #[test]
 fn bodies_are_a_potential_in_their_coordinates() {
@@ -55,25 +48,4 @@ fn a_body_without_mass_moves_no_other() {
     }
     let [x, y] = [5, 6].map(|a| three.end().q[a]);
     assert!((x.hypot(y) - 2.0).abs() < 0.02, "{x} {y}");
-}
-
-#[test]
-fn mistakes_in_bodies_are_said() {
-    let changed = |from: &str, to: &str| mistake(&BODIES.replace(from, to));
-    for (message, part) in [
-        (changed("mass = 1.0", "mass = -1.0"), "a mass must not be negative"),
-        (changed("mass = 1.0", "mas = 1.0"), "unknown field `mas`"),
-        (changed("position = [1.0, 0.0]", "position = [1.0, 0.0, 0.0]"), "two or three numbers each"),
-        (changed("\"planet\"", "\"sun\""), "the coordinate 'x_sun' is given twice"),
-        (changed("m_1*m_2/r", "m_1*m_3/r"), "m_3"),
-        (changed("formula = \"-g*m_1*m_2/r\", ", ""), "missing field `formula` of [pair]"),
-        (changed("g = 2.0", "r = 2.0"), "'r' has a meaning in the formula of a pair"),
-        (mistake(&format!("pair.formula = \"1/r\"\ngrid.t_f = 1.0\n{DUST}")), "at least one body must have a mass"),
-        (mistake(&format!("{}{DUST}", BODIES.replace("-g*m_1*m_2/r", "g*r^2"))), "a body without mass needs an energy"),
-        (mistake(&format!("potential.formula = \"x\"\n{BODIES}")), "both [[body]] and [potential] are given"),
-        (mistake(&format!("initial.x_sun = 1.0\n{BODIES}")), "position and velocity are those of [[body]]"),
-        (mistake("pair.formula = \"1/r\"\ngrid.t_f = 1.0\n"), "[pair] needs bodies"),
-    ] {
-        assert!(message.contains(part), "{part} is not in\n{message}");
-    }
 }

@@ -1,7 +1,7 @@
 //! Critical points, of one coordinate and of n: their digits, errors, charges, ends and events.
 
 mod accuracy;
-mod acting;
+pub(crate) mod acting;
 mod backward;
 mod base_cases;
 pub(crate) mod bodies;
