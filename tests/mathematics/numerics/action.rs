@@ -3,7 +3,6 @@
 use geodesic_ivp::action::{DoubledAction, Form, Layout};
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
-use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 use proptest::prelude::*;
 
@@ -121,7 +120,9 @@ fn check_gradient<G: Scene>(u: &[f64]) {
     });
 }
 
-/// The system that Newton's method solves at equal branches, against differences of the gradient.
+/// The system that Newton's method solves at equal branches, against differences of the gradient. E_IVP is odd in
+/// q₁ − q₂ where λ = μ = 0. So a step with all unknowns keeps equal branches equal, and is that of the system with half of
+/// them: along such a step all other equations go on to hold.
 fn check_newton_matrix<G: Scene>(q: &[f64]) {
     with_actions::<G>(|action, is_regularised| {
         if !is_regularised {
@@ -129,7 +130,10 @@ fn check_newton_matrix<G: Scene>(q: &[f64]) {
         }
         let layout = action.layout();
         let rows: Vec<&[f64]> = q.chunks_exact(POINTS).take(layout.dimension()).collect();
-        let u = layout.physical_limit(&rows, &vec![0.0; layout.multiplier_range().len()]);
+        // ν and κ, the second half of the multipliers, may have any value.
+        let count = layout.multiplier_range().len();
+        let multipliers: Vec<f64> = (0..count).map(|j| if 2 * j < count { 0.0 } else { 0.3 * j as f64 }).collect();
+        let u = layout.physical_limit(&rows, &multipliers);
         let ones = vec![1.0; action.layout().equal_unknowns()];
         let lu = action.newton_pattern().factor(&action.newton_matrix(&u).unwrap(), [&ones, &ones]).unwrap();
         let mut step = vec![0.0; u.len()];
@@ -153,56 +157,11 @@ fn check_newton_matrix<G: Scene>(q: &[f64]) {
             for (got, want) in column.iter().zip(layout.equal_equations(&difference)) {
                 assert_near(*got, want, 1e-8 * largest, &name);
             }
-            // The mean of both branches' equations holds along the step, which keeps the branches equal.
+            // The mean of both branches' equations, and the ends that ν and κ tie.
             let branch = layout.row(1, 0);
             (0..branch).for_each(|i| assert_near(difference[i], -difference[branch + i], 1e-9 * largest, &name));
-        }
-    });
-}
-
-/// The Hessian of all unknowns by central differences of the gradient, and the gradient itself.
-fn whole_system(action: &DoubledAction<'_, f64>, u: &[f64]) -> (DMatrix<f64>, DVector<f64>) {
-    let gradient = |u: &[f64]| {
-        let mut gradient = DVector::zeros(u.len());
-        action.gradient(u, gradient.as_mut_slice()).unwrap();
-        gradient
-    };
-    let column = |j: usize| {
-        let shifted = |step: f64| {
-            let mut u = u.to_vec();
-            u[j] += step;
-            gradient(&u)
-        };
-        let h = 1e-3;
-        ((shifted(h) - shifted(-h)) * 8.0 - (shifted(2.0 * h) - shifted(-2.0 * h))) / (12.0 * h)
-    };
-    (DMatrix::from_columns(&(0..u.len()).map(column).collect::<Vec<_>>()), gradient(u))
-}
-
-/// E_IVP is odd in q₁ − q₂ where λ = μ = 0. So a Newton step with all unknowns keeps equal branches equal, and is the
-/// step of the system with half of them.
-fn check_newton_step<G: Scene>(q: &[f64]) {
-    with_actions::<G>(|action, is_regularised| {
-        if !is_regularised {
-            return;
-        }
-        let layout = action.layout();
-        let rows: Vec<&[f64]> = q.chunks_exact(POINTS).take(layout.dimension()).collect();
-        // ν and κ, the second half of the multipliers, may have any value.
-        let count = layout.multiplier_range().len();
-        let multipliers: Vec<f64> = (0..count).map(|j| if 2 * j < count { 0.0 } else { 0.3 * j as f64 }).collect();
-        let u = layout.physical_limit(&rows, &multipliers);
-        let (hessian, gradient) = whole_system(action, &u);
-        let whole = hessian.lu().solve(&-&gradient).unwrap();
-        let mut equal = layout.equal_equations(gradient.as_slice());
-        let pattern = action.newton_pattern();
-        let ones = vec![1.0; equal.len()];
-        pattern.factor(&action.newton_matrix(&u).unwrap(), [&ones, &ones]).unwrap().solve_in_place(&mut equal);
-        let mut step = vec![0.0; u.len()];
-        layout.write_equal_step(&equal, &mut step);
-        let largest = step.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
-        for (i, (whole, step)) in whole.iter().zip(&step).enumerate() {
-            assert_near(*whole, -step, 1e-5 * largest, &format!("{:?}, unknown {i}", action.form()));
+            let tied = layout.multiplier_range().skip(count / 2);
+            tied.for_each(|i| assert_near(difference[i], 0.0, 1e-9 * largest, &name));
         }
     });
 }
@@ -226,18 +185,6 @@ proptest! {
         check_newton_matrix::<Plane>(&q);
         check_newton_matrix::<Null>(&q);
         check_newton_matrix::<OneCoordinate>(&q);
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(4))]
-
-    #[test]
-    fn newtons_method_keeps_equal_branches_equal(q in proptest::collection::vec(-0.5..0.5_f64, 4 * POINTS)) {
-        check_newton_step::<Everything>(&q);
-        check_newton_step::<Plane>(&q);
-        check_newton_step::<Null>(&q);
-        check_newton_step::<OneCoordinate>(&q);
     }
 }
 
