@@ -1,4 +1,4 @@
-//! The methods to compare with, in one coordinate and in scenes: their orders against the reference, and what they do
+//! The methods to compare with, in one coordinate and in scenes: their errors against the reference, and what they do
 //! to K.
 
 use geodesic_ivp::geometry::{Geometry, Start};
@@ -85,46 +85,6 @@ fn delta_k(problem: &Problem, trajectory: &Trajectory) -> Vec<f64> {
     trajectory.states.iter().map(|state| (k(state.q, state.p) - norm).abs()).collect()
 }
 
-/// The numbers of steps per interval between which the errors show the order of a method of constant steps, the least
-/// slope that shows it, and a bound for the error at the second of them: in one coordinate and in scenes.
-fn expected(peer: &dyn Peer, is_scene: bool) -> ([usize; 2], f64, f64) {
-    let [one, scene] = match peer.name().as_str() {
-        "RK4" => [([20, 40], 3.4, 1e-6), ([32, 64], 3.8, 3e-4)],
-        "Verlet" => [([100, 200], 1.9, 1e-4), ([64, 128], 1.95, 3e-4)],
-        "Kahan-Li 6" => [([8, 16], 5.4, 2e-7), ([8, 16], 5.8, 3e-4)],
-        "Kahan-Li 8" | "Kahan-Li 8 compensated" => [([8, 12], 7.4, 5e-9), ([4, 8], 7.6, 3e-4)],
-        "Gauss 2" => [([20, 40], 3.4, 1e-6), ([32, 64], 3.9, 3e-4)],
-        "Gauss 4" => [([8, 12], 7.4, 1e-9), ([4, 8], 7.0, 3e-4)],
-        "Gauss 6" => [([3, 4], 11.4, 1e-9), ([2, 4], 8.9, 3e-4)],
-        // Not asymptotic before rounding, but above the one before it.
-        "Gauss 8" => [([1, 2], 10.0, 1e-7), ([1, 2], 9.5, 3e-4)],
-        "Gauss 12" => [([1, 2], 10.0, 1e-10), ([1, 2], 9.0, 3e-4)],
-        name => panic!("what is expected of {name}?"),
-    };
-    if is_scene { scene } else { one }
-}
-
-#[test]
-fn every_method_of_constant_steps_has_its_order() {
-    let output = Output::even(5);
-    for (problem, is_scene) in all() {
-        for peer in PEERS.into_iter().filter(|peer| peer.about().step != Step::Adaptive) {
-            if peer.about().needs_second_order && !problem.space.is_separable() {
-                let refused = peer.run(&problem, &output, Setting::steps(5));
-                assert_eq!(refused, Err(Failure::NotSeparable), "{peer:?}");
-                continue;
-            }
-            let (steps, least, bound) = expected(peer, is_scene);
-            let errors = steps.map(|n| error_of(peer, &problem, &output, Setting::steps(n * output.intervals)));
-            let slope = (errors[0] / errors[1]).ln() / (steps[1] as f64 / steps[0] as f64).ln();
-            // Where the potential is smoother than the quartic one, the highest orders leave only rounding.
-            let rounding = if is_scene { 3e-14 } else { 1e-14 };
-            assert!(slope > least || errors[1] < rounding, "{peer:?}: order {slope}, errors {errors:?}");
-            assert!(errors[1] < bound, "{peer:?}: {errors:?}");
-        }
-    }
-}
-
 #[test]
 fn every_adaptive_method_follows_its_tolerance() {
     let output = Output::even(5);
@@ -205,23 +165,28 @@ fn failures_are_told_apart() {
     assert_eq!(gauss.run(&quartic(1000.0), &output, Setting::steps(5)).unwrap_err(), Failure::NotConverged);
 }
 
+/// The start is among the points, and one that is asked for twice. That errors fall as they should is in `studies/orders.rs`.
 #[test]
-fn output_need_not_be_even() {
-    let problem = quartic(10.0);
-    // The start, and a point that is asked for twice.
+fn every_method_follows_every_motion_at_points_that_need_not_be_even() {
     let output = Output { intervals: 100, marks: vec![0, 1, 2, 7, 7, 50, 100] };
-    for peer in PEERS {
-        let about = peer.about();
-        let (setting, bound) = match about.step {
-            Step::Adaptive if about.order == Some(5) => (Setting::tolerance(1e-11), 1e-9),
-            Step::Adaptive => (Setting::tolerance(1e-13), 1e-11),
-            _ if about.order >= Some(8) => (Setting::steps(400), 1e-11),
-            _ => (Setting::steps(10_000), 1e-5),
-        };
-        let trajectory = peer.run(&problem, &output, setting).unwrap();
-        assert_eq!(trajectory.states.at(3), trajectory.states.at(4), "{peer:?}");
-        let error = error(&problem, &output, &trajectory);
-        assert!(error < bound, "{peer:?}: {error}");
+    for (problem, is_scene) in all() {
+        for peer in PEERS {
+            let about = peer.about();
+            if about.needs_second_order && !problem.space.is_separable() {
+                assert_eq!(peer.run(&problem, &output, Setting::steps(100)), Err(Failure::NotSeparable), "{peer:?}");
+                continue;
+            }
+            let (setting, bound) = match about.step {
+                Step::Adaptive if about.order == Some(5) => (Setting::tolerance(1e-11), 1e-9),
+                Step::Adaptive => (Setting::tolerance(1e-13), 1e-11),
+                _ if about.order >= Some(8) => (Setting::steps(400), 1e-11),
+                _ => (Setting::steps(10_000), 1e-5),
+            };
+            let trajectory = peer.run(&problem, &output, setting).unwrap();
+            assert_eq!(trajectory.states.at(3), trajectory.states.at(4), "{peer:?}");
+            let error = error(&problem, &output, &trajectory);
+            assert!(error < if is_scene { 10.0 * bound } else { bound }, "{peer:?}: {error}");
+        }
     }
 }
 
