@@ -87,10 +87,10 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
             assert!((one.work - all.work).abs() < 1e-14 && (one.defect - all.defect).abs() < 1e-14, "{text}");
         }
         if let (Some(parts), Some(all)) = (streamed.diagnostics.of_x, whole.diagnostics.of_x) {
-            let most = 1e-13 * all.bound.h_bvp_bound.abs();
-            assert!((parts.bound.h_bvp - all.bound.h_bvp).abs() < most, "{text}");
-            assert!((parts.bound.h_bvp_bound - all.bound.h_bvp_bound).abs() < most, "{text}");
-            assert!((parts.bound.defect() - all.bound.defect()).abs() < 10.0 * most, "{text}");
+            let most = 1e-13 * all.h_bvp_bound.abs();
+            assert!((parts.h_bvp - all.h_bvp).abs() < most, "{text}");
+            assert!((parts.h_bvp_bound - all.h_bvp_bound).abs() < most, "{text}");
+            assert!((parts.defect() - all.defect()).abs() < 10.0 * most, "{text}");
         }
 
         assert!(case.is_of_x || whole.events.len() >= 2, "{text}");
