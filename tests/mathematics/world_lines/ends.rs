@@ -4,50 +4,37 @@ use geodesic_ivp::Status;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{Arithmetic, WorldLine};
 
-use crate::common::{failure, line_of, parsed, shipped, solved, solved_in, text_solved};
+use crate::common::{failure, line_of, shipped, solved, solved_in, text_solved};
 
-/// A fall from rest at r = 10, so that K = 0.8 v_dot² = 1.
-fn plunge<S: Arithmetic>(length: f64, until: &str) -> WorldLine<S> {
-    line_of(&parsed(
-        &format!(
-            "metric.preset = 'schwarzschild-ef'\ngrid = {{ gamma_f = {length:?}, windows = 40, until = '{until}' }}\n\
-             initial = {{ r = 10, v_dot = 'sqrt(5)/2', r_dot = 0, phi_dot = 0 }}\n\
-             scheme = {{ sbp = 'GLL24', form = 'weak' }}\nsolver.digits = {}\n",
-            if S::IS_EXTENDED { 40 } else { 16 }
-        ),
-        &[],
-    ))
-}
-
-/// Proper time from rest at R = 10 to r, by the cycloid.
+/// Proper time of a fall from rest at R = 10 to r, by the cycloid.
 fn proper_time(r: f64) -> f64 {
     let eta = (2.0 * r / 10.0 - 1.0).acos();
     (1000.0_f64 / 8.0).sqrt() * (eta + eta.sin())
 }
 
+/// On a grid, to all digits, and with windows for an accuracy: r = 0.01 is just before the singularity.
 #[test]
 fn a_fall_goes_through_the_horizon_and_ends_where_a_formula_changes_its_sign() {
-    let line = plunge::<f64>(36.0, "r - 2");
-    assert!((line.length - 33.700869851892335).abs() < 1e-11, "{}", line.length);
-    assert!((line.end().q[1] - 2.0).abs() < 1e-13, "{}", line.end().q[1]);
-    let line = plunge::<f64>(36.0, "1 - r");
-    assert!((line.length - proper_time(1.0)).abs() < 1e-10, "{}", line.length);
-    // Where the formula keeps its sign the run has its whole length.
-    assert_eq!(plunge::<f64>(30.0, "r - 1").length, 30.0);
-    let line = plunge::<Extended>(36.0, "r - 2");
-    assert!((line.end().q[1] - Extended::from(2.0)).abs().to_f64() < 1e-36, "to all digits");
-}
-
-/// The same with windows for an accuracy: r = 0.01 is just before the singularity.
-#[test]
-fn a_formula_ends_the_fall_into_a_black_hole() {
-    for (radius, tau) in [("2", 33.700869851892335), ("0.01", 35.123602109185676)] {
-        let until = format!("grid.until=r - {radius}");
-        let settings = ["solver.accuracy=1e-11", "grid.gamma_f=35.2", &until];
-        let line: WorldLine = line_of(&shipped("schwarzschild-plunge", &settings));
-        assert!((line.gamma_f() - tau).abs() < 1e-10 * tau, "{radius}: {}", line.gamma_f());
-        assert!((line.end().q[1] - radius.parse::<f64>().unwrap()).abs() < 1e-8, "{radius}: {:?}", line.end().q);
+    fn fall<S: Arithmetic>(length: f64, until: &str, scheme: &[&str]) -> WorldLine<S> {
+        let end = [format!("grid.gamma_f={length:?}"), format!("grid.until={until}")];
+        let set: Vec<&str> = end.iter().map(String::as_str).chain(scheme.iter().copied()).collect();
+        line_of(&shipped("schwarzschild-plunge", &set))
     }
+    let grid = ["grid.windows=40", "scheme.sbp=GLL24"];
+    for (until, r, scheme, most) in [
+        ("r - 2", 2.0, &grid[..], 1e-11),
+        ("1 - r", 1.0, &grid, 1e-10),
+        ("r - 2", 2.0, &["solver.accuracy=1e-11"], 3e-9),
+        ("r - 0.01", 0.01, &["solver.accuracy=1e-11"], 3e-9),
+    ] {
+        let line = fall::<f64>(35.2, until, scheme);
+        assert!((line.length - proper_time(r)).abs() < most, "{until} {scheme:?}: {}", line.length);
+        assert!((line.end().q[1] - r).abs() < most.max(1e-13), "{until} {scheme:?}: {}", line.end().q[1]);
+    }
+    // Where the formula keeps its sign the run has its whole length.
+    assert_eq!(fall::<f64>(30.0, "r - 1", &grid).length, 30.0);
+    let line = fall::<Extended>(35.0, "r - 2", &[&grid[..], &["solver.digits=40"]].concat());
+    assert!((line.end().q[1] - Extended::from(2.0)).abs().to_f64() < 1e-36, "to all digits");
 }
 
 /// A run on a grid ends at a time to this error, in whatever form, system and precision, and wherever γ starts.

@@ -63,38 +63,26 @@ fn events_have_the_digits_of_the_run() {
 }
 
 #[test]
-fn every_crossing_of_a_section_is_found() {
-    for set in [
-        &["grid.windows=100"] as &[&str],
+fn crossings_of_a_section_and_turning_points_are_those_of_the_reference() {
+    for (name, set, least, most) in [
+        ("henon-heiles", &["grid.windows=100"] as &[&str], 13, 1e-11),
         // Windows in which the orbit crosses several times.
-        &["grid.windows=20", "scheme.sbp='GLL48'"],
-        &["grid.windows=40", "scheme.form='strong'", "scheme.sbp='GLL40'"],
+        ("henon-heiles", &["grid.windows=20", "scheme.sbp='GLL48'"], 13, 1e-11),
+        ("henon-heiles", &["grid.windows=40", "scheme.form='strong'", "scheme.sbp='GLL40'"], 13, 1e-11),
+        ("kerr-inclined", &[], 1, 1e-9),
     ] {
-        let case = shipped("henon-heiles", set);
+        let case = shipped(name, set);
         let (line, found) = run(&case);
-        let expected = expected(&case, &line);
-        let (found, expected) = (gammas(&found, 0), &expected[0]);
-        assert_eq!(found.len(), expected.len(), "{set:?}");
-        assert!(
-            found.len() > 12 && found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-11),
-            "{set:?}: {found:?} {expected:?}"
-        );
-    }
-}
-
-#[test]
-fn turning_points_around_a_black_hole_are_those_of_the_reference() {
-    let case = shipped("kerr-inclined", &[]);
-    let (line, found) = run(&case);
-    for (watch, expected) in expected(&case, &line).iter().enumerate() {
-        let found = gammas(&found, watch);
-        // The reference does not see that it starts where both coordinates turn.
-        let expected: Vec<f64> = expected.iter().copied().filter(|gamma| *gamma > 1e-6).collect();
-        assert_eq!(found.len(), expected.len(), "{found:?} {expected:?}");
-        assert!(
-            !found.is_empty() && found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9),
-            "{found:?} {expected:?}"
-        );
+        for (watch, expected) in expected(&case, &line).iter().enumerate() {
+            let found = gammas(&found, watch);
+            // The reference does not see that it starts where both coordinates turn.
+            let expected: Vec<f64> = expected.iter().copied().filter(|gamma| *gamma > 1e-6).collect();
+            let are_near = found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < most);
+            assert!(
+                found.len() == expected.len() && found.len() >= least && are_near,
+                "{set:?}: {found:?} {expected:?}"
+            );
+        }
     }
 }
 
