@@ -213,21 +213,6 @@ fn what_a_reference_steps_over_is_the_delay_that_it_misses() {
     assert!((1.0..2.0).contains(&(found / late)), "{found:e} for {late:e}");
 }
 
-#[test]
-fn the_branches_of_the_doubled_system_are_as_far_apart_as_is_said() {
-    let line = run(&["solver.system='doubled'", "grid.windows=2", "grid.n_gamma=41"]);
-    let apart = |a: usize| {
-        let backward = line.backward(a).unwrap_or_else(|| panic!("no branch of {a}"));
-        line.q(a).zip(backward).map(|(one, two)| (one - two).abs()).collect::<Vec<_>>()
-    };
-    let all: Vec<f64> = (0..4).flat_map(apart).collect();
-    assert_eq!(all.len(), 4 * line.nodes());
-    let most = all.into_iter().fold(0.0, f64::max);
-    // Newton's method keeps equal branches equal, to the last bit.
-    assert_eq!((line.branch_distance(), most), (0.0, 0.0));
-    assert!(run(&[]).backward(1).is_none() && run(&[]).branch_distance() == 0.0);
-}
-
 /// In the lift of Newton's law the nodes leave this of ẍ = −ṫ² ∂V/∂x / m, with D from the operator.
 #[test]
 fn what_the_equations_leave_is_an_acceleration_whatever_the_mass() {
