@@ -34,9 +34,9 @@ fn a_motion_that_is_not_newtons_is_told_and_the_c_it_names_mends_it() {
         };
         let solution = run(c);
         let found = Diagnostics::new(&solution).of_x.unwrap();
-        let mended = found.newtonian.c().unwrap();
+        let mended = found.c().unwrap();
         let better = run(mended);
-        let deviation = Diagnostics::new(&better).of_x.unwrap().newtonian.deviation;
+        let deviation = Diagnostics::new(&better).of_x.unwrap().deviation;
         assert!((0.98..1.001).contains(&(deviation / NEGLIGIBLE)), "{formula}: {deviation:e} with c = {mended}");
         if grid == trap {
             let warning = found.newtonian_warning().unwrap();
@@ -49,7 +49,7 @@ fn a_motion_that_is_not_newtons_is_told_and_the_c_it_names_mends_it() {
             );
         }
     }
-    let free = measures("potential={free={}} initial.x_dot=0.9").of_x.unwrap().newtonian;
+    let free = measures("potential={free={}} initial.x_dot=0.9").of_x.unwrap();
     assert_eq!(free.deviation, 0.0, "free motion is Newton's, however fast");
 }
 
