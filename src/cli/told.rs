@@ -203,10 +203,10 @@ impl<S: Real> Told<'_, S> {
             let (name, work, defect) = (&names[work.coordinate], of(work.work), of(work.defect).abs());
             rows.push(("work", format!("p_{name} changes by the work of the force, {work:.6}, to {defect:.1e}")));
         }
-        if let Some(OfX { newtonian, bound, .. }) = &diagnostics.of_x {
-            let relation = if bound.is_kept() { "<=" } else { ">" };
-            let [h_bvp, most] = [bound.h_bvp, bound.h_bvp_bound].map(of);
-            rows.push(("motion", format!("the acceleration differs from Newton's by {:.1e}", newtonian.deviation)));
+        if let Some(of_x) = &diagnostics.of_x {
+            let relation = if of_x.is_kept() { "<=" } else { ">" };
+            let [h_bvp, most] = [of_x.h_bvp, of_x.h_bvp_bound].map(of);
+            rows.push(("motion", format!("the acceleration differs from Newton's by {:.1e}", of_x.deviation)));
             rows.push(("bound", format!("H_BVP = {h_bvp:.6} {relation} {most:.6} = Q_t (t_f - t_i)")));
         }
         for (a, sawtooth) in &diagnostics.sawtooth {

@@ -117,7 +117,8 @@ impl Gaps {
             // A push at the start moves the end by twice what the same force does that grows with the way.
             let share = |change: f64, distance: f64| 2.0 * change * distance / length;
             for (window, view) in line.views().enumerate() {
-                let (states, distances) = (states(line, &view), view.grid.distances());
+                let (states, sbp) = (states(line, &view), view.window.sbp());
+                let distances: Vec<f64> = (1..sbp.points()).map(|k| (sbp.node(k) - sbp.node(k - 1)).to_f64()).collect();
                 describe(&states, rough, &distances, &mut enclosure.path);
                 let tolerances = || {
                     let states = states.iter().map(Vec::as_slice);
@@ -173,14 +174,14 @@ fn weights<S: Real>(line: &WorldLine<S>, rough: &Geometry) -> Vec<f64> {
 
 /// q^a and then p_a of all coordinates at the nodes of a window in `f64`, node by node.
 fn states<S: Real>(line: &WorldLine<S>, view: &WindowNodes<'_, S>) -> Vec<Vec<f64>> {
-    let (geometry, n, increments) = (line.geometry(), line.geometry().dimension(), line.increments(view));
+    let (geometry, n, increments) = (line.geometry(), line.geometry().dimension(), view.increments());
     let state = |k: usize| {
         let mut state: Vec<S> = view.start.q.iter().chain(view.start.p).copied().collect();
         let places = (0..n).chain(geometry.active().iter().map(|a| n + a));
         places.zip(&increments).for_each(|(place, row)| state[place] += row[k]);
         state.into_iter().map(S::to_f64).collect()
     };
-    (0..view.grid.points()).map(state).collect()
+    (0..view.window.points()).map(state).collect()
 }
 
 /// Describes the positions and momenta of active coordinates at these nodes as a path. They bend as their rates at the

@@ -82,9 +82,10 @@ impl<S: Real> OfX<S> {
         };
         let mut omega_squared = 0.0_f64;
         for view in line.views() {
-            let nodes = view.grid.nodes();
-            found.spacing = found.spacing.max(view.grid.sbp().spacing().to_f64());
-            found.x_dot = x_dot[view.grid.exact()].iter().map(|x_dot| x_dot.to_f64().abs()).fold(found.x_dot, f64::max);
+            let nodes = view.window.nodes();
+            found.spacing = found.spacing.max(view.window.sbp().spacing().to_f64());
+            found.x_dot =
+                x_dot[view.window.exact()].iter().map(|x_dot| x_dot.to_f64().abs()).fold(found.x_dot, f64::max);
             for node in nodes.clone() {
                 let [g00, first, second] = g00(node);
                 // ω² = −dẍ/dx = ½ g00″ ṫ² − g00′² Q_t²/g00³.
@@ -155,16 +156,16 @@ impl<S: Real> OfX<S> {
 /// H_BVP, with g00 and its derivatives at the nodes.
 fn h_bvp<S: Real>(line: &Solution<S>, g00: impl Fn(usize) -> [S; 3]) -> S {
     sum(line.views().map(|view| {
-        let (grid, mut rows) = (view.grid, [0, 1].map(|_| vec![S::ZERO; view.grid.points()]));
+        let (window, mut rows) = (view.window, [0, 1].map(|_| vec![S::ZERO; view.window.points()]));
         for (a, (row, start)) in rows.iter_mut().zip([S::ZERO, view.start.q[1]]).enumerate() {
-            RegularisedOperator::new(grid.sbp(), start).apply(view.row(a), row);
+            RegularisedOperator::new(window.sbp(), start).apply(view.row(a), row);
         }
         let [mut t_dot, x_dot] = rows;
-        for ((u, &w), node) in t_dot.iter_mut().zip(&x_dot).zip(grid.nodes()) {
+        for ((u, &w), node) in t_dot.iter_mut().zip(&x_dot).zip(window.nodes()) {
             let [g, ..] = g00(node);
             *u = (g * *u * *u + w * w).half();
         }
-        grid.sbp().integrate(&t_dot)
+        window.sbp().integrate(&t_dot)
     }))
 }
 

@@ -185,13 +185,6 @@ pub(crate) fn preset(name: &str, parameters: &[(&str, &str)]) -> MetricText {
     text
 }
 
-/// The preset of that name with one definition replaced.
-pub(crate) fn preset_with(name: &str, definition: &str, formula: &str) -> MetricText {
-    let mut text = Preset::from_name(name).unwrap().text();
-    text.definitions.iter_mut().find(|(other, _)| other == definition).unwrap().1 = formula.to_owned();
-    text
-}
-
 /// Newtonian motion of unit masses.
 pub(crate) fn newtonian(coordinates: &[&str], expression: &str) -> PotentialText {
     PotentialText {
