@@ -38,13 +38,9 @@ pub(super) struct Guess {
 pub(super) fn guess(window: &Problem<'_, f64>) -> Result<Guess, (f64, OutsideGeometry)> {
     let (geometry, start, sbp) = (window.geometry, window.start, window.sbp);
     let (points, length) = (window.points(), window.sbp.node(window.points() - 1));
-    let row = |first: f64| {
-        let mut row = Vec::with_capacity(points);
-        row.push(first);
-        row
-    };
-    let mut q: Vec<Vec<f64>> = start.q.iter().map(|&q| row(q)).collect();
-    let mut p: Vec<Vec<f64>> = geometry.active().iter().map(|&a| row(start.p[a])).collect();
+    let mut q: Vec<Vec<f64>> = start.q.iter().map(|&q| vec![q]).collect();
+    let mut p: Vec<Vec<f64>> = geometry.active().iter().map(|&a| vec![start.p[a]]).collect();
+    q.iter_mut().chain(&mut p).for_each(|row| row.reserve_exact(points - 1));
     let engine = Engine::accurate(geometry, start, length, Accuracy::Local(ACCURACY), POINTS);
     let mut engine = engine.map_err(|point| (0.0, point))?;
     for _ in 0..WINDOWS_TO_A_HORIZON.max(MOST_WINDOWS * points) {

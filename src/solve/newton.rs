@@ -207,7 +207,7 @@ pub(super) fn refine<S: Real>(
     let mut u: Vec<S> = unknowns.iter().map(|&u| S::from(u)).collect();
     let mut residual = vec![S::ZERO; u.len()];
     let mut step = unknowns;
-    let mut previous: Option<Vec<S>> = None;
+    let mut previous = vec![S::from(f64::INFINITY); system.sizes(&u).len()];
     let (mut correction, first) = (residual.clone(), history.len());
     let (status, outside) = loop {
         if let Err(outside) = system.residual(&u, &mut residual) {
@@ -229,12 +229,9 @@ pub(super) fn refine<S: Real>(
         }
         let (changes, sizes) = (system.sizes(&correction), system.scales(&u));
         let small = |kind: usize| changes[kind] <= tolerance * sizes[kind];
-        let shrinks = |kind: usize| {
-            let previous = previous.as_ref().map_or(S::from(f64::INFINITY), |previous| previous[kind]);
-            gains(changes[kind], previous)
-        };
         let kinds = 0..changes.len();
-        if !kinds.clone().all(|kind| small(kind) || shrinks(kind)) || history.len() - first >= max_iterations {
+        let goes_on = kinds.clone().all(|kind| small(kind) || gains(changes[kind], previous[kind]));
+        if !goes_on || history.len() - first >= max_iterations {
             let levels = system.rounding(&u);
             if levels.is_some_and(|levels| weigh(&levels, &residual)[0] <= ROUNDING_UNITS) {
                 // The type has no more digits to give; the iteration history says how many there are.
@@ -251,7 +248,7 @@ pub(super) fn refine<S: Real>(
         if kinds.clone().all(small) {
             return Ok(Root { unknowns: u, history });
         }
-        previous = Some(changes);
+        previous = changes;
     };
     let rough = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
     Err(Failure { status, unknowns: rough(&u), residual: rough(&residual), outside, history })
