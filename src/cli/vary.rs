@@ -16,7 +16,7 @@ use geodesic_ivp::number::Extended;
 use geodesic_ivp::output::runs::{Columns, Identity, Journal, RunRow, RunsSummary, TABLES};
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, pictures};
 use geodesic_ivp::solve::Settings;
-use geodesic_ivp::study::many::{Axis, ManyRuns, Outcome};
+use geodesic_ivp::study::many::{Axis, ManyRuns};
 
 use super::interrupt::{self, INTERRUPTED};
 use super::lines::{row, wrapped};
@@ -247,8 +247,8 @@ fn computed(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
         return refused(TOO_LARGE, INVALID_CASE, &error.to_string());
     }
     match runs.outcome(&case) {
-        Outcome::Solved(end) => columns.row(runs, run, Ok(&end)),
-        Outcome::Failed { status, message } => refused(status.as_str(), report::code_of(status), &message),
+        Ok(end) => columns.row(runs, run, Ok(&end)),
+        Err(failure) => refused(failure.status.as_str(), report::code_of(failure.status), &failure.to_string()),
     }
 }
 

@@ -10,7 +10,7 @@ use clap::{Args, ValueHint};
 use geodesic_ivp::output::pictures::{self, Work};
 use geodesic_ivp::output::{OutputSet, drift_table, read_rows, work_precision_summary, work_precision_table};
 use geodesic_ivp::study::work_precision::{
-    Arena, Budget, DriftPoint, Leader, Method, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
+    Arena, Budget, DriftPoint, Method, Progress, Ratio, Row, WorkPrecision, drift, measure, ratios,
 };
 
 use super::lines::{row, short, wrapped};
@@ -203,11 +203,11 @@ fn draw(
 
 /// The table for people: first who leads, then for each error the fastest setting of this program, the fastest of the
 /// others, and how many times faster it is.
-fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[Ratio]) -> String {
+fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[Ratio<'_>]) -> String {
     let mut text = wrapped(&format!("{title}: {}", lead(ratios)), 2);
     for arena in arenas {
         let of_length = || ratios.iter().filter(|ratio| ratio.gamma_f == arena.length());
-        let names = of_length().map(|ratio| leader(&ratio.own).1.chars().count());
+        let names = of_length().map(|ratio| leader(ratio.own).1.chars().count());
         let width = names.fold(12, usize::max).min(WIDEST);
         if arenas.len() > 1 {
             text += &row("length", &format!("{} in gamma", short(arena.length())));
@@ -217,7 +217,7 @@ fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[R
             "own s", "this program", "other s", "others"
         );
         for ratio in of_length() {
-            let [(own_time, own), (other_time, other)] = [&ratio.own, &ratio.other].map(leader);
+            let [(own_time, own), (other_time, other)] = [ratio.own, ratio.other].map(leader);
             let times = ratio.lead().map_or("-".to_owned(), |ratio| format!("{ratio:.2}"));
             text += &format!(
                 "  {:<5}  {own_time:<7}  {own:<width$}  {other_time:<7}  {other:<WIDEST$}  {times:>5}\n",
@@ -233,7 +233,7 @@ fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[R
 }
 
 /// At how many of the errors this program is the fastest, and by how much.
-fn lead(ratios: &[Ratio]) -> String {
+fn lead(ratios: &[Ratio<'_>]) -> String {
     let leads: Vec<f64> = ratios.iter().filter_map(Ratio::lead).collect();
     let ahead = leads.iter().filter(|lead| **lead > 1.0).count();
     let most = leads.iter().copied().fold(1.0, f64::max);
@@ -251,9 +251,9 @@ fn lead(ratios: &[Ratio]) -> String {
 }
 
 /// The seconds and the name of the fastest setting.
-fn leader(leader: &Option<Leader>) -> (String, String) {
-    match leader {
-        Some(Leader { method, setting, seconds }) => (format!("{seconds:.1e}"), format!("{method} {setting}")),
+fn leader(row: Option<&Row>) -> (String, String) {
+    match row {
+        Some(row) => (format!("{:.1e}", row.seconds_min), format!("{} {}", row.method.label(), row.setting)),
         None => ("-".to_owned(), "none".to_owned()),
     }
 }

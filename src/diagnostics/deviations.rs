@@ -62,13 +62,6 @@ pub struct ChargeDeviation<S = f64> {
 }
 
 impl<S: Real> ChargeDeviation<S> {
-    /// Makes the deviation of the motion from that of the reversed one.
-    fn reversed(mut self) -> Self {
-        let rows = self.delta.iter_mut().chain(&mut self.corrected);
-        rows.chain([&mut self.value, &mut self.last]).for_each(|p| *p = -*p);
-        self
-    }
-
     /// Joins the measures of the first part of a run, `self`, and of its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
         Self {
@@ -150,39 +143,36 @@ impl<'r, S: Real> Fields<'r, S> {
         row
     }
 
-    /// The deviation of Σ c^a p_a.
+    /// The deviation of Σ c^a p_a; of the motion, where γ falls, and not of the reversed one.
     pub(super) fn charge(&self, terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
-        let (run, start) = (self.run, &self.run.place.start);
-        let value = terms.iter().fold(S::ZERO, |sum, &(a, c)| sum + c * start.p[a]);
-        let mut delta = self.zeros();
-        for &(a, c) in &terms {
-            delta.iter_mut().zip(&self.momenta[a]).for_each(|(sum, &p)| *sum += c * p);
-        }
-        delta.iter_mut().for_each(|delta| *delta -= value);
-        let sum_at_end =
-            |view: WindowNodes<'_, S>| terms.iter().fold(-value, |sum, &(a, c)| sum + c * view.end_momentum(a));
-        let ends: Vec<S> = run.views().map(sum_at_end).collect();
+        let (run, sign) = (self.run, |p: S| self.run.signed(p));
+        let sum = |p: &dyn Fn(usize) -> S| terms.iter().fold(S::ZERO, |sum, &(a, c)| sum + c * p(a));
+        let value = sum(&|a| run.place.start.p[a]);
+        let delta: Vec<S> = (0..run.nodes()).map(|node| sign(sum(&|a| self.momenta[a][node]) - value)).collect();
         let mut corrected = delta.clone();
         for &(a, c) in &terms {
             let place = Layout::new(run.q.len(), 0, Form::Strong).kappa(a);
             for window in &run.windows {
                 if let Some(&kappa) = window.multipliers.get(place) {
-                    corrected[window.nodes().end - 1] += c * kappa / window.sbp().weights()[window.points() - 1];
+                    let weight = window.sbp().weights()[window.points() - 1];
+                    corrected[window.nodes().end - 1] += sign(c * kappa / weight);
                 }
             }
         }
-        let deviation = ChargeDeviation {
+        let sum_at_end =
+            |view: WindowNodes<'_, S>| terms.iter().fold(-value, |sum, &(a, c)| sum + c * view.end_momentum(a));
+        let ends: Vec<S> = run.views().map(sum_at_end).collect();
+        ChargeDeviation {
             max_interior: self.largest(&delta, Window::exact),
             max_last: self.largest(&delta, |window| window.nodes().end - 1..window.nodes().end),
             last: delta.last().copied().unwrap_or(S::ZERO),
             max_corrected: max_abs(&corrected),
             max_ends: max_abs(&ends),
+            value: sign(value),
             terms,
-            value,
             delta,
             corrected,
-        };
-        if run.is_backward { deviation.reversed() } else { deviation }
+        }
     }
 
     /// The deviation of K.

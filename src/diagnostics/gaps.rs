@@ -4,27 +4,6 @@
 //! function or a quotient changes by more on it than nodes can follow, what hides there is bounded: a change of the
 //! force for as long as the gap is, at most. Gaps are *explained*, from the least bound on, as long as all of them
 //! together move no coordinate by more than a tenth of the error of the run.
-//!
-//! ```
-//! use geodesic_ivp::diagnostics::gaps::Gaps;
-//! use geodesic_ivp::{Case, Solution, solve};
-//!
-//! let text = r#"
-//!     potential.formula.expression = "5*exp(-((x - 2)/0.01)^2)"
-//!     particle.c = 3.0
-//!     initial = { t = 0.0, x = -0.6, t_dot = 1.0, x_dot = 0.6 }
-//!     grid = { gamma_f = 64.0, n_gamma = 65 }
-//!     scheme.sbp = "SBP42"
-//! "#;
-//! let case = Case::parse("barrier", text, &[])?;
-//! let solution: Solution = solve(&case)?;
-//! assert!(solution.end_state().x > 30.0, "it steps over the barrier, which reflects");
-//! let gaps = Gaps::new(&solution, &case.geometry(), None);
-//! assert_eq!((gaps.count, gaps.unproved), (64, 1));
-//! let (name, [from, to]) = &gaps.first.unwrap().coordinates[1];
-//! assert!(name == "x" && *from < 2.0 && *to > 2.0);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 
 use std::collections::BTreeMap;
 
@@ -159,8 +138,8 @@ impl Gaps {
     }
 }
 
-/// One over the size of every coordinate, or over that of its kind where it rests: by how much an error of it counts. It
-/// is 0 where nothing moves, so that nothing is passed.
+/// One over the size of every coordinate, or over that of its kind where it rests: by how much an error of it counts.
+/// It is 0 where nothing moves, so that nothing is passed.
 fn weights<S: Real>(line: &WorldLine<S>, rough: &Geometry) -> Vec<f64> {
     let size = |a: usize| {
         let origin = origin(&line.place, a);

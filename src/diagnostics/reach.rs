@@ -3,7 +3,7 @@
 use crate::number::Real;
 use crate::solve::{Place, WorldLine};
 
-/// What the size of a coordinate counts from: 0 or, if it is ignorable, the start.
+/// The number that the size of a coordinate counts from: 0 or, if it is ignorable, the start.
 pub(crate) fn origin<S: Real>(place: &Place<S>, a: usize) -> S {
     if place.geometry.active().contains(&a) { S::ZERO } else { place.start.q[a] }
 }

@@ -7,9 +7,7 @@ use serde_json::json;
 
 use super::json::study_json;
 use super::study_table::StudyTable;
-use crate::study::work_precision::{
-    Arena, DriftPoint, Leader, Method, Ratio, Row, RowErrors, RowStatus, WorkPrecision, front,
-};
+use crate::study::work_precision::{Arena, DriftPoint, Method, Ratio, Row, RowErrors, RowStatus, WorkPrecision, front};
 
 /// The numbers of columns before and behind those of the errors, of which every coordinate has one.
 const BEFORE: usize = 2;
@@ -87,24 +85,21 @@ pub fn work_precision_summary(
     title: Option<&str>,
     arenas: &[Arena],
     measured: &WorkPrecision,
-    ratios: &[Ratio],
+    ratios: &[Ratio<'_>],
 ) -> String {
-    let leader = |leader: &Option<Leader>| {
-        let leader = leader.as_ref();
-        leader.map(
-            |Leader { method, setting, seconds }| json!({"method": method, "setting": setting, "seconds": seconds}),
-        )
+    let leader = |row: Option<&Row>| {
+        row.map(|row| json!({"method": row.method.label(), "setting": row.setting, "seconds": row.seconds_min}))
     };
     let reference = |arena: &Arena| json!({"gamma_f": arena.length(), "error_estimate": arena.reference_error()});
-    let ratio = |ratio: &Ratio| {
+    let ratio = |ratio: &Ratio<'_>| {
         json!({
             "gamma_f": ratio.gamma_f,
             "error": ratio.error,
             "ratio": ratio.lead(),
             "ratio_certified": ratio.certified_lead(),
-            "own": leader(&ratio.own),
-            "own_certified": leader(&ratio.certified),
-            "other": leader(&ratio.other),
+            "own": leader(ratio.own),
+            "own_certified": leader(ratio.certified),
+            "other": leader(ratio.other),
         })
     };
     let front_row = |row: &Row| {

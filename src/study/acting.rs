@@ -142,19 +142,17 @@ fn chain<S: Arithmetic>(
             || shrinks_again && (unresolved > 0 || is_low(&here, &line, first))
             || count >= MOST_EVENTS;
         let changed = if piles_up { Err(Status::EventsPileUp) } else { changed(case, &here, &line, first) };
-        pieces.push(Piece { line, setup: here, acted: Vec::new() });
-        let piece = pieces.last_mut().expect("it was added");
-        match changed {
-            Ok(event) => {
-                here = event.next(piece, limit, is_shaken);
-                count += event.acted.len();
-                piece.acted = event.acted;
-            }
+        let (behind, start, acted) = match changed {
+            Ok(changed) => changed,
             Err(status) => {
+                pieces.push(Piece { line, setup: here, acted: Vec::new() });
                 let failure = failed(setup, status, &pieces, Some(first));
                 return Err(Box::new(Stopped { failure, pieces, next: None }));
             }
-        }
+        };
+        let next = going_on(behind, start, &line, limit, is_shaken);
+        count += acted.len();
+        pieces.push(Piece { line, setup: std::mem::replace(&mut here, next), acted });
     }
 }
 
@@ -204,45 +202,39 @@ fn is_low<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, place: usize) -> bool 
     })
 }
 
-/// The state after an event.
-struct Event<S: Real> {
-    start: Start,
-    /// The setup behind it, if it sets parameters.
-    rebuilt: Option<Setup<S>>,
-    /// The signs that formulas have behind it, as in [`Setup::sides`].
-    sides: Vec<[f64; 2]>,
-    acted: Vec<usize>,
-}
-
-/// The state that the events at the end of a piece make of it, of which `first` ended it. Others whose formulas are
-/// zero there too, and are about to change their sign, act after it, each once.
-fn changed<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>, first: usize) -> Result<Event<S>, Status> {
+/// The state that the events at the end of a piece make of it, of which `first` ended it, with the setup behind them.
+/// Others whose formulas are zero there too, and are about to change their sign, act after it, each once. Returns their
+/// places last.
+fn changed<S: Real>(
+    case: &Case,
+    setup: &Setup<S>,
+    line: &WorldLine<S>,
+    first: usize,
+) -> Result<(Setup<S>, Start, Vec<usize>), Status> {
     let begin = &setup.rough.start;
     let norm = setup.rough.geometry.norm(&begin.q, &begin.q_dot);
-    let (mut start, mut rebuilt) = (in_f64(&line.end_inside()), None);
-    let (mut acted, mut next, mut sides) = (Vec::new(), Some(first), Vec::new());
+    let (mut start, mut here) = (in_f64(&line.end_inside()), setup.clone());
+    let (mut acted, mut next) = (Vec::new(), Some(first));
     while let Some(place) = next {
-        let here = rebuilt.as_ref().unwrap_or(setup);
         let Until { rough, change, .. } = &here.until[place];
         let value = rough.clone().at(&start.q, &start.q_dot, &start.p, norm);
         let mut change: Change = change.clone().ok_or(Status::OutsideDomain)?;
         let values = change.values(&start, norm);
         if values.iter().any(|(quantity, _)| matches!(quantity, Quantity::Parameter(_))) {
-            rebuilt = Some(case.with_set(here, &values, &start.q).ok_or(Status::OutsideDomain)?);
+            here = case.with_set(&here, &values, &start.q).ok_or(Status::OutsideDomain)?;
         }
-        let here = rebuilt.as_ref().unwrap_or(setup);
         start = change.of(&here.rough.geometry, &start, &values).ok_or(Status::OutsideDomain)?;
         acted.push((place, value));
-        let (found, zeros) = sides_at(here, &start, (line.length.to_f64(), &acted));
+        let (sides, zeros) = sides_at(&here, &start, (line.length.to_f64(), &acted));
         next = zeros.into_iter().find(|other| !acted.iter().any(|(place, _)| place == other));
-        sides = found;
+        here.sides = sides;
     }
-    Ok(Event { start, rebuilt, sides, acted: acted.into_iter().map(|(place, _)| place).collect() })
+    Ok((here, start, acted.into_iter().map(|(place, _)| place).collect()))
 }
 
-/// Looks at all formulas at a state behind a piece of this length, at whose end these events acted where their formulas
-/// had these values. Returns their signs, as in [`Setup::sides`], and the places of those that are zero there and change
-/// their sign in a direction that counts.
+/// Looks at all formulas at a state behind a piece of this length, at whose end these events acted where their
+/// formulas had these values. Returns their signs, as in [`Setup::sides`], and the places of those that are zero there
+/// and change their sign in a direction that counts.
 fn sides_at<S: Real>(
     setup: &Setup<S>,
     start: &Start,
@@ -261,37 +253,39 @@ fn sides_at<S: Real>(
     (sides, zeros)
 }
 
-impl<S: Real> Event<S> {
-    /// The setup of the run that goes on from here, up to `limit`, after a piece.
-    fn next(&self, piece: &Piece<S>, limit: Limit<S>, is_shaken: bool) -> Setup<S> {
-        let (setup, line, mut start) = (self.rebuilt.as_ref().unwrap_or(&piece.setup), &piece.line, self.start.clone());
-        let geometry = &setup.rough.geometry;
-        if is_shaken {
-            let mut is_up = line.window_count % 2 == 0;
-            for value in start.q.iter_mut().chain(&mut start.q_dot) {
-                *value *= 1.0 + if is_up { SHAKE } else { -SHAKE };
-                is_up = !is_up;
-            }
-            start.p = geometry.momenta(&start.q, &start.q_dot);
+/// The setup of the run that goes on with another start, up to `limit`, behind the events at the end of a piece.
+fn going_on<S: Real>(
+    setup: Setup<S>,
+    mut start: Start,
+    line: &WorldLine<S>,
+    limit: Limit<S>,
+    is_shaken: bool,
+) -> Setup<S> {
+    let geometry = &setup.rough.geometry;
+    if is_shaken {
+        let mut is_up = line.window_count.is_multiple_of(2);
+        for value in start.q.iter_mut().chain(&mut start.q_dot) {
+            *value *= 1.0 + if is_up { SHAKE } else { -SHAKE };
+            is_up = !is_up;
         }
-        // What an event leaves as it is keeps what rounding took from it.
-        let end = line.end_inside();
-        let keeps = |a: usize| end.q[a].to_f64() == start.q[a];
-        let low = |(a, &low): (usize, &f64)| if keeps(a) { low } else { 0.0 };
-        let q_low: Vec<f64> = line.handed.q_low.iter().enumerate().map(low).collect();
-        let handed = Handed { q_low, ..Handed::default() };
-        let of = |values: &[f64]| values.iter().map(|&value| S::from(value)).collect();
-        let exact = Start { q: of(&start.q), q_dot: of(&start.q_dot), p: of(&start.p) };
-        Setup {
-            place: Place { geometry: Arc::clone(&setup.place.geometry), start: Arc::new(exact) },
-            rough: Place { geometry: Arc::clone(geometry), start: Arc::new(start) },
-            gamma_i: line.gamma_f(),
-            carried: Some(Carried { sums: Vec::new(), handed }),
-            limit,
-            sides: self.sides.clone(),
-            // Errors are relative to sizes of the whole run.
-            floors: line.sizes.iter().copied().enumerate().filter(|(_, size)| *size > 0.0).collect(),
-            ..setup.clone()
-        }
+        start.p = geometry.momenta(&start.q, &start.q_dot);
+    }
+    // A number that an event leaves as it is keeps the part that rounding took from it.
+    let end = line.end_inside();
+    let keeps = |a: usize| end.q[a].to_f64() == start.q[a];
+    let low = |(a, &low): (usize, &f64)| if keeps(a) { low } else { 0.0 };
+    let q_low: Vec<f64> = line.handed.q_low.iter().enumerate().map(low).collect();
+    let handed = Handed { q_low, ..Handed::default() };
+    let of = |values: &[f64]| values.iter().map(|&value| S::from(value)).collect();
+    let exact = Start { q: of(&start.q), q_dot: of(&start.q_dot), p: of(&start.p) };
+    Setup {
+        place: Place { geometry: Arc::clone(&setup.place.geometry), start: Arc::new(exact) },
+        rough: Place { geometry: Arc::clone(geometry), start: Arc::new(start) },
+        gamma_i: line.gamma_f(),
+        carried: Some(Carried { sums: Vec::new(), handed }),
+        limit,
+        // Errors are relative to sizes of the whole run.
+        floors: line.sizes.iter().copied().enumerate().filter(|(_, size)| *size > 0.0).collect(),
+        ..setup
     }
 }

@@ -60,7 +60,7 @@ impl Method {
         all
     }
 
-    /// What it is to [`crate::methods`], if it is not solved on a grid.
+    /// The windows of [`crate::methods`] that it is, if it is not solved on a grid.
     pub(super) fn windows(&self) -> Option<Windows> {
         match self {
             Self::March(nodes) => Some(Windows::Equal(*nodes)),

@@ -296,10 +296,9 @@ impl<S: Real> Run<S> {
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
         let facts = facts_of_run(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
         let mut verdict = Verdict::new(&facts);
-        let is_reason = |warning: &String| verdict.reasons.iter().any(|reason| reason.to_string() == *warning);
         let newtonian = diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
-        let mut suspicions: Vec<String> =
-            diagnostics.warnings(line).into_iter().filter(is_reason).chain(newtonian).collect();
+        let told = facts.suspicions.iter().filter(|reason| verdict.reasons.contains(reason)).map(Reason::to_string);
+        let mut suspicions: Vec<String> = told.chain(newtonian).collect();
         // With an accuracy the solver has looked between the nodes.
         let gaps = (enclose && line.accuracy.is_none()).then(|| Gaps::new(line, &setup.rough.geometry, verdict.error));
         if let Some(reason) = gaps.as_ref().and_then(Gaps::reason) {

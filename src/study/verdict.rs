@@ -1,24 +1,4 @@
 //! The verdict on a run.
-//!
-//! ```
-//! use geodesic_ivp::case::builtin;
-//! use geodesic_ivp::diagnostics::Diagnostics;
-//! use geodesic_ivp::diagnostics::verdict::{Grade, Verdict};
-//! use geodesic_ivp::solve::Setup;
-//! use geodesic_ivp::study::errors::run_error;
-//! use geodesic_ivp::study::verdict::facts_of_run;
-//! use geodesic_ivp::{Case, Solution, solve};
-//!
-//! let text = builtin::text("quartic").expect("it is built in");
-//! for (nodes, grade) in [(32, Grade::Trusted), (5, Grade::Doubtful)] {
-//!     let case = Case::parse("quartic", text, &[format!("grid.n_gamma={nodes}")])?;
-//!     let solution: Solution = solve(&case)?;
-//!     let found = Diagnostics::new(&solution);
-//!     let error = run_error(&Setup::from(&case), &solution, &[]);
-//!     assert_eq!(Verdict::new(&facts_of_run(&solution, &found, error.as_ref(), None)).grade, grade);
-//! }
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 
 use super::errors::RunError;
 use crate::diagnostics::verdict::{CoordinateError, Facts, largest};
@@ -41,27 +21,26 @@ pub fn facts_of_run<S: Real>(
     let sizes: Vec<f64> = reaches.iter().enumerate().map(size).collect();
     // t and x of the paper have units of their own.
     let shared = if diagnostics.of_x.is_some() { sizes.clone() } else { geometry.shared(&line.place.start.q, &sizes) };
-    let found = |error: &RunError| {
+    // The coordinate s of Newton's law is no result: it was added to have a geodesic, and comes last.
+    let count = reaches.len() - usize::from(diagnostics.energy.is_some());
+    let errors = error.map(|error| {
         let (end, largest) = (error.at_most_at_end(), error.at_most());
-        let of = |(a, name): (usize, &String)| CoordinateError {
-            name: name.clone(),
+        let of = |a: usize| CoordinateError {
+            name: geometry.names()[a].clone(),
             end: end[a],
             largest: largest[a],
             size: sizes[a],
             range: reaches[a].range(),
             shared: shared[a],
         };
-        // The coordinate s of Newton's law is no result: it was added to have a geodesic, and comes last.
-        let count = reaches.len() - usize::from(diagnostics.energy.is_some());
-        geometry.names().iter().enumerate().take(count).map(of).collect()
-    };
+        (0..count).map(of).collect()
+    });
     let relative = |error: &RunError| {
         let shares = error.largest.iter().zip(&line.sizes).filter(|(_, size)| **size > 0.0);
-        let shares = shares.map(|(error, size)| error / size);
-        [largest(shares), error.judge.relative_error()]
+        [largest(shares.map(|(error, size)| error / size)), error.judge.relative_error()]
     };
     Facts {
-        errors: error.map(found),
+        errors,
         accuracy: line.accuracy,
         good_until: line.good_until.map(|until| line.gamma_at(S::from(until)).to_f64()),
         reference: reference.map(relative),

@@ -5,7 +5,7 @@ use crate::diagnostics::verdict::{Grade, Reason};
 use crate::number::Real;
 use crate::output::tables::state_header;
 use crate::solve::Status;
-use crate::study::many::{End, Ending, ManyRuns};
+use crate::study::many::{End, ManyRuns};
 
 /// A run as a row of `runs.csv` and rows of `runs-events.csv`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,7 +51,7 @@ impl Columns {
         cells.extend(runs.values(run).into_iter().map(str::to_owned));
         cells.extend([status.to_owned(), exit_code.to_string()]);
         if let Some(end) = end {
-            cells.extend([name_of(&end.ending).to_owned(), end.gamma.clone()]);
+            cells.extend([end.ended_by.clone(), end.gamma.clone()]);
             cells.extend(end.q.iter().chain(&end.q_dot).cloned());
             // A charge that only some runs have is a column if the first one has it.
             let value = |name: &String| end.maxima.iter().find(|(other, _)| other == name);
@@ -72,17 +72,7 @@ impl Columns {
         cells.push(message.split_whitespace().collect::<Vec<_>>().join(" "));
         let line = |cells: &[String]| line_of(cells.iter().map(String::as_str));
         let events = end.map_or(&[][..], |end| &end.events).iter();
-        let events = events.map(|found| [&[number.clone(), found.event.clone()][..], &found.state].concat());
+        let events = events.map(|(event, state)| [&[number.clone(), event.clone()][..], state].concat());
         RunRow { row: run + 1, record: line(&cells), events: events.flat_map(|cells| line(&cells)).collect() }
-    }
-}
-
-/// The word in the column `ended_by`.
-fn name_of(ending: &Ending) -> &str {
-    match ending {
-        Ending::Gamma => "gamma_f",
-        Ending::Time => "t_f",
-        Ending::Until => "until",
-        Ending::Event(name) => name,
     }
 }

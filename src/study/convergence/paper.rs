@@ -28,24 +28,22 @@ const FINE: (usize, usize) = (64, 256);
 
 /// All slopes that the paper reports.
 pub const PUBLISHED_SLOPES: [PublishedSlope; 8] = [
-    at_end("linear", SbpName::Sbp21, Quantity::EPS_X_FINAL, 2.08, COARSE),
-    at_end("linear", SbpName::Sbp21, Quantity::EPS_T_FINAL, 2.07, COARSE),
-    at_end("linear", SbpName::Sbp42, Quantity::EPS_X_FINAL, 3.07, COARSE),
-    at_end("linear", SbpName::Sbp42, Quantity::EPS_T_FINAL, 3.48, COARSE),
-    at_end("quartic", SbpName::Sbp21, Quantity::EPS_X_FINAL, 2.08, COARSE),
-    at_end("quartic", SbpName::Sbp21, Quantity::EPS_T_FINAL, 2.06, COARSE),
-    at_end("quartic", SbpName::Sbp42, Quantity::EPS_X_FINAL, 2.84, FINE),
-    at_end("quartic", SbpName::Sbp42, Quantity::EPS_T_FINAL, 3.13, FINE),
+    of_x("linear", SbpName::Sbp21, 2.08, COARSE),
+    of_t("linear", SbpName::Sbp21, 2.07, COARSE),
+    of_x("linear", SbpName::Sbp42, 3.07, COARSE),
+    of_t("linear", SbpName::Sbp42, 3.48, COARSE),
+    of_x("quartic", SbpName::Sbp21, 2.08, COARSE),
+    of_t("quartic", SbpName::Sbp21, 2.06, COARSE),
+    of_x("quartic", SbpName::Sbp42, 2.84, FINE),
+    of_t("quartic", SbpName::Sbp42, 3.13, FINE),
 ];
 
-const fn at_end(
-    case: &'static str,
-    sbp: SbpName,
-    quantity: Quantity,
-    slope: f64,
-    n_range: (usize, usize),
-) -> PublishedSlope {
-    PublishedSlope { case, sbp, quantity, slope, n_range }
+const fn of_x(case: &'static str, sbp: SbpName, slope: f64, n_range: (usize, usize)) -> PublishedSlope {
+    PublishedSlope { case, sbp, quantity: Quantity::EPS_X_FINAL, slope, n_range }
+}
+
+const fn of_t(case: &'static str, sbp: SbpName, slope: f64, n_range: (usize, usize)) -> PublishedSlope {
+    PublishedSlope { quantity: Quantity::EPS_T_FINAL, ..of_x(case, sbp, slope, n_range) }
 }
 
 /// The published slope of one quantity, if it exists.

@@ -1,5 +1,7 @@
 //! The grids of a sweep, solved in parallel and measured.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 
 use super::{Convergence, ConvergencePoint, Errors, ReferenceInfo, SweepError};
@@ -66,15 +68,10 @@ impl<S: Arithmetic> Sweep<S> {
         Ok(Self { setups, length, reference, empty })
     }
 
-    /// Number of grids.
-    pub fn grids(&self) -> usize {
-        self.setups.len()
-    }
-
     /// Solves all grids. `finished` is called for each when it is done, with its index in the order.
     pub fn run(&self, finished: &(dyn Fn(usize, &ConvergencePoint) + Sync)) -> Convergence<S> {
         // The largest grids are started first, so that no core is still busy with one when the others have finished.
-        let mut jobs: Vec<usize> = (0..self.grids()).collect();
+        let mut jobs: Vec<usize> = (0..self.setups.len()).collect();
         jobs.sort_by_key(|&place| {
             let Settings { n_gamma, windows, .. } = self.setups[place].settings;
             std::cmp::Reverse(n_gamma * windows)
@@ -90,7 +87,7 @@ impl<S: Arithmetic> Sweep<S> {
     /// The sweep with these points, each given with its index in the order.
     pub fn gathered(&self, mut points: Vec<(usize, ConvergencePoint)>) -> Convergence<S> {
         points.sort_by_key(|(place, _)| *place);
-        let (interrupted, found) = (points.len() < self.grids(), points.into_iter().map(|(_, point)| point));
+        let (interrupted, found) = (points.len() < self.setups.len(), points.into_iter().map(|(_, point)| point));
         Convergence { interrupted, points: found.collect(), ..self.empty.clone() }
     }
 }
@@ -102,15 +99,11 @@ fn grids<S: Arithmetic>(
     n_gamma: &[usize],
     length: S,
 ) -> Result<Vec<Setup<S>>, SweepError> {
-    let mut n_gamma = n_gamma.to_vec();
-    n_gamma.sort_unstable();
-    n_gamma.dedup();
+    let n_gamma: BTreeSet<usize> = n_gamma.iter().copied().collect();
     let mut grids = Vec::new();
-    for (place, &scheme) in schemes.iter().enumerate() {
-        if !schemes[..place].contains(&scheme) {
-            for &n in &n_gamma {
-                grids.push(on_grid(setup, scheme, n, length).map_err(SweepError::Grid)?);
-            }
+    for (_, &scheme) in schemes.iter().enumerate().filter(|(place, scheme)| !schemes[..*place].contains(scheme)) {
+        for &n in &n_gamma {
+            grids.push(on_grid(setup, scheme, n, length).map_err(SweepError::Grid)?);
         }
     }
     // Different numbers of nodes can round to the same number of spectral elements.

@@ -5,7 +5,7 @@
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
-//! use geodesic_ivp::study::many::{ManyRuns, Outcome};
+//! use geodesic_ivp::study::many::ManyRuns;
 //!
 //! let axes = ["initial.x=0.5:1:3".parse()?, "scheme.sbp=SBP21,SBP42".parse()?];
 //! let text = builtin::text("quartic").expect("it is built in");
@@ -13,7 +13,7 @@
 //! assert_eq!(runs.len(), 6);
 //! assert_eq!(runs.values(3), ["0.75", "SBP42"]);
 //! let case = runs.case(3).map_err(|error| error.to_string())?;
-//! let Outcome::Solved(end) = runs.outcome(&case) else { panic!("it has a solution") };
+//! let end = runs.outcome(&case).map_err(|failure| failure.to_string())?;
 //! assert_eq!(end.q.len(), 2);
 //! # Ok::<(), String>(())
 //! ```
@@ -22,12 +22,13 @@ mod axis;
 mod end;
 
 pub use axis::Axis;
-pub use end::{End, Ending, Found, Outcome};
+pub use end::End;
 
 use rayon::prelude::*;
 
 use crate::case::{Case, CaseError};
 use crate::number::Extended;
+use crate::solve::NoSolution;
 
 /// More runs than this are taken for a typing mistake.
 const MOST_RUNS: usize = 10_000_000;
@@ -106,7 +107,10 @@ impl ManyRuns {
     }
 
     /// Solves the case of a run.
-    pub fn outcome(&self, case: &Case) -> Outcome {
+    ///
+    /// # Errors
+    /// [`NoSolution`] if it is not at a critical point.
+    pub fn outcome(&self, case: &Case) -> Result<End, NoSolution> {
         if case.settings.is_extended() { end::outcome::<Extended>(case) } else { end::outcome::<f64>(case) }
     }
 }

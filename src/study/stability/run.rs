@@ -23,7 +23,7 @@ const MOST_UNREGULARISED: usize = 200;
 const OUTPUT_EVERY: f64 = 2.0;
 const MOST_OUTPUTS: f64 = 10_000.0;
 
-/// What a run has come to, or its status with the iterations; the intervals of its grid, and its seconds.
+/// The result of a run, or its status with the iterations; the intervals of its grid, and its seconds.
 type Ran = (Result<Track, (CellStatus, Option<usize>)>, usize, f64);
 
 /// A method, and the grid that is asked for.

@@ -113,7 +113,7 @@ impl Track {
         self.stretches.iter().find_map(first)
     }
 
-    /// How far K has drifted away along the nodes.
+    /// The drift of K along the nodes.
     pub(super) fn k_drift(&self) -> f64 {
         drift_of(&self.delta_k)
     }

@@ -60,10 +60,7 @@ pub fn drift(arena: &Arena, chosen: &[Method]) -> Vec<DriftPoint> {
     ];
     let mut points = Vec::new();
     for (method, cost) in methods.into_iter().filter(|(method, _)| chosen.contains(method)) {
-        let run = |setting: Setting| {
-            let found = job(arena, &method, setting, &output)().ok()?;
-            Some((setting, found.at(&output)))
-        };
+        let run = |setting: Setting| Some((setting, job(arena, &method, setting, &output)().ok()?));
         let Some((setting, outcome)) = in_budget(intervals, cost, run) else { continue };
         let evaluations = outcome.evaluations as f64 / arena.length();
         let label = format!("{evaluations:.0} evaluations a unit of gamma");

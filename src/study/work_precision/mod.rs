@@ -29,7 +29,7 @@ mod trial;
 pub use super::method::Method;
 pub use arena::Arena;
 pub use drift::{DriftPoint, drift};
-pub use front::{Leader, Ratio, front, ratios};
+pub use front::{Ratio, front, ratios};
 
 use self::trial::{time, try_method};
 use crate::number::norm::larger;

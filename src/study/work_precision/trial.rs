@@ -90,7 +90,7 @@ fn attempt<'a>(arena: &'a Arena, method: &Method, setting: Setting) -> Trial<'a>
     let output = Output::even(OUTPUTS);
     let mut job = job(arena, method, setting, &output);
     let (found, seconds) = timed(&mut job);
-    let (status, errors, evaluations, points) = match found.map(|found| found.at(&output)) {
+    let (status, errors, evaluations, points) = match found {
         Ok(Trajectory { states, evaluations, steps }) => {
             let errors = arena.errors(&output, &states);
             (arena.judge(&errors), Some(errors), evaluations, steps)

@@ -7,7 +7,7 @@ use geodesic_ivp::case::{Case, Form, SbpName};
 use geodesic_ivp::methods::{Composition, Dop853, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::work_precision::{
-    Arena, Budget, Leader, Method, OUTPUTS, Progress, Ratio, Row, RowErrors, RowStatus, drift, measure,
+    Arena, Budget, Method, OUTPUTS, Progress, Row, RowErrors, RowStatus, drift, measure,
 };
 
 use crate::common::{case, g00, line_of, norm_of, parsed, reference, shipped};
@@ -259,15 +259,6 @@ fn times_are_those_of_single_runs_in_all_rounds() {
     assert!(sum > 0.0 && sum < start.elapsed().as_secs_f64(), "{rows:?}");
     assert!(rows.iter().any(|row| row.seconds_min < row.seconds_median), "{rows:?}");
     assert_eq!(rounds, [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)]);
-}
-
-#[test]
-fn a_lead_is_a_ratio_of_times() {
-    let leader = |seconds: f64| Some(Leader { method: String::new(), setting: String::new(), seconds });
-    let ratio = Ratio { gamma_f: 1.0, error: 1e-6, own: leader(2.0), certified: leader(4.0), other: leader(12.0) };
-    assert_eq!((ratio.lead(), ratio.certified_lead()), (Some(6.0), Some(3.0)));
-    let alone = Ratio { certified: None, ..ratio };
-    assert_eq!((alone.lead(), alone.certified_lead()), (Some(6.0), None));
 }
 
 /// However often a short run is repeated, its time is that of one: many fit into what all of them take.
