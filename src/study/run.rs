@@ -207,11 +207,8 @@ fn solved<S: Arithmetic>(
 /// is streamed they contain those of measuring.
 pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let rough = &setup.rough;
-    let sums = if wanted.sums && !case.is_of_x {
-        rough.geometry.conserved_sums(&rough.start, || case.geometry())
-    } else {
-        Vec::new()
-    };
+    let has_sums = wanted.sums && !case.is_of_x;
+    let sums = if has_sums { rough.geometry.conserved_sums(&rough.start, || case.geometry()) } else { Vec::new() };
     let mut watches = case.watches();
     let mut measures = Measures {
         case,
