@@ -131,16 +131,8 @@ impl<'r, S: Real> Fields<'r, S> {
     }
 
     /// The largest absolute value of a row over a part of every window; NaN if any value there is.
-    fn largest(&self, row: &[S], part: impl Fn(&Window<S>) -> Range<usize>) -> S {
+    pub(super) fn largest(&self, row: &[S], part: impl Fn(&Window<S>) -> Range<usize>) -> S {
         self.run.windows.iter().fold(S::ZERO, |largest, window| max_abs(&[largest, max_abs(&row[part(window)])]))
-    }
-
-    /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a.
-    fn force(&self, a: usize) -> Vec<S> {
-        let mut row = self.zeros();
-        self.contraction().add_force(a, &mut row);
-        row.iter_mut().zip(&self.forces[a]).for_each(|(sum, &force)| *sum += force);
-        row
     }
 
     /// The deviation of Σ c^a p_a; of the motion, where γ falls, and not of the reversed one.
@@ -188,21 +180,20 @@ impl<'r, S: Real> Fields<'r, S> {
     }
 
     /// ΔG_a = (Dp_a) − f_a − F_a on the nodes, in the weak form with D̄ and the initial momenta; divided by the
-    /// constant g_aa if a is a coordinate of a potential, so that it is a deviation of d²q^a/dγ².
+    /// constant g_aa if a is a coordinate of a potential, so that it is a deviation of d²q^a/dγ². Here f_a is
+    /// ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b.
     pub(super) fn residual(&self, a: usize) -> Vec<S> {
+        let mut force = self.zeros();
+        self.contraction().add_force(a, &mut force);
+        force.iter_mut().zip(&self.forces[a]).for_each(|(sum, &force)| *sum += force);
         let mut residual = derivative(self.run, &self.momenta[a], |view| view.start.p[a]);
-        residual.iter_mut().zip(self.force(a)).for_each(|(residual, force)| *residual += -force);
+        residual.iter_mut().zip(force).for_each(|(residual, force)| *residual += -force);
         if let Some(inertia) = self.structure().inertia(a) {
             let scale = S::ONE / inertia;
             // The sum with 0 takes the sign away from a zero.
             residual.iter_mut().for_each(|residual| *residual = S::ZERO + scale * *residual);
         }
         residual
-    }
-
-    /// The largest |ΔG_a| over the nodes whose row of D does not reach the last node of the window (weak: all nodes).
-    pub(super) fn max_residual(&self, residual: &[S]) -> S {
-        self.largest(residual, Window::uncoupled)
     }
 
     /// The largest of Σ |g_ab Dq^a Dq^b| without its largest term, where charges are exact: what motion contributes to

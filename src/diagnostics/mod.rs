@@ -102,7 +102,8 @@ impl<S: Real> Diagnostics<S> {
         let charges: Vec<_> = geometry.ignorable().map(|a| fields.charge(vec![(a, S::ONE)])).collect();
         let norm = fields.norm();
         let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
-        let max_delta_g = max_abs(&delta_g.iter().map(|row| fields.max_residual(row)).collect::<Vec<_>>());
+        let max_delta_g =
+            max_abs(&delta_g.iter().map(|row| fields.largest(row, |grid| grid.uncoupled())).collect::<Vec<_>>());
         let energy = is_lifted.then(|| energy(line, &norm, &tangent(line, 0, &fields.velocities[0])));
         let invariants = if formulas.is_empty() {
             Vec::new()
@@ -142,9 +143,20 @@ impl<S: Real> Diagnostics<S> {
             energy: self.energy.zip(next.energy).map(|(one, two)| one.followed_by(two)),
             invariants: each(self.invariants, next.invariants, |(name, one), (_, two)| (name, one.followed_by(two))),
             motion: larger(self.motion, next.motion),
-            sawtooth: each(self.sawtooth, next.sawtooth, |(a, one), (_, two)| (a, one.followed_by(two))),
-            work: each(self.work, next.work, WorkBalance::followed_by),
-            reaches: each(self.reaches, next.reaches, Reach::followed_by),
+            sawtooth: each(self.sawtooth, next.sawtooth, |(a, one), (_, next)| {
+                let amplitude = one.amplitude.into_iter().chain(next.amplitude).reduce(S::max);
+                let sixth_difference = one.sixth_difference.into_iter().chain(next.sixth_difference);
+                (a, Sawtooth { amplitude, sixth_difference: sixth_difference.reduce(f64::max) })
+            }),
+            work: each(self.work, next.work, |one, next| WorkBalance {
+                work: one.work + next.work,
+                defect: one.defect + next.defect,
+                ..next
+            }),
+            reaches: each(self.reaches, next.reaches, |one, next| Reach {
+                least: one.least.min(next.least),
+                most: one.most.max(next.most),
+            }),
             branch_distance: self.branch_distance.into_iter().chain(next.branch_distance).reduce(S::max),
             of_x: self.of_x.zip(next.of_x).map(|(one, two)| one.followed_by(two)),
             ..next

@@ -58,13 +58,6 @@ pub(super) fn energy<S: Real>(line: &WorldLine<S>, norm: &Deviation<S>, t_dot: &
     Deviation::new(start.p[0] / start.p[start.p.len() - 1], delta, ends)
 }
 
-impl<S: Real> WorkBalance<S> {
-    /// The sums over a run, from those over its first part, `self`, and its second part, `next`.
-    pub(super) fn followed_by(self, next: Self) -> Self {
-        Self { coordinate: next.coordinate, work: self.work + next.work, defect: self.defect + next.defect }
-    }
-}
-
 /// In the lift of Newton's law: what the energy of positions and velocities differs by from p_t/p_s where K, which is 0
 /// on a world-line, has this value.
 pub(crate) fn energy_off<S: Real>(start: &Start<S>, k: S, t_dot: S) -> S {

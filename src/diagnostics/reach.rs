@@ -42,8 +42,4 @@ impl Reach {
     pub fn range(self) -> f64 {
         self.most - self.least
     }
-
-    pub(super) fn followed_by(self, next: Self) -> Self {
-        Self { least: self.least.min(next.least), most: self.most.max(next.most) }
-    }
 }

@@ -46,14 +46,6 @@ impl<S: Real> Sawtooth<S> {
             sixth_difference: windows().filter_map(sixth_difference).map(S::to_f64).reduce(f64::max),
         }
     }
-
-    /// Joins the measures of the first part of a run, `self`, and of its second part, `next`.
-    pub(super) fn followed_by(self, next: Self) -> Self {
-        Self {
-            amplitude: self.amplitude.into_iter().chain(next.amplitude).reduce(S::max),
-            sixth_difference: self.sixth_difference.into_iter().chain(next.sixth_difference).reduce(f64::max),
-        }
-    }
 }
 
 #[cfg(test)]

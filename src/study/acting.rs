@@ -77,13 +77,13 @@ pub fn solve_acting<S: Arithmetic>(case: &Case, setup: &Setup<S>) -> Result<Piec
     let (mut accuracy, mut least) = (wanted.value(), f64::INFINITY);
     loop {
         let found = second.as_ref().and_then(|second| chain_error(&pieces, second, MARGIN));
-        let estimate = found.as_ref().map_or(f64::INFINITY, |found| found.estimate);
+        let estimate = found.as_ref().map_or(f64::INFINITY, |(_, estimate, _)| *estimate);
         least = least.min(estimate);
         if !wanted.is_promised() || estimate <= wanted.value() {
             let line = &mut pieces.last_mut().expect("a chain has pieces").line;
             (line.accuracy, line.error_estimate) = (Some(wanted), Some(estimate));
-            line.good_until = found.as_ref().map_or(line.good_until.map(|_| 0.0), |found| found.good_until);
-            return Ok((pieces, found.map(|found| found.error)));
+            line.good_until = found.as_ref().map_or(line.good_until.map(|_| 0.0), |(.., good_until)| *good_until);
+            return Ok((pieces, found.map(|(error, ..)| error)));
         }
         accuracy /= TIGHTER;
         let is_possible = accuracy >= LEAST;

@@ -11,15 +11,9 @@ use crate::trajectory::Sampler;
 /// Events with no more than this part of the way so far between them come at once.
 const AT_ONCE: f64 = 1e-9;
 
-/// The error of a chain of pieces.
-pub(crate) struct ChainError {
-    /// The error, coordinate by coordinate.
-    pub(crate) error: RunError,
-    /// The largest one, relative to the size of its coordinate.
-    pub(crate) estimate: f64,
-    /// γ, from the start of the last piece, until which each of [`GOOD_DIGITS`] is kept.
-    pub(crate) good_until: [f64; GOOD_DIGITS.len()],
-}
+/// The error of a chain of pieces; the largest one, relative to the size of its coordinate; and γ, from the start of
+/// the last piece, until which each of [`GOOD_DIGITS`] is kept.
+pub(crate) type ChainError = (RunError, f64, [f64; GOOD_DIGITS.len()]);
 
 /// Compares the pieces of a run with those of a second one, at the same γ on the ends and in the middles of windows.
 /// Errors are `margin` times the differences. `None` if other events acted in it, or in another order; but events that
@@ -70,7 +64,7 @@ pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], mar
     let judge = Judge::SecondSolve(of_second.accuracy.map_or(own, |accuracy| own.max(accuracy.value())));
     let error = RunError { own: sizes.iter().map(|size| own * size).collect(), judge, stepped_over, ..found };
     let whole = last.length.to_f64();
-    Some(ChainError { error, estimate, good_until: good.map(|good| good.unwrap_or(whole)) })
+    Some((error, estimate, good.map(|good| good.unwrap_or(whole))))
 }
 
 /// The pieces of a run that are more than next to nothing, each with the events up to the next one, in the order of
