@@ -206,15 +206,16 @@ impl<'p, S: Real> Parser<'p, S> {
         let name = &rest[..length];
         self.pass(length);
         let known = (self.known)(name);
-        let table = match known {
+        let function = match known {
             Some(Known::Table(table)) => Some(Function::Table(table)),
-            _ => None,
+            Some(_) => None,
+            None => Function::from_name(name),
         };
-        if let Some(function) = Function::from_name(name).or(table) {
+        if let Some(function) = function {
             let [argument] = self.arguments(name, offset)?;
             return Ok(self.graph.call(function, argument));
         }
-        if let Some((_, pair)) = PAIRS.iter().find(|(pair, _)| *pair == name) {
+        if let Some((_, pair)) = PAIRS.iter().find(|(pair, _)| known.is_none() && *pair == name) {
             let [first, last] = self.arguments(name, offset)?;
             return Ok(self.graph.written(pair, &[("a", first), ("b", last)]));
         }

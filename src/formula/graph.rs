@@ -1,7 +1,6 @@
 //! Expression graphs, in which every distinct sub-expression occurs once.
 
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
 
 use super::Function;
 use super::operation::Operation;
@@ -222,11 +221,6 @@ impl<S: Real> Graph<S> {
         Some([find(Function::Sin)?, find(Function::Cos)?])
     }
 
-    /// For every node up to the last of the `roots`, whether their values depend on it.
-    pub(super) fn needed(&self, roots: &[NodeId]) -> Vec<bool> {
-        self.uses(roots).into_iter().map(|uses| uses > 0).collect()
-    }
-
     /// Counts how often every node is an operand of what `roots` need; the roots themselves are used by others too.
     pub(super) fn uses(&self, roots: &[NodeId]) -> Vec<usize> {
         let mut uses = vec![0; roots.iter().copied().max().map_or(0, |root| root + 1)];
@@ -284,7 +278,6 @@ impl<S: Real> Graph<S> {
         rebuilt(&self.uses(roots), roots, |id, expanded| match self.nodes[id] {
             Node::Variable(_) | Node::Constant(_) => id,
             Node::PowerInteger(base, exponent) => self.products(expanded[base], exponent),
-            Node::Apply(operation) if operation.operands().all(|operand| expanded[operand] == operand) => id,
             Node::Apply(operation) => self.apply(operation.map(|operand| expanded[operand])),
         })
     }
@@ -337,32 +330,4 @@ fn is_power_of_two<S: Real>(value: S) -> bool {
 }
 
 /// A table that finds a key in a few instructions. Nobody makes up formulas whose nodes collide.
-type QuickMap<K, V> = HashMap<K, V, BuildHasherDefault<QuickHasher>>;
-
-/// Multiplies integers into one number.
-#[derive(Default)]
-pub(super) struct QuickHasher(u64);
-
-impl Hasher for QuickHasher {
-    fn finish(&self) -> u64 {
-        // Tables take the lowest bits for the place, and of a product the highest bits depend on most.
-        self.0.rotate_left(26)
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|&byte| self.write_usize(byte.into()));
-    }
-
-    fn write_usize(&mut self, number: usize) {
-        // 2^64 divided by the golden ratio, an odd number whose bits have no pattern.
-        self.0 = (self.0.rotate_left(5) ^ number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    }
-
-    fn write_isize(&mut self, number: isize) {
-        self.write_usize(number.cast_unsigned());
-    }
-
-    fn write_i32(&mut self, number: i32) {
-        self.write_usize(number.cast_unsigned() as usize);
-    }
-}
+type QuickMap<K, V> = HashMap<K, V, foldhash::fast::FixedState>;

@@ -53,7 +53,7 @@ pub(crate) struct Program<S> {
 /// The nodes in the order of the outputs that need them; an output is computed before work for the next one begins. A
 /// sine and the cosine of the same stand side by side, if both are wanted.
 fn in_order<S: Real>(graph: &Graph<S>, outputs: &[NodeId]) -> Vec<NodeId> {
-    let is_wanted = graph.needed(outputs);
+    let is_wanted: Vec<bool> = graph.uses(outputs).into_iter().map(|uses| uses > 0).collect();
     let pair =
         |id: NodeId| graph.sine_and_cosine(id).filter(|pair| pair.iter().all(|&id| is_wanted.get(id) == Some(&true)));
     let mut order: Vec<NodeId> = Vec::with_capacity(is_wanted.iter().filter(|&&is_wanted| is_wanted).count());

@@ -38,11 +38,9 @@ impl<S: Real> Graph<S> {
                 later[..level].iter_mut().for_each(|later| *later |= bit(variable));
             }
         }
-        let known = (0..uses.len()).map(|_| None).collect();
-        let mut reducer = Reducer { graph: self, later, known, is_lost: false };
+        let mut reducer = Reducer { graph: self, later, known: vec![Vec::new(); uses.len()], is_lost: false };
         for id in (0..uses.len()).filter(|&id| uses[id] > 0) {
-            let form = reducer.form(id, &uses);
-            reducer.known[id] = Some(form);
+            reducer.known[id] = reducer.form(id, &uses);
         }
         // All sums become nodes before the first root is written.
         roots.iter().for_each(|&root| reducer.settle(root));
@@ -55,40 +53,34 @@ impl<S: Real> Graph<S> {
     }
 }
 
-/// The form of a node.
-enum Form<S> {
-    Product(Product<S>),
-    /// A sum that may become a part of a longer one.
-    Terms(Vec<Product<S>>),
-}
-
 /// Writes expressions of a graph anew.
 struct Reducer<'g, S> {
     graph: &'g mut Graph<S>,
     /// At k, the variables of a level beyond k, a bit each.
     later: Vec<u64>,
-    /// The forms of the first nodes, where they are needed.
-    known: Vec<Option<Form<S>>>,
+    /// The forms of the first nodes, where they are needed: a product, or the terms of a sum that may become a part of a
+    /// longer one.
+    known: Vec<Vec<Product<S>>>,
     /// True once a number was beyond the range of numbers.
     is_lost: bool,
 }
 
 impl<S: Real> Reducer<'_, S> {
     /// The form of a node after those of its operands.
-    fn form(&mut self, id: NodeId, uses: &[usize]) -> Form<S> {
+    fn form(&mut self, id: NodeId, uses: &[usize]) -> Vec<Product<S>> {
         let operation = match self.graph.nodes[id] {
-            Node::Variable(_) | Node::Constant(_) => return Form::Product(self.atom(id)),
-            Node::PowerInteger(base, exponent) => return Form::Product(self.settled(base).power(exponent)),
+            Node::Variable(_) | Node::Constant(_) => return vec![self.atom(id)],
+            Node::PowerInteger(base, exponent) => return vec![self.settled(base).power(exponent)],
             Node::Apply(operation) => operation,
         };
-        Form::Product(match operation {
+        vec![match operation {
             Operation::Add(a, b) => return self.longer(a, uses[a] == 1, b, S::ONE),
             Operation::Subtract(a, b) => return self.longer(a, uses[a] == 1, b, -S::ONE),
             Operation::Multiply(a, b) | Operation::Divide(a, b) => {
                 self.settle(a);
                 self.settle(b);
                 let exponent = if matches!(operation, Operation::Divide(..)) { -1 } else { 1 };
-                self.product(a).times(&self.product(b).power(exponent))
+                self.known[a][0].times(&self.known[b][0].power(exponent))
             }
             Operation::Negate(a) => self.settled(a).clone().scaled(-S::ONE),
             Operation::Power(a, b) => {
@@ -102,41 +94,27 @@ impl<S: Real> Reducer<'_, S> {
                 self.atom(value)
             }
             Operation::Fused(..) => unreachable!("graphs have no fused operations"),
-        })
+        }]
     }
 
     /// A sum with one more term. It keeps its order of additions, if nothing else needs it.
-    fn longer(&mut self, sum: NodeId, is_alone: bool, term: NodeId, sign: S) -> Form<S> {
-        let mut terms = match self.known[sum].take() {
-            Some(Form::Terms(terms)) if is_alone => terms,
-            other => {
-                self.known[sum] = other;
-                vec![self.settled(sum).clone()]
-            }
-        };
+    fn longer(&mut self, sum: NodeId, is_alone: bool, term: NodeId, sign: S) -> Vec<Product<S>> {
+        let mut terms = if is_alone { std::mem::take(&mut self.known[sum]) } else { vec![self.settled(sum).clone()] };
         terms.push(self.settled(term).clone().scaled(sign));
-        Form::Terms(terms)
+        terms
     }
 
     /// Makes a product of what is known of a node.
     fn settle(&mut self, id: NodeId) {
-        if let Some(Form::Terms(terms)) = &mut self.known[id] {
-            let terms = std::mem::take(terms);
-            self.known[id] = Some(Form::Product(self.sum(terms)));
-        }
-    }
-
-    /// The product that a node is, once it was settled.
-    fn product(&self, id: NodeId) -> &Product<S> {
-        match &self.known[id] {
-            Some(Form::Product(product)) => product,
-            _ => unreachable!("operands come first and are settled"),
+        if self.known[id].len() > 1 {
+            let terms = std::mem::take(&mut self.known[id]);
+            self.known[id] = vec![self.sum(terms)];
         }
     }
 
     fn settled(&mut self, id: NodeId) -> &Product<S> {
         self.settle(id);
-        self.product(id)
+        &self.known[id][0]
     }
 
     /// The node that takes the place of this one.
