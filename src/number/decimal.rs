@@ -58,37 +58,39 @@ pub(super) fn to_f64(number: Extended) -> f64 {
 
 /// The number nearest to a decimal of the form `[+-]digits[.digits][e[+-]digits]`; `None` if the text is not one.
 pub(super) fn parse(text: &str) -> Option<Extended> {
-    let (negative, unsigned) = match text.strip_prefix('-') {
-        Some(rest) => (true, rest),
-        None => (false, text.strip_prefix('+').unwrap_or(text)),
-    };
-    let (mantissa, exponent) = match unsigned.split_once(['e', 'E']) {
-        Some((mantissa, exponent)) => (mantissa, exponent.parse::<i64>().ok()?),
-        None => (unsigned, 0),
-    };
+    // The standard library reads the same texts, and infinities and NaN.
+    text.parse::<f64>().ok().filter(|_| !text.contains(['n', 'N']))?;
+    let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-    if !(whole.bytes().chain(fraction.bytes()).all(|b| b.is_ascii_digit()) && whole.len() + fraction.len() > 0) {
-        return None;
-    }
-    let digits = BigUint::parse_bytes([whole, fraction].concat().as_bytes(), 10)?;
-    let exponent = exponent.saturating_sub(fraction.len() as i64);
-    let leading = exponent.saturating_add(mantissa.len() as i64);
-    let size = if digits.bits() == 0 || leading < -MOST_EXPONENT {
+    let digits = BigUint::parse_bytes([whole.trim_start_matches(['+', '-']), fraction].concat().as_bytes(), 10)?;
+    let exponent = exponent.parse::<i64>().ok()?.saturating_sub(fraction.len() as i64);
+    let size = if digits.bits() == 0 || exponent.saturating_add(mantissa.len() as i64) < -MOST_EXPONENT {
         Extended::ZERO
     } else if exponent > MOST_EXPONENT {
         Extended::INFINITY
     } else {
-        let ten = BigUint::from(10_u32).pow(exponent.unsigned_abs() as u32);
-        if exponent >= 0 { nearest(digits * ten, BigUint::from(1_u32)) } else { nearest(digits, ten) }
+        let [above, below] = powers_of_ten(exponent);
+        nearest(digits * above, below)
     };
-    Some(if negative { -size } else { size })
+    Some(if text.starts_with('-') { -size } else { size })
+}
+
+/// 10^`exponent` as a fraction.
+fn powers_of_ten(exponent: i64) -> [BigUint; 2] {
+    [exponent, -exponent].map(|exponent| BigUint::from(10_u32).pow(exponent.max(0) as u32))
+}
+
+/// `number` 2^`exponent`, rounded down.
+fn shifted(number: BigUint, exponent: i64) -> BigUint {
+    if exponent >= 0 { number << exponent } else { number >> -exponent }
 }
 
 /// The number nearest to a quotient of positive integers.
 fn nearest(numerator: BigUint, denominator: BigUint) -> Extended {
     // The quotient gets at least 250 bits: more than the 237 of the result, and few enough for two halves of 128 bits.
     let shift = 251 - (numerator.bits() as i64 - denominator.bits() as i64);
-    let (numerator, denominator) = scaled(numerator, denominator, shift);
+    let [numerator, denominator] =
+        [(numerator, shift), (denominator, -shift)].map(|(n, shift)| shifted(n, shift.max(0)));
     let quotient = &numerator / &denominator;
     let sticky = quotient.clone() * denominator != numerator;
     let mut limbs = quotient.iter_u64_digits();
@@ -97,12 +99,6 @@ fn nearest(numerator: BigUint, denominator: BigUint) -> Extended {
     // This sum is the only operation that rounds.
     let rounded = Extended::from(high).mul_pow2(128) + Extended::from(low);
     if shift >= 0 { rounded.div_pow2(shift as u32) } else { rounded.mul_pow2(shift.unsigned_abs() as u32) }
-}
-
-/// numerator · 2^shift / denominator as a fraction of integers.
-fn scaled(numerator: BigUint, denominator: BigUint, shift: i64) -> (BigUint, BigUint) {
-    let bits = shift.unsigned_abs();
-    if shift >= 0 { (numerator << bits, denominator) } else { (numerator, denominator << bits) }
 }
 
 /// Appends `number` to `out`, rounded to `digits` significant digits and without trailing zeros.
@@ -144,18 +140,9 @@ fn significant(number: &Binary, count: i64) -> (String, i64) {
     let mut exponent = (log_2 * std::f64::consts::LOG10_2).floor() as i64;
     loop {
         // ½ + significand · 2^e · 10^(count − 1 − exponent), rounded down.
-        let tens = count - 1 - exponent;
-        let ten = BigUint::from(10_u32).pow(tens.unsigned_abs() as u32);
-        let rounded = if tens >= 0 && number.exponent < 0 {
-            // The case of almost all numbers, for which a product and a shift are enough.
-            (((significand.clone() * ten) >> (number.exponent.unsigned_abs() - 1)) + 1_u32) >> 1_u32
-        } else {
-            let (top, bottom) =
-                if tens >= 0 { (significand.clone() * ten, 1_u32.into()) } else { (significand.clone(), ten) };
-            let (top, bottom) = scaled(top, bottom, number.exponent + 1);
-            (top / bottom + 1_u32) >> 1_u32
-        };
-        let digits = rounded.to_string();
+        let [above, below] = powers_of_ten(count - 1 - exponent);
+        let doubled = shifted(&significand * above, number.exponent + 1) / below;
+        let digits = ((doubled + 1_u32) >> 1_u32).to_string();
         match digits.len() as i64 - count {
             0 => return (digits, exponent),
             // The estimate of the exponent was off by one, or rounding carried into another digit.
@@ -174,10 +161,19 @@ mod tests {
 
     type BigRational = Ratio<BigInt>;
 
+    /// A decimal, and the exponent of its last digit.
+    fn rational(text: &str) -> (BigRational, i32) {
+        let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
+        let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+        let power = exponent.parse::<i32>().unwrap() - fraction.len() as i32;
+        let digits = BigRational::from_integer(format!("{whole}{fraction}").parse().unwrap());
+        (digits * BigRational::from_integer(10.into()).pow(power), power)
+    }
+
     fn exact(number: Extended) -> BigRational {
         let Binary { negative, significand: (high, low), exponent } = decode(number);
-        let (top, bottom) = scaled((BigUint::from(high) << 128_u32) | BigUint::from(low), 1_u32.into(), exponent);
-        let size = BigRational::new(top.into(), bottom.into());
+        let significand = BigRational::from_integer(((BigUint::from(high) << 128_u32) | BigUint::from(low)).into());
+        let size = significand * BigRational::from_integer(2.into()).pow(exponent as i32);
         if negative { -size } else { size }
     }
 
@@ -216,15 +212,10 @@ mod tests {
         fn writing_is_correctly_rounded(number in numbers(), digits in 1_u32..75) {
             let text = written(number, digits);
             // |text − number| ≤ half a unit of the last digit asked for.
-            let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-            let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-            let ten = BigRational::from_integer(10.into());
-            let power = exponent.parse::<i32>().unwrap() - fraction.len() as i32;
-            let value = BigRational::from_integer(format!("{whole}{fraction}").parse().unwrap()) * ten.pow(power);
-            let first = mantissa.trim_start_matches(['-', '0', '.']).len();
-            let leading = mantissa.replace(['-', '.'], "").trim_start_matches('0').len() as i32 - 1 + power;
-            prop_assert!(first > 0);
-            let unit = ten.pow(leading + 1 - digits as i32);
+            let (value, power) = rational(&text);
+            let mantissa = text.split('e').next().unwrap().replace(['-', '.'], "");
+            let leading = mantissa.trim_start_matches('0').len() as i32 - 1 + power;
+            let unit = BigRational::from_integer(10.into()).pow(leading + 1 - digits as i32);
             let distance = value - exact(number);
             prop_assert!(size(distance.clone() + distance) <= unit, "{}", text);
         }
@@ -236,11 +227,8 @@ mod tests {
             exponent in -400_i64..400,
         ) {
             let (whole, fraction) = digits.split_at(point.min(digits.len()));
-            let number = parse(&format!("{whole}.{fraction}e{exponent}")).unwrap();
-            let ten = BigRational::from_integer(10.into());
-            let power = (exponent - fraction.len() as i64) as i32;
-            let value = BigRational::from_integer(digits.parse().unwrap()) * ten.pow(power);
-            prop_assert!(is_nearest(number, &value));
+            let text = format!("{whole}.{fraction}e{exponent}");
+            prop_assert!(is_nearest(parse(&text).unwrap(), &rational(&text).0));
         }
 
         #[test]

@@ -26,43 +26,33 @@ fn intervals(points: &[[Extended; 2]]) -> Vec<[Extended; 2]> {
 /// (J. H. Ahlberg, E. N. Nilson, J. L. Walsh, The Theory of Splines, 1967). At an end the first one says s′ = 0 without
 /// the interval that is missing, and the second one s‴ = 0 where N = 0.
 pub(super) fn even_derivatives(points: &[[Extended; 2]], kind: Kind) -> Vec<[Extended; 2]> {
-    let (zero, one, number) = (Extended::ZERO, Extended::ONE, |value: f64| Extended::from(value));
-    let (intervals, last) = (intervals(points), points.len() - 1);
-    let sixth = |[h, _]: [Extended; 2]| h / Extended::from(6.0);
-    let third = |[h, _]: [Extended; 2]| h / Extended::from(3.0);
-    let row = |k: usize, [of_before, of_here, of_after, of_known]: [fn([Extended; 2]) -> Extended; 4]| {
-        let before = if k > 0 { Some(intervals[k - 1]) } else { None };
-        let after = intervals.get(k).copied();
-        let [left, right] = [before.map_or(zero, of_before), after.map_or(zero, of_after)];
-        let here = [before, after].into_iter().flatten().fold(zero, |sum, interval| sum + of_here(interval));
-        [left, here, right, after.map_or(zero, of_known) - before.map_or(zero, of_known)]
+    let (number, last) = (|value: f64| Extended::from(value), points.len() - 1);
+    // Columns are those from three before to three behind the diagonal, and then the right side. Unknowns are M and N of
+    // the first knot, then of the second one, and so on.
+    let mut rows = vec![[Extended::ZERO; 8]; 2 * points.len()];
+    let mut add = |row: usize, factors: [(usize, Extended); 4], known: Extended| {
+        factors.into_iter().for_each(|(unknown, factor)| rows[row][3 + unknown - row] += factor);
+        rows[row][7] += known;
     };
-    let slopes = |k: usize| {
-        let [m_left, m, m_right, known] = row(k, [sixth, third, sixth, |[_, slope]| slope]);
-        let cube = |[h, _]: [Extended; 2]| h * h * h / Extended::from(360.0);
-        let [n_left, n, n_right, _] = row(k, [cube, cube, cube, |_| Extended::ZERO]);
-        let [n_left, n, n_right] = [number(-7.0) * n_left, number(-8.0) * n, number(-7.0) * n_right];
-        [zero, m_left, n_left, m, n, m_right, n_right, known]
-    };
-    let thirds = |k: usize| {
-        let [n_left, n, n_right, _] = row(k, [sixth, third, sixth, |_| Extended::ZERO]);
-        let inverse = |[h, _]: [Extended; 2]| Extended::ONE / h;
-        let [m_left, m, m_right, _] = row(k, [inverse, inverse, inverse, |_| Extended::ZERO]);
-        [-m_left, n_left, m, n, -m_right, n_right, zero, zero]
-    };
-    let only = |place: usize| std::array::from_fn(|i| if i == place { one } else { zero });
-    // Columns are those from three before to three behind the diagonal, and then the right side.
-    let rows = (0..=last).flat_map(|k| match (k == 0 || k == last, kind) {
-        (true, Kind::Natural) => [only(3), only(3)],
-        (false, Kind::Natural) | (_, Kind::Clamped) => [slopes(k), only(3)],
-        (false, Kind::Quintic) => [slopes(k), thirds(k)],
-        (true, Kind::Quintic) => {
-            let [m_left, n_left, m, n, m_right, n_right, ..] = thirds(k);
-            [[zero, m_left, n_left, m, n, m_right, n_right, zero], only(3)]
+    for (k, [h, slope]) in intervals(points).into_iter().enumerate() {
+        let [third, sixth, inverse] = [h / number(3.0), h / number(6.0), Extended::ONE / h];
+        let cube = h * h * h / number(360.0);
+        for (knot, other, slope) in [(k, k + 1, slope), (k + 1, k, -slope)] {
+            let ([m, n], [m_other, n_other]) = ([2 * knot, 2 * knot + 1], [2 * other, 2 * other + 1]);
+            let is_end = knot == 0 || knot == last;
+            if kind == Kind::Clamped || !is_end {
+                let fourth = [(n, number(-8.0) * cube), (n_other, number(-7.0) * cube)];
+                add(m, [(m, third), (m_other, sixth), fourth[0], fourth[1]], slope);
+            }
+            if kind == Kind::Quintic {
+                let row = if is_end { m } else { n };
+                add(row, [(n, third), (n_other, sixth), (m, inverse), (m_other, -inverse)], Extended::ZERO);
+            }
         }
-    });
-    let found = solved(rows.collect());
-    found.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect()
+    }
+    // What nothing is said about is zero.
+    rows.iter_mut().filter(|row| row[3] == Extended::ZERO).for_each(|row| row[3] = Extended::ONE);
+    solved(rows).as_chunks().0.to_vec()
 }
 
 /// Solves a system of seven diagonals by Gauss's elimination from the top: 70 digits leave room for what that loses.

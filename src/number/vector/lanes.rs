@@ -18,6 +18,21 @@ pub(crate) struct Lanes<S, const N: usize> {
     s: S,
 }
 
+/// Lanes with each vector `a` of others replaced by an expression of it, and of vectors of further lanes.
+macro_rules! each {
+    ($lanes:ident |$a:ident $(, $b:ident: $other:ident)*| $value:expr) => {{
+        let mut out = $lanes;
+        $(let $b = vectors::<S>(&$other.values);)*
+        let to = vectors_mut::<S>(&mut out.values);
+        for i in 0..to.len() {
+            let $a = to[i];
+            $(let $b = $b[i];)*
+            to[i] = $value;
+        }
+        out
+    }};
+}
+
 impl<S: Simd, const N: usize> Lanes<S, N> {
     /// The same number in all lanes.
     #[inline(always)]
@@ -40,13 +55,7 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
     /// self·factor + addend, with one rounding where the machine can.
     #[inline(always)]
     pub(crate) fn mul_add(self, factor: Self, addend: Self) -> Self {
-        let mut out = self;
-        let (b, c) = (vectors::<S>(&factor.values), vectors::<S>(&addend.values));
-        let to = vectors_mut::<S>(&mut out.values);
-        for i in 0..to.len() {
-            to[i] = self.s.mul_add_e_f64s(to[i], b[i], c[i]);
-        }
-        out
+        each!(self |a, b: factor, c: addend| self.s.mul_add_e_f64s(a, b, c))
     }
 
     /// self·factor + addend for one factor.
@@ -58,23 +67,13 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
     /// Lane by lane the larger number. A NaN may be lost.
     #[inline(always)]
     pub(crate) fn max(self, other: Self) -> Self {
-        let mut out = self;
-        let b = vectors::<S>(&other.values);
-        let to = vectors_mut::<S>(&mut out.values);
-        for i in 0..to.len() {
-            to[i] = self.s.max_f64s(to[i], b[i]);
-        }
-        out
+        each!(self |a, b: other| self.s.max_f64s(a, b))
     }
 
     /// Absolute values.
     #[inline(always)]
     pub(crate) fn abs(self) -> Self {
-        let mut out = self;
-        for v in vectors_mut::<S>(&mut out.values) {
-            *v = abs(self.s, *v);
-        }
-        out
+        each!(self | a | abs(self.s, a))
     }
 
     /// Σ a_j b_j.
@@ -99,21 +98,13 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
     /// 1/a.
     #[inline(always)]
     pub(crate) fn recip(self) -> Self {
-        let mut out = self;
-        for v in vectors_mut::<S>(&mut out.values) {
-            *v = self.s.div_f64s(self.s.splat_f64s(1.0), *v);
-        }
-        out
+        each!(self | a | self.s.div_f64s(self.s.splat_f64s(1.0), a))
     }
 
     /// −a.
     #[inline(always)]
     pub(crate) fn neg(self) -> Self {
-        let mut out = self;
-        for v in vectors_mut::<S>(&mut out.values) {
-            *v = neg(self.s, *v);
-        }
-        out
+        each!(self | a | neg(self.s, a))
     }
 
     /// The largest lane. A NaN may be lost.
@@ -151,13 +142,7 @@ macro_rules! lanewise {
 
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                let mut out = self;
-                let b = vectors::<S>(&other.values);
-                let to = vectors_mut::<S>(&mut out.values);
-                for i in 0..to.len() {
-                    to[i] = self.s.$instruction(to[i], b[i]);
-                }
-                out
+                each!(self |a, b: other| self.s.$instruction(a, b))
             }
         }
 

@@ -6,7 +6,7 @@ use super::{call, power, sin_cos};
 use crate::number::vector::Level;
 use crate::number::{Extended, Function, Noise, Real};
 
-/// f(x) or x^y at a level. A sine or a cosine is the same alone and with the other.
+/// f(x) or x^y at a level, and whether that has vectors. A sine or a cosine is the same alone and with the other.
 struct Values<'a> {
     function: Option<Function>,
     x: &'a [f64],
@@ -14,27 +14,26 @@ struct Values<'a> {
 }
 
 impl WithSimd for Values<'_> {
-    type Output = Vec<f64>;
+    type Output = (Vec<f64>, bool);
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) -> Vec<f64> {
-        let mut out = vec![0.0; self.x.len()];
+    fn with_simd<S: Simd>(self, s: S) -> (Vec<f64>, bool) {
+        let [mut out, mut sin, mut cos] = [(); 3].map(|()| vec![0.0; self.x.len()]);
         match self.function {
             Some(function) => call(s, function, self.x, &mut out),
             None => power(s, self.x, self.y, &mut out),
         }
-        if let Some(Function::Sin | Function::Cos) = self.function {
-            let [mut sin, mut cos] = [out.clone(), out.clone()];
-            sin_cos(s, self.x, [&mut sin, &mut cos]);
-            let found = if self.function == Some(Function::Sin) { sin } else { cos };
-            assert!(found.iter().zip(&out).all(|(one, other)| one.to_bits() == other.to_bits()));
+        sin_cos(s, self.x, [&mut sin, &mut cos]);
+        if let Some(found) = [(Function::Sin, sin), (Function::Cos, cos)].iter().find(|of| Some(of.0) == self.function)
+        {
+            assert!(found.1.iter().zip(&out).all(|(one, other)| one.to_bits() == other.to_bits()));
         }
-        out
+        (out, !S::IS_SCALAR)
     }
 }
 
 fn values(level: Level, function: Option<Function>, x: &[f64], y: &[f64]) -> Vec<f64> {
-    level.dispatch(Values { function, x, y })
+    level.dispatch(Values { function, x, y }).0
 }
 
 fn exact(function: Option<Function>, x: f64, y: f64) -> Extended {
@@ -67,46 +66,41 @@ fn between(noise: &mut Noise, count: usize, [from, to]: [f64; 2]) -> Vec<f64> {
 fn check(function: Option<Function>, thousands: usize, ends: [f64; 2], exponents: [f64; 2], most: f64) {
     let mut noise = Noise::default();
     let [x, y] = [ends, exponents].map(|ends| between(&mut noise, 1000 * thousands, ends));
-    let best = values(Level::Best, function, &x, &y);
+    let [(best, has_vectors), (other, has_others)] =
+        [Level::Best, Level::Avx2].map(|level| level.dispatch(Values { function, x: &x, y: &y }));
     let errors = (0..x.len()).map(|k| error(best[k], exact(function, x[k], y[k])));
     let (worst, at) = errors.zip(0..).fold((0.0, 0), |a, b| if b.0 <= a.0 { a } else { b });
     println!("{function:?} {ends:?} {worst:.3} ulp at {:e} ({:e})", x[at], y[at]);
     assert!(worst <= most, "{function:?}: {worst} ulp at {:e}, {:e}", x[at], y[at]);
-    if Level::Best.dispatch(HasVectors) && Level::Avx2.dispatch(HasVectors) {
-        assert!(best == values(Level::Avx2, function, &x, &y), "{function:?} depends on the level");
-    }
+    assert!(!(has_vectors && has_others) || best == other, "{function:?} depends on the level");
 }
 
-struct HasVectors;
-
-impl WithSimd for HasVectors {
-    type Output = bool;
-
-    fn with_simd<S: Simd>(self, _: S) -> bool {
-        !S::IS_SCALAR
-    }
-}
-
-const NONE: [f64; 2] = [0.0, 0.0];
-
-#[test]
-fn sines_and_cosines() {
-    for function in [Function::Sin, Function::Cos] {
-        for (thousands, most) in [(80, 1.0), (80, 10.0), (80, 1e6), (8, 1e9)] {
-            check(Some(function), thousands, [-most, most], NONE, 0.9);
-        }
-        check(Some(function), 8, [1e-320, 1e-3], NONE, 0.9);
-    }
-    for (thousands, most) in [(20, 1.0), (20, 1e3)] {
-        check(Some(Function::Tan), thousands, [-most, most], NONE, 1.0);
+/// Checks functions on thousands of numbers between ends, each within so many ulp.
+fn check_all(rows: &[(&[Function], usize, [f64; 2], f64)]) {
+    for &(functions, thousands, ends, most) in rows {
+        functions.iter().for_each(|&function| check(Some(function), thousands, ends, [0.0; 2], most));
     }
 }
 
 #[test]
-fn angles_next_to_quarter_turns() {
-    let x: Vec<f64> = (0..8000).map(|k| f64::from(80 * k) * std::f64::consts::FRAC_PI_2).collect();
-    let x: Vec<f64> = (0..800).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_2).chain(x).collect();
-    for function in [Function::Sin, Function::Cos, Function::Tan] {
+fn circular_functions() {
+    use Function::{Acos, Asin, Atan, Cos, Sin, Tan};
+    check_all(&[
+        (&[Sin, Cos], 80, [-1.0, 1.0], 0.9),
+        (&[Sin, Cos], 80, [-10.0, 10.0], 0.9),
+        (&[Sin, Cos], 80, [-1e6, 1e6], 0.9),
+        (&[Sin, Cos], 8, [-1e9, 1e9], 0.9),
+        (&[Sin, Cos], 8, [1e-320, 1e-3], 0.9),
+        (&[Tan], 20, [-1.0, 1.0], 1.0),
+        (&[Tan], 20, [-1e3, 1e3], 1.0),
+        (&[Asin, Acos], 30, [-1.0, 1.0], 0.7),
+        (&[Acos], 10, [0.9, 1.0], 0.7),
+        (&[Atan], 50, [-4.0, 4.0], 0.8),
+        (&[Atan], 50, [1e-10, 1e10], 0.8),
+    ]);
+    let quarters = (0..800).chain((0..8000).map(|k| 80 * k));
+    let x: Vec<f64> = quarters.map(|k| f64::from(k) * std::f64::consts::FRAC_PI_2).collect();
+    for function in [Sin, Cos, Tan] {
         for (&x, value) in x.iter().zip(values(Level::Best, Some(function), &x, &x)) {
             let error = error(value, exact(Some(function), x, 0.0));
             assert!(error < 1.0, "{function:?}: {error} ulp at {x:e}");
@@ -115,43 +109,27 @@ fn angles_next_to_quarter_turns() {
 }
 
 #[test]
-fn exponentials() {
-    check(Some(Function::Exp), 40, [-1.0, 1.0], NONE, 0.9);
-    check(Some(Function::Exp), 40, [-745.0, 709.7], NONE, 0.9);
-    check(Some(Function::Exp), 4, [1e-320, 1e-3], NONE, 0.9);
-    for function in [Function::Sinh, Function::Cosh, Function::Tanh] {
-        let thousands = if function == Function::Tanh { 15 } else { 5 };
-        check(Some(function), thousands, [-1.0, 1.0], NONE, 0.7);
-        check(Some(function), thousands, [-20.0, 20.0], NONE, 0.7);
-        check(Some(function), 5, [1e-300, 1.0], NONE, 0.7);
-    }
-    check(Some(Function::Sinh), 4, [20.0, 708.0], NONE, 0.7);
-    check(Some(Function::Cosh), 4, [20.0, 708.0], NONE, 0.7);
-}
-
-#[test]
-fn logarithms() {
-    check(Some(Function::Ln), 50, [0.0, 4.0], NONE, 0.6);
-    check(Some(Function::Ln), 50, [0.9, 1.1], NONE, 0.6);
-    check(Some(Function::Ln), 20, [1e-310, 1e308], NONE, 0.6);
-    check(Some(Function::Log10), 20, [0.0, 4.0], NONE, 0.8);
-    check(Some(Function::Log10), 20, [1e-300, 1e308], NONE, 0.8);
-}
-
-#[test]
-fn powers() {
+fn exponentials_and_logarithms() {
+    use Function::{Cosh, Exp, Ln, Log10, Sinh, Tanh};
+    check_all(&[
+        (&[Exp], 40, [-1.0, 1.0], 0.9),
+        (&[Exp], 40, [-745.0, 709.7], 0.9),
+        (&[Exp], 4, [1e-320, 1e-3], 0.9),
+        (&[Tanh], 15, [-1.0, 1.0], 0.7),
+        (&[Tanh], 15, [-20.0, 20.0], 0.7),
+        (&[Sinh, Cosh], 5, [-1.0, 1.0], 0.7),
+        (&[Sinh, Cosh], 5, [-20.0, 20.0], 0.7),
+        (&[Sinh, Cosh, Tanh], 5, [1e-300, 1.0], 0.7),
+        (&[Sinh, Cosh], 4, [20.0, 708.0], 0.7),
+        (&[Ln], 50, [0.0, 4.0], 0.6),
+        (&[Ln], 50, [0.9, 1.1], 0.6),
+        (&[Ln], 20, [1e-310, 1e308], 0.6),
+        (&[Log10], 20, [0.0, 4.0], 0.8),
+        (&[Log10], 20, [1e-300, 1e308], 0.8),
+    ]);
     check(None, 15, [0.0, 2.0], [-3.0, 3.0], 0.7);
     check(None, 15, [0.5, 2.0], [-700.0, 700.0], 0.7);
     check(None, 10, [1e-300, 1e300], [-1.0, 1.0], 0.7);
-}
-
-#[test]
-fn inverse_functions() {
-    check(Some(Function::Asin), 30, [-1.0, 1.0], NONE, 0.7);
-    check(Some(Function::Acos), 30, [-1.0, 1.0], NONE, 0.7);
-    check(Some(Function::Acos), 10, [0.9, 1.0], NONE, 0.7);
-    check(Some(Function::Atan), 50, [-4.0, 4.0], NONE, 0.8);
-    check(Some(Function::Atan), 50, [1e-10, 1e10], NONE, 0.8);
 }
 
 /// Zeros, subnormal numbers, the ends of all ranges, infinities and NaN.
@@ -174,20 +152,14 @@ fn is_same(a: f64, b: f64) -> bool {
 
 #[test]
 fn edges_are_those_of_single_numbers() {
-    let functions = Function::NAMED.iter().map(|&(_, function)| function);
     let x = edges();
+    let functions = Function::NAMED.iter().map(|&(_, function)| (Some(function), 0.0));
+    let all: Vec<(Option<Function>, f64)> = functions.chain(x.iter().map(|&exponent| (None, exponent))).collect();
     for level in [Level::Best, Level::Avx2, Level::Scalar] {
-        for function in functions.clone() {
-            for (&x, value) in x.iter().zip(values(level, Some(function), &x, &x)) {
-                let wanted: f64 = function.apply(x);
-                assert!(is_same(value, wanted), "{level:?}: {function:?} of {x:e} is {value:e}, not {wanted:e}");
-            }
-        }
-        for &exponent in &x {
-            let y = vec![exponent; x.len()];
-            for (&x, value) in x.iter().zip(values(level, None, &x, &y)) {
-                let wanted = x.powf(exponent);
-                assert!(is_same(value, wanted), "{level:?}: {x:e}^{exponent:e} is {value:e}, not {wanted:e}");
+        for &(function, y) in &all {
+            for (&x, value) in x.iter().zip(values(level, function, &x, &vec![y; x.len()])) {
+                let wanted = function.map_or_else(|| x.powf(y), |function| function.apply(x));
+                assert!(is_same(value, wanted), "{level:?}: {function:?} of {x:e}, {y:e}: {value:e}, not {wanted:e}");
             }
         }
     }
