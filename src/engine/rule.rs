@@ -76,7 +76,8 @@ impl<const N: usize> Rule<N> {
 
     /// D̄ on Lobatto nodes.
     pub(super) fn derivative(&self) -> Box<Matrix<N>> {
-        matrix(self.points(), |i, j| self.operators.derivative(i, j).hi)
+        let (n, derivative) = (self.points(), self.operators.derivative());
+        matrix(n, |i, j| derivative[i * n + j])
     }
 
     /// The tables of windows of length `h`. Exact ones keep what rounding takes from their entries.

@@ -3,6 +3,7 @@
 
 use std::sync::OnceLock;
 
+use super::gll::LobattoRule;
 use crate::number::Real;
 use crate::number::vector::Twofold;
 
@@ -33,8 +34,6 @@ pub struct Collocation {
     legendre: Vec<Twofold>,
     a: Vec<Twofold>,
     a_squared: Vec<Twofold>,
-    /// A⁻¹, once it is asked for.
-    derivative: OnceLock<Vec<Twofold>>,
 }
 
 impl Collocation {
@@ -72,8 +71,7 @@ impl Collocation {
             weights[n - 1 - i] = weights[i];
         }
         let nodes = x.iter().map(|&x| (x + Twofold::ONE).half()).collect();
-        let (a, a_squared, derivative) = (Vec::new(), Vec::new(), OnceLock::new());
-        let mut operators = Self { family, nodes, weights, legendre, a, a_squared, derivative };
+        let mut operators = Self { family, nodes, weights, legendre, a: Vec::new(), a_squared: Vec::new() };
         let integration = operators.integration();
         operators.a = if family == Family::Lobatto { operators.inverse(&integration) } else { integration };
         operators.a_squared = operators.square();
@@ -115,22 +113,13 @@ impl Collocation {
         self.weights[j] * (Twofold::ONE - self.nodes[j])
     }
 
-    /// On Lobatto nodes, the entry of A⁻¹ = D + H⁻¹E_0 in row `i` and column `j`, see [`crate::sbp::gll`] for D.
-    pub fn derivative(&self, i: usize, j: usize) -> Twofold {
-        let n = self.points();
-        self.derivative.get_or_init(|| (0..n * n).map(|place| self.derivative_at(place / n, place % n)).collect())
-            [i * n + j]
-    }
-
-    fn derivative_at(&self, i: usize, j: usize) -> Twofold {
-        let last = self.points() - 1;
-        let corner = Twofold::from((self.points() * last) as f64).half();
-        match (i, j) {
-            (0, 0) => Twofold::ONE / self.weights[0] - corner,
-            _ if i == last && j == last => corner,
-            _ if i == j => Twofold::ZERO,
-            _ => self.legendre(i, last) / self.legendre(j, last) / (self.nodes[i] - self.nodes[j]),
-        }
+    /// On Lobatto nodes, A⁻¹ = D + H⁻¹E_0 row by row, see [`crate::sbp::gll`] for D: as 1/b_0 = n (n − 1), its first
+    /// entry is that of −D.
+    pub fn derivative(&self) -> Vec<f64> {
+        let rule: LobattoRule = LobattoRule::new(self.points());
+        let mut derivative: Vec<f64> = rule.differentiation.iter().map(|d| 2.0 * d).collect();
+        derivative[0] = -derivative[0];
+        derivative
     }
 
     /// P_k at node `i`, on [−1, 1].

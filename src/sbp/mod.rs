@@ -51,32 +51,20 @@ pub struct TooFewPoints {
 pub struct SbpOperator<S = f64> {
     /// Mean spacing of the nodes, in units of γ.
     spacing: S,
-    rows: Rows<S>,
+    /// The first rows of D in units of 1/γ, `closure_width` columns each; the last ones are their mirror image with the
+    /// other sign. Those of a spectral element are all rows.
+    closure: Vec<S>,
+    closure_width: usize,
+    /// d_m of the interior stencil.
+    interior: Vec<S>,
+    /// Of a spectral element, the positions of the nodes from the first one.
+    nodes: Vec<S>,
+    /// Of a spectral element, D column by column, which is the order in which its application vectorises.
+    columns: Vec<S>,
     /// Diagonal of H, length N, in units of γ.
     weights: Vec<S>,
     /// See [`SbpOperator::row_sum`].
     row_sum: f64,
-}
-
-/// The rows of D, in units of 1/γ.
-#[derive(Debug, Clone)]
-enum Rows<S> {
-    /// Finite differences on equidistant nodes.
-    Stencil {
-        /// Closure rows, row-major, `closure_width` columns each.
-        closure: Vec<S>,
-        closure_width: usize,
-        /// d_m of the interior stencil.
-        interior: Vec<S>,
-    },
-    /// A spectral element.
-    Dense {
-        /// Positions of the nodes from the first one.
-        nodes: Vec<S>,
-        /// D row by row, and again column by column, which is the order in which its application vectorises.
-        matrix: Vec<S>,
-        columns: Vec<S>,
-    },
 }
 
 /// The estimates of rounding were calibrated on SBP21 and SBP42, whose rows of |hD| sum to less than this.
@@ -99,12 +87,16 @@ impl<S: Real> SbpOperator<S> {
         }
         let row_sums = coefficients.closure.iter().map(|row| row.iter().map(|c| c.to_real::<f64>().abs()).sum());
         let closure = coefficients.closure.iter().flat_map(|row| row.iter());
-        let rows = Rows::Stencil {
+        Ok(Self {
+            spacing,
             closure: closure.map(|c| c.to_real::<S>() / spacing).collect(),
             closure_width: coefficients.closure[0].len(),
             interior: coefficients.interior.iter().map(|c| c.to_real::<S>() / spacing).collect(),
-        };
-        Ok(Self { spacing, rows, weights, row_sum: row_sums.fold(LEAST_ROW_SUM, f64::max) })
+            nodes: Vec::new(),
+            columns: Vec::new(),
+            weights,
+            row_sum: row_sums.fold(LEAST_ROW_SUM, f64::max),
+        })
     }
 
     /// The spectral element of `points` Gauss–Lobatto–Legendre nodes over the given `length` of γ.
@@ -118,11 +110,11 @@ impl<S: Real> SbpOperator<S> {
             spacing,
             weights: rule.weights.iter().map(|&w| length.half() * w).collect(),
             row_sum: row_sums.fold(LEAST_ROW_SUM, |largest, row| largest.max(row.to_f64())),
-            rows: Rows::Dense {
-                nodes: rule.nodes.iter().map(|&x| length.half() * (x + S::ONE)).collect(),
-                columns: (0..points * points).map(|k| matrix[k % points * points + k / points]).collect(),
-                matrix,
-            },
+            closure: matrix[..points.div_ceil(2) * points].to_vec(),
+            closure_width: points,
+            interior: Vec::new(),
+            nodes: rule.nodes.iter().map(|&x| length.half() * (x + S::ONE)).collect(),
+            columns: (0..points * points).map(|k| matrix[k % points * points + k / points]).collect(),
         }
     }
 
@@ -138,15 +130,12 @@ impl<S: Real> SbpOperator<S> {
 
     /// Returns true if all intervals between nodes are equal.
     pub fn is_equidistant(&self) -> bool {
-        matches!(self.rows, Rows::Stencil { .. })
+        self.nodes.is_empty()
     }
 
     /// γ at node k minus γ at the first node.
     pub fn node(&self, k: usize) -> S {
-        match &self.rows {
-            Rows::Stencil { .. } => S::from(k as f64) * self.spacing,
-            Rows::Dense { nodes, .. } => nodes[k],
-        }
+        if self.is_equidistant() { S::from(k as f64) * self.spacing } else { self.nodes[k] }
     }
 
     /// The largest Σ_j |hD_kj| over the rows k, but at least 4. By this factor hDu amplifies the rounding of u.
@@ -166,16 +155,13 @@ impl<S: Real> SbpOperator<S> {
 
     /// Number of rows at each end that may differ from the interior stencil.
     pub fn closure_rows(&self) -> usize {
-        match &self.rows {
-            Rows::Stencil { closure, closure_width, .. } => closure.len() / closure_width,
-            Rows::Dense { nodes, .. } => nodes.len() / 2,
-        }
+        (self.closure.len() / self.closure_width).min(self.points() / 2)
     }
 
     /// Returns true if every row reaches only the neighbouring nodes, so that Du = f is an explicit two-step recursion
     /// (SBP21).
     pub fn is_two_step(&self) -> bool {
-        matches!(&self.rows, Rows::Stencil { closure_width: 2, .. })
+        self.closure_width == 2 && self.is_equidistant()
     }
 
     /// Number of rows at the end of D that have an entry for node N. A deviation at node N alone shows in these rows
@@ -194,19 +180,14 @@ impl<S: Real> SbpOperator<S> {
     pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, S)> + '_ {
         let n = self.points();
         assert!(k < n, "row {k} of an operator on {n} points");
-        // A row is part of the left closure, of the interior stencil or of the right closure, or is dense. To have one
-        // type of iterator for all of them, the parts that a row does not have are empty.
-        let (left, middle, right) = match &self.rows {
-            Rows::Dense { matrix, .. } => (&matrix[k * n..(k + 1) * n], [].as_slice(), [].as_slice()),
-            Rows::Stencil { closure, closure_width, interior } => {
-                let s = closure.len() / closure_width;
-                let closure = |i: usize| &closure[i * closure_width..(i + 1) * closure_width];
-                match k {
-                    _ if k < s => (closure(k), [].as_slice(), [].as_slice()),
-                    _ if k >= n - s => ([].as_slice(), [].as_slice(), closure(n - 1 - k)),
-                    _ => ([].as_slice(), interior.as_slice(), [].as_slice()),
-                }
-            }
+        // A row is part of the left closure, of the interior stencil or of the right closure. To have one type of iterator
+        // for all of them, the parts that a row does not have are empty.
+        let (width, s) = (self.closure_width, self.closure.len() / self.closure_width);
+        let closure = |i: usize| &self.closure[i * width..][..width];
+        let (left, middle, right): (&[S], &[S], &[S]) = match k {
+            _ if k < s => (closure(k), &[], &[]),
+            _ if k >= n - s => (&[], &[], closure(n - 1 - k)),
+            _ => (&[], &self.interior, &[]),
         };
         let left = left.iter().enumerate().map(|(j, &c)| (j, c));
         let below = middle.iter().enumerate().rev().map(move |(m, &c)| (k - m - 1, -c));
@@ -219,24 +200,22 @@ impl<S: Real> SbpOperator<S> {
     pub fn apply(&self, u: &[S], out: &mut [S]) {
         let n = self.points();
         assert!(u.len() == n && out.len() == n, "vectors must have the operator's {n} points");
-        match &self.rows {
+        if !self.is_equidistant() {
             // Uses the widest vector instructions of the machine.
-            Rows::Dense { columns, .. } => Arch::new().dispatch(DenseProduct { columns, u, out }),
-            Rows::Stencil { closure, closure_width, interior } => {
-                let s = closure.len() / closure_width;
-                for (k, row) in closure.chunks_exact(*closure_width).enumerate() {
-                    out[k] = sum(row.iter().zip(u).map(|(&c, &v)| c * v));
-                    out[n - 1 - k] = -sum(row.iter().zip(u.iter().rev()).map(|(&c, &v)| c * v));
-                }
-                let inner = &mut out[s..n - s];
-                match interior.as_slice() {
-                    &[d1] => interior_stencil([d1], u, s, inner),
-                    &[d1, d2] => interior_stencil([d1, d2], u, s, inner),
-                    &[d1, d2, d3] => interior_stencil([d1, d2, d3], u, s, inner),
-                    &[d1, d2, d3, d4] => interior_stencil([d1, d2, d3, d4], u, s, inner),
-                    other => unreachable!("no interior stencil of half-width {}", other.len()),
-                }
-            }
+            return Arch::new().dispatch(DenseProduct { columns: &self.columns, u, out });
+        }
+        for (k, row) in self.closure.chunks_exact(self.closure_width).enumerate() {
+            out[k] = sum(row.iter().zip(u).map(|(&c, &v)| c * v));
+            out[n - 1 - k] = -sum(row.iter().zip(u.iter().rev()).map(|(&c, &v)| c * v));
+        }
+        let s = self.closure_rows();
+        let inner = &mut out[s..n - s];
+        match *self.interior {
+            [d1] => interior_stencil([d1], u, s, inner),
+            [d1, d2] => interior_stencil([d1, d2], u, s, inner),
+            [d1, d2, d3] => interior_stencil([d1, d2, d3], u, s, inner),
+            [d1, d2, d3, d4] => interior_stencil([d1, d2, d3, d4], u, s, inner),
+            _ => unreachable!("no interior stencil of half-width {}", self.interior.len()),
         }
     }
 
