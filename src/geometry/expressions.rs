@@ -102,22 +102,13 @@ fn rate<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -> NodeId {
 
 /// f_a + F_a.
 pub(super) fn force<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -> NodeId {
-    let half = parts.graph.constant(S::ONE.half());
     let mut sum = parts.graph.constant(S::ZERO);
-    let metric: Vec<([usize; 2], NodeId)> = parts.metric.iter().map(|(&bc, &node)| (bc, node)).collect();
-    for ([b, c], node) in metric {
+    let velocities = [q_dot, &[parts.graph.constant(S::ONE)]].concat();
+    for ([b, c], node) in parts.components() {
         let slope = parts.graph.derivative(node, a);
-        let mut term = parts.graph.multiply(slope, q_dot[b]);
-        term = parts.graph.multiply(term, q_dot[c]);
-        if b == c {
-            term = parts.graph.multiply(half, term);
-        }
-        sum = parts.graph.add(sum, term);
-    }
-    let one_form: Vec<(usize, NodeId)> = parts.one_form.iter().map(|(&b, &node)| (b, node)).collect();
-    for (b, node) in one_form {
-        let slope = parts.graph.derivative(node, a);
-        sum = plus(&mut parts.graph, sum, [slope, q_dot[b]]);
+        let text = if b == c { "f + 0.5*(s*u*v)" } else { "f + s*u*v" };
+        let named = [("f", sum), ("s", slope), ("u", velocities[b]), ("v", velocities[c])];
+        sum = parts.graph.written(text, &named);
     }
     if let Some(&force) = parts.force.get(&a) {
         let n = parts.dimension();

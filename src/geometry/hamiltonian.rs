@@ -3,11 +3,11 @@
 //! The momenta of ignorable coordinates are constants of a run. The equations of the active coordinates do not contain
 //! ignorable ones, which are quadratures.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::expressions::Expressions;
 use super::inverse::Inverse;
-use super::linearised::{Equations, Linearised};
+use super::linearised::Equations;
 use super::parts::Parts;
 use super::{OutsideGeometry, is_outside};
 use crate::formula::{NodeId, Program, Register};
@@ -33,7 +33,10 @@ pub(crate) struct Hamiltonian<S = f64> {
     pub(crate) accelerations: Option<Vec<Register>>,
     /// The registers of the determinants of the blocks.
     pub(crate) determinants: Vec<Register>,
-    linearised: Linearised<S>,
+    parts: Parts<S>,
+    /// The equations as they were formed, and with few operations.
+    expressions: [Expressions; 2],
+    linearised: OnceLock<Equations<S>>,
 }
 
 impl<S: Real> Hamiltonian<S> {
@@ -61,10 +64,12 @@ impl<S: Real> Hamiltonian<S> {
             forces: registers(forces),
             accelerations: accelerations.as_deref().map(registers),
             determinants: registers(determinants),
-            linearised: Linearised::new(parts, &active, [plain, reduced]),
             program,
             active,
             inverse: constant,
+            parts,
+            expressions: [plain, reduced],
+            linearised: OnceLock::new(),
         }
     }
 
@@ -101,9 +106,9 @@ impl<S: Real> Hamiltonian<S> {
         if is_finite { Ok(()) } else { outside(None, f64::NAN) }
     }
 
-    /// The linearised equations.
+    /// The linearised equations, which are formed when they are first asked for.
     pub(crate) fn linearised(&self) -> &Equations<S> {
-        self.linearised.get()
+        self.linearised.get_or_init(|| Equations::new(self.parts.clone(), &self.active, &self.expressions))
     }
 }
 

@@ -55,12 +55,11 @@ impl Inverse {
         }
         let graph = &mut parts.graph;
         let mut minors = Minors { rows: &rows, graph, known: HashMap::new() };
-        let all: Vec<usize> = (0..order).collect();
-        let Some(determinant) = minors.of(&all, &all) else { return Err(GeometryError::Degenerate(block)) };
+        let all = (1 << order) - 1;
+        let Some(determinant) = minors.of(all, all) else { return Err(GeometryError::Degenerate(block)) };
         for i in 0..order {
             for j in i..order {
-                let without = |k: usize| -> Vec<usize> { (0..order).filter(|&other| other != k).collect() };
-                let Some(minor) = minors.of(&without(i), &without(j)) else { continue };
+                let Some(minor) = minors.of(all & !(1 << i), all & !(1 << j)) else { continue };
                 let cofactor = if (i + j) % 2 == 0 { minor } else { minors.graph.negate(minor) };
                 let entry = minors.graph.divide(cofactor, determinant);
                 self.entries.insert([block[i], block[j]], entry);
@@ -90,22 +89,22 @@ fn blocks<S: Real>(parts: &Parts<S>) -> Vec<Vec<usize>> {
 struct Minors<'m, S> {
     rows: &'m [Vec<Option<NodeId>>],
     graph: &'m mut Graph<S>,
-    known: HashMap<(Vec<usize>, Vec<usize>), Option<NodeId>>,
+    known: HashMap<[u32; 2], Option<NodeId>>,
 }
 
 impl<S: Real> Minors<'_, S> {
-    /// The determinant of these rows and columns; `None` if it is zero.
-    fn of(&mut self, rows: &[usize], columns: &[usize]) -> Option<NodeId> {
-        let Some((&row, below)) = rows.split_first() else { return Some(self.graph.whole(1)) };
-        let key = (rows.to_vec(), columns.to_vec());
-        if let Some(&known) = self.known.get(&key) {
+    /// The determinant of these rows and columns, a bit each; `None` if it is zero.
+    fn of(&mut self, rows: u32, columns: u32) -> Option<NodeId> {
+        if rows == 0 {
+            return Some(self.graph.whole(1));
+        }
+        if let Some(&known) = self.known.get(&[rows, columns]) {
             return known;
         }
-        let mut sum = None;
-        for (place, &column) in columns.iter().enumerate() {
+        let (row, mut sum) = (rows.trailing_zeros() as usize, None);
+        for (place, column) in (0..MOST_COUPLED).filter(|&column| columns >> column & 1 == 1).enumerate() {
             let Some(entry) = self.rows[row][column] else { continue };
-            let others: Vec<usize> = columns.iter().copied().filter(|&other| other != column).collect();
-            let Some(minor) = self.of(below, &others) else { continue };
+            let Some(minor) = self.of(rows & (rows - 1), columns & !(1 << column)) else { continue };
             let product = self.graph.multiply(entry, minor);
             sum = Some(match (sum, place % 2) {
                 (None, 0) => product,
@@ -114,7 +113,7 @@ impl<S: Real> Minors<'_, S> {
                 (Some(sum), _) => self.graph.subtract(sum, product),
             });
         }
-        self.known.insert(key, sum);
+        self.known.insert([rows, columns], sum);
         sum
     }
 }

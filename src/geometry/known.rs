@@ -41,21 +41,13 @@ impl<S: Real> Scope<'_, S> {
     pub(super) fn lift(&mut self, metric: &BTreeMap<[usize; 2], NodeId>, omega: Option<NodeId>) -> NodeId {
         let n = self.all;
         let p: Vec<NodeId> = (2 * n..3 * n).map(|variable| self.graph.variable(variable)).collect();
-        let mut sum = self.graph.multiply(p[0], p[n - 1]);
-        let half = self.graph.constant(S::ONE.half());
-        for (a, &p_a) in p[..n - 1].iter().enumerate() {
-            let Some(&g_aa) = metric.get(&[a, a]) else { continue };
-            let (factor, kinetic) = match (a, metric.get(&[0, a])) {
-                (0, _) => (self.graph.multiply(half, g_aa), p[n - 1]),
-                (_, None) => (self.graph.divide(half, g_aa), p_a),
-                (_, Some(&g_ta)) => {
-                    let product = self.graph.multiply(g_ta, p[n - 1]);
-                    (self.graph.divide(half, g_aa), self.graph.subtract(p_a, product))
-                }
-            };
-            let square = self.graph.power_integer(kinetic, 2);
-            let term = self.graph.multiply(factor, square);
-            sum = if a == 0 { self.graph.subtract(sum, term) } else { self.graph.add(sum, term) };
+        let (s, zero) = (p[n - 1], self.graph.constant(S::ZERO));
+        let mut sum = self.graph.multiply(p[0], s);
+        for (a, &p) in p[..n - 1].iter().enumerate() {
+            let Some(&g) = metric.get(&[a, a]) else { continue };
+            let one_form = metric.get(&[0, a]).filter(|_| a > 0).map_or(zero, |&g_ta| self.graph.multiply(g_ta, s));
+            let text = if a == 0 { "h - 0.5*g*s^2" } else { "h + 0.5/g*(p - a)^2" };
+            sum = self.graph.written(text, &[("h", sum), ("g", g), ("s", s), ("p", p), ("a", one_form)]);
         }
         omega.map_or(sum, |omega| self.graph.divide(sum, omega))
     }

@@ -26,7 +26,7 @@ impl<S: Real> Lagrangian<S> {
         rows.extend(inverse.blocks.iter().map(|block| block.determinant));
         let fields = Program::new(&mut parts.graph, n, &rows);
         let rows = add_force(&mut structure, parts);
-        structure.inertias = inertias(parts);
+        structure.particles = parts.particles.clone();
         let force = Program::new(&mut parts.graph, 2 * n, &rows);
         Self { structure, fields, force, momenta }
     }
@@ -57,9 +57,7 @@ pub(super) fn source<S: Real>(graph: &Graph<S>, node: NodeId, rows: &mut Vec<Nod
 /// The structure of metric and one-form, with the expressions of its rows.
 fn structure_of<S: Real>(parts: &mut Parts<S>) -> (Structure<S>, Vec<NodeId>) {
     let n = parts.dimension();
-    let components: Vec<([usize; 2], NodeId)> = (parts.metric.iter().map(|(&ab, &node)| (ab, node)))
-        .chain(parts.one_form.iter().map(|(&a, &node)| ([a, n], node)))
-        .collect();
+    let components = parts.components();
     let mut structure = Structure { dimension: n, has_one_form: !parts.one_form.is_empty(), ..Structure::default() };
     let mut rows = Vec::new();
     let mut value = |graph: &Graph<S>, node| source(graph, node, &mut rows);
@@ -100,12 +98,6 @@ fn add_force<S: Real>(structure: &mut Structure<S>, parts: &mut Parts<S>) -> Vec
     }
     structure.force_rows = rows.len();
     rows
-}
-
-/// The coordinates of particles in a potential with their g_aa, where those are constant.
-fn inertias<S: Real>(parts: &Parts<S>) -> Vec<(usize, S)> {
-    let inertia = |a: usize| Some((a, parts.graph.as_constant(*parts.metric.get(&[a, a])?)?));
-    parts.particles.clone().filter_map(inertia).collect()
 }
 
 /// p_a of all coordinates and f_a + F_a of active ones, with few operations.

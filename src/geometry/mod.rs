@@ -65,7 +65,7 @@ use std::sync::Arc;
 use self::inverse::Inverse;
 use self::lagrangian::Lagrangian;
 use self::parts::Parts;
-use crate::formula::{Names, NodeId};
+use crate::formula::Names;
 use crate::number::Real;
 
 /// The metric, the one-form and the force of a scene, with their derivatives, as programs.
@@ -287,16 +287,18 @@ impl<S: Real> Geometry<S> {
     /// The first node that lies outside the domain.
     pub fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) -> Result<(), OutsideGeometry> {
         self.lagrangian.fill(q, samples);
-        let position = |index: usize| self.active().first().map_or(f64::NAN, |&a| q[a][index].to_f64());
+        let outside = |index: usize, block: Option<usize>, determinant: f64| {
+            let position = self.active().first().map_or(f64::NAN, |&a| q[a][index].to_f64());
+            Err(OutsideGeometry { index, block, determinant, position })
+        };
         for (block, (row, &sign)) in self.lagrangian.determinants(samples).zip(&self.signs).enumerate() {
             if let Some(index) = row.iter().position(|&determinant| is_outside(determinant, sign)) {
-                let determinant = row[index].to_f64();
-                return Err(OutsideGeometry { index, block: Some(block), determinant, position: position(index) });
+                return outside(index, Some(block), row[index].to_f64());
             }
         }
         for row in 0..self.structure().rows {
             if let Some(index) = samples.row(row).iter().position(|value| !value.is_finite()) {
-                return Err(OutsideGeometry { index, block: None, determinant: f64::NAN, position: position(index) });
+                return outside(index, None, f64::NAN);
             }
         }
         Ok(())
@@ -333,9 +335,9 @@ fn active_of<S: Real>(parts: &mut Parts<S>, kept: &[usize]) -> Vec<usize> {
     let n = parts.dimension();
     let mut is_active = vec![false; n];
     parts.force.keys().chain(kept).for_each(|&a| is_active[a] = true);
-    let nodes: Vec<NodeId> = parts.metric.values().chain(parts.one_form.values()).copied().collect();
+    let components = parts.components();
     for (a, is_active) in is_active.iter_mut().enumerate() {
-        *is_active |= nodes.iter().any(|&node| {
+        *is_active |= components.iter().any(|&(_, node)| {
             let derivative = parts.graph.derivative(node, a);
             !parts.graph.is(derivative, 0.0)
         });

@@ -67,10 +67,7 @@ impl<S: Real> Motion<S> {
     /// # Errors
     /// The first node that is outside the domain.
     pub fn rates(&mut self, on: OnNodes<'_, S>, out: &mut [Vec<S>]) -> Result<(), OutsideGeometry> {
-        let hamiltonian = Arc::clone(&self.hamiltonian);
-        let own = hamiltonian.active_velocities().into_iter().chain(hamiltonian.forces.iter().copied());
-        let points = on.q.first().map_or(0, Vec::len);
-        self.sweep(on, points, out.iter_mut().zip(own).collect())
+        self.sweep(on, on.q.first().map_or(0, Vec::len), out)
     }
 
     /// Computes the rates of ignorable coordinates on the first nodes, a row for each.
@@ -78,19 +75,14 @@ impl<S: Real> Motion<S> {
     /// # Errors
     /// The first node that is outside the domain.
     pub fn ignorable_rates(&mut self, on: OnNodes<'_, S>, points: usize) -> Result<&[Vec<S>], OutsideGeometry> {
-        self.sweep(on, points, Vec::new())?;
+        self.sweep(on, points, &mut [])?;
         Ok(&self.ignorable)
     }
 
-    /// Computes all rates on the first nodes, and copies registers into rows.
-    fn sweep(
-        &mut self,
-        on: OnNodes<'_, S>,
-        points: usize,
-        mut wanted: Vec<(&mut Vec<S>, Register)>,
-    ) -> Result<(), OutsideGeometry> {
+    /// Computes all rates on the first nodes, and writes those of active coordinates into as many rows as there are.
+    fn sweep(&mut self, on: OnNodes<'_, S>, points: usize, out: &mut [Vec<S>]) -> Result<(), OutsideGeometry> {
         let (hamiltonian, mut chances) = (Arc::clone(&self.hamiltonian), MOST_LOST);
-        let others = hamiltonian.ignorable_velocities();
+        let (own, others) = (hamiltonian.active_velocities(), hamiltonian.ignorable_velocities());
         self.nodes = 0..0;
         self.ignorable.iter_mut().for_each(|row| row.resize(points, S::ZERO));
         for first in (0..points).step_by(BLOCK) {
@@ -101,7 +93,7 @@ impl<S: Real> Motion<S> {
             let take = |row: &mut Vec<S>, register: Register| {
                 row[nodes.clone()].copy_from_slice(&self.rates[register][..nodes.len()]);
             };
-            wanted.iter_mut().for_each(|(row, register)| take(row, *register));
+            out.iter_mut().zip(own.iter().chain(&hamiltonian.forces)).for_each(|(row, &register)| take(row, register));
             self.ignorable.iter_mut().zip(&others).for_each(|(row, &register)| take(row, register));
         }
         Ok(())

@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::expressions::plus;
 use super::presets::Preset;
 use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, mentions};
 use crate::formula::{self, Graph, Known, Names, NodeId};
 use crate::number::Real;
 
 /// The Lagrangian and the force as expressions. Variable a of the graph is q^a, variable n + a is dq^a/dγ.
+#[derive(Debug, Clone)]
 pub(super) struct Parts<S> {
     pub(super) graph: Graph<S>,
     pub(super) names: Vec<String>,
@@ -90,8 +92,7 @@ impl<'s, S: Real> Scope<'s, S> {
         let mut power = self.graph.constant(S::ZERO);
         for (&a, &node) in force.iter() {
             let velocity = self.graph.variable(self.all + a);
-            let work = self.graph.multiply(node, velocity);
-            power = self.graph.add(power, work);
+            power = plus(&mut self.graph, power, [node, velocity]);
         }
         let t_dot = self.graph.variable(self.all);
         let rate = self.graph.divide(power, t_dot);
@@ -287,6 +288,12 @@ impl<S: Real> Parts<S> {
     /// Number of coordinates.
     pub(super) fn dimension(&self) -> usize {
         self.names.len()
+    }
+
+    /// g_ab for a ≤ b, and then A_a as g_an: a Lagrangian has both, with the velocity q̇^n = 1.
+    pub(super) fn components(&self) -> Vec<([usize; 2], NodeId)> {
+        let one_form = self.one_form.iter().map(|(&a, &node)| ([a, self.dimension()], node));
+        self.metric.iter().map(|(&ab, &node)| (ab, node)).chain(one_form).collect()
     }
 
     /// g_ab, in either order of the indices.

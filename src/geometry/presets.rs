@@ -215,39 +215,27 @@ mod tests {
         texts
     }
 
-    /// The same metric as one that is not known.
-    fn unknown(mut text: MetricText) -> MetricText {
-        text.components[0].1 = format!("({})", text.components[0].1);
-        text
+    /// q̇^a and then ṗ_a of active coordinates, anywhere.
+    fn rates(text: &MetricText) -> Vec<f64> {
+        let geometry: Geometry = Geometry::new(&GeometryText::Metric(text.clone())).unwrap();
+        let (mut point, n) = (geometry.point(), geometry.dimension());
+        point.evaluate(&[0.3, 2.7, 1.1, 0.4, 0.2][..n], &[0.9, -0.7, 1.3, -2.1, 0.8][..n]).unwrap();
+        let velocities: Vec<f64> = (0..n).map(|a| point.q_dot(a)).collect();
+        velocities.into_iter().chain((0..geometry.active().len()).map(|k| point.p_dot(k))).collect()
     }
 
+    /// They belong to components and definitions, and rates are those of the same metric as one that is not known.
     #[test]
-    fn hamiltonians_belong_to_components_and_definitions() {
+    fn hamiltonians_are_those_of_the_components() {
         for text in texts() {
-            assert!(Preset::hamiltonian(&text).is_some());
-            assert_eq!(Preset::hamiltonian(&unknown(text.clone())), None);
-            let mut more = text.clone();
+            let [mut unknown, mut more, mut other] = [(); 3].map(|()| text.clone());
+            unknown.components[0].1 = format!("({})", unknown.components[0].1);
             more.definitions.push(("n".to_owned(), "2".to_owned()));
-            assert!(Preset::hamiltonian(&more).is_some());
-            let mut other = text;
-            if let Some((_, definition)) = other.definitions.first_mut() {
-                *definition = "2".to_owned();
-                assert_eq!(Preset::hamiltonian(&other), None);
-            }
-        }
-    }
-
-    #[test]
-    fn rates_are_those_of_the_components() {
-        for text in texts() {
-            let rates = |text: MetricText| {
-                let geometry: Geometry = Geometry::new(&GeometryText::Metric(text)).unwrap();
-                let (mut point, n) = (geometry.point(), geometry.dimension());
-                point.evaluate(&[0.3, 2.7, 1.1, 0.4, 0.2][..n], &[0.9, -0.7, 1.3, -2.1, 0.8][..n]).unwrap();
-                let velocities = (0..n).map(|a| point.q_dot(a));
-                velocities.chain((0..geometry.active().len()).map(|k| point.p_dot(k))).collect::<Vec<f64>>()
-            };
-            let (known, expected) = (rates(text.clone()), rates(unknown(text)));
+            other.definitions.iter_mut().take(1).for_each(|(_, definition)| *definition = "2".to_owned());
+            let is_known = |text: &MetricText| Preset::hamiltonian(text).is_some();
+            assert_eq!([&text, &more, &unknown].map(is_known), [true, true, false]);
+            assert_eq!(is_known(&other), text.definitions.is_empty());
+            let (known, expected) = (rates(&text), rates(&unknown));
             let size = expected.iter().fold(0.0_f64, |size, rate| size.max(rate.abs()));
             for (one, other) in known.iter().zip(&expected) {
                 assert!((one - other).abs() <= 1e-13 * size, "{known:?} {expected:?}");

@@ -1,5 +1,7 @@
 //! Which components and derivatives of a Lagrangian are not zero, and their values on the nodes of a grid.
 
+use std::ops::Range;
+
 use crate::number::Real;
 
 /// Where a value comes from.
@@ -56,14 +58,15 @@ pub struct Structure<S> {
     pub rows: usize,
     /// Number of rows for the force with its derivatives.
     pub force_rows: usize,
-    /// The coordinates of a potential, each with its constant g_aa.
-    pub inertias: Vec<(usize, S)>,
+    /// The coordinates of particles in a potential.
+    pub particles: Range<usize>,
 }
 
 impl<S: Real> Structure<S> {
     /// The constant g_aa of a coordinate of a potential.
     pub fn inertia(&self, a: usize) -> Option<S> {
-        self.inertias.iter().find(|(other, _)| *other == a).map(|&(_, inertia)| inertia)
+        let term = self.values.iter().find(|term| term.ab == [a; 2] && self.particles.contains(&a))?;
+        if let Source::Constant(inertia) = term.value { Some(inertia) } else { None }
     }
 
     /// Velocities that the Lagrangian multiplies: n, and the constant 1 if there is a one-form.
