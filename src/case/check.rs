@@ -3,43 +3,13 @@
 use super::CaseError;
 use super::initial::Initial;
 use super::reader::Field;
-use super::scenery::{Scenery, conformal, with_factor};
+use super::scenery::{self, Scenery, conformal};
+use super::source::EXCLUSIVE;
 use super::start::{self, NoStart};
 use super::{Case, bodies, metric, potential};
 use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText, Start, Tau, value_of};
 use crate::number::Real;
 use crate::solve::Quantity;
-
-const BODIES: &str = "bodies move by Newton's law in the energy of their pairs, [pair] formula";
-const VELOCITY: &str = "keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)";
-const PRESET: &str = "a preset has its own coordinates and components";
-const GEOMETRY: &str = "a case has exactly one of [metric] and [potential]";
-
-/// Keys that exclude each other; what is said of the second one where both are given, and what to do.
-const EXCLUDED: [(&str, &str, &str, &str); 12] = [
-    ("body", "metric", "both [[body]] and [metric] are given", BODIES),
-    ("body", "potential", "both [[body]] and [potential] are given", BODIES),
-    ("body", "force", "both [[body]] and [force] are given", BODIES),
-    (
-        "metric",
-        "force",
-        "[force] belongs to a potential, and the case has a metric",
-        "a force in a metric is metric.force",
-    ),
-    ("metric", "potential", "both a metric and a potential are given", GEOMETRY),
-    ("metric.preset", "metric.coordinates", "'metric.coordinates' and 'metric.preset' are both given", PRESET),
-    ("metric.preset", "metric.components", "'metric.components' and 'metric.preset' are both given", PRESET),
-    ("force", "potential.force", "both [force] and potential.force are given", "keep one of them"),
-    ("initial.x_dot", "initial.velocity", "both x_dot and velocity are given", VELOCITY),
-    ("initial.p_x", "initial.velocity", "both p_x and velocity are given", VELOCITY),
-    (
-        "solver.accuracy",
-        "solver.tolerance",
-        "both solver.accuracy and solver.tolerance are given",
-        "keep accuracy for an error of the whole run, or tolerance for a run that goes on whatever errors grow to",
-    ),
-    ("grid.gamma_f", "grid.t_f", "both gamma_f and t_f are given", "keep exactly one of grid.gamma_f and grid.t_f"),
-];
 
 /// Refuses keys that exclude each other.
 pub(super) fn excluded(root: &Field<'_>) -> Result<(), CaseError> {
@@ -50,7 +20,7 @@ pub(super) fn excluded(root: &Field<'_>) -> Result<(), CaseError> {
     let both = |&(one, other, message, help): &(&str, &str, &str, &str)| {
         Some(find(one).and(find(other))?.key_error(message).with_help(help))
     };
-    EXCLUDED.iter().find_map(both).map_or(Ok(()), Err)
+    EXCLUSIVE.iter().find_map(both).map_or(Ok(()), Err)
 }
 
 /// Reads the one of `[metric]`, `[potential]` and bodies that is given.
@@ -61,9 +31,8 @@ pub(super) fn geometry<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
             Some(_) => ("bodies", "every body has a mass of its own"),
             None => ("a metric", "write the mass into the metric, or take a [potential]"),
         };
-        return Err(particle
-            .error(format!("[particle] belongs to a potential, and the case has {of}"))
-            .with_help(help));
+        let error = particle.error(format!("[particle] belongs to a potential, and the case has {of}"));
+        return Err(error.with_help(help));
     }
     if let Some(pair) = root.get("pair").filter(|_| body.is_none()) {
         return Err(pair.error("[pair] needs bodies").with_help("give [[body]], one table for each"));
@@ -72,7 +41,8 @@ pub(super) fn geometry<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
         (Some(body), _) => bodies::read(&body, root.table("pair")),
         (None, Some(metric)) => metric::read(metric),
         (None, None) if root.get("potential").or(root.get("force")).is_none() => {
-            Err(root.error("missing field `metric` or `potential`").with_help(GEOMETRY))
+            let error = root.error("missing field `metric` or `potential`");
+            Err(error.with_help("a case has exactly one of [metric] and [potential]"))
         }
         (None, None) => potential::read(root),
     }
@@ -87,62 +57,51 @@ pub(super) fn title(field: &Field<'_>) -> Result<String, CaseError> {
     Ok(title.to_owned())
 }
 
-/// The initial data, if everything about them is allowed.
-pub(super) struct Found<S> {
-    geometry: Geometry<S>,
-    /// The geometry that the data belong to, if it is not that of the case.
-    bare: Option<Geometry<S>>,
-    /// The start there.
-    start: Start<S>,
-    /// True if the two roots for the unknown rate are one.
-    pub(super) is_double: bool,
-    /// The coordinate that K ≠ 0 asks for.
-    pub(super) tau: Option<Tau>,
-}
-
-impl<S: Real> Found<S> {
-    /// The start in the geometry of the case, and this geometry, which has the coordinate tau if one is asked for.
-    pub(super) fn place(
-        self,
-        scenery: &mut Scenery<'_>,
-        initial: &Initial<'_>,
-    ) -> Result<(Start<S>, Geometry<S>), CaseError> {
-        let Self { geometry, bare, start, tau, .. } = self;
-        scenery.add(tau);
-        let (text, Some(bare)) = (&scenery.text, bare) else { return Ok((start, geometry)) };
-        let start = with_factor(text, &bare, &initial.data, start);
-        if start.q_dot.iter().any(|u| !u.is_finite()) {
-            return Err(no_start(&NoStart::NotFinite, initial, &text.coordinates()));
-        }
-        let geometry = if tau.is_some() { scenery.geometry()? } else { geometry };
-        let around = geometry.clone().around(&start.q);
-        let geometry = around.map_err(|error| outside(&error, &geometry, initial, &start.q))?;
-        Ok((start, geometry))
-    }
-}
-
-/// The start in `S`, if there is one that everything about it allows.
+/// Refuses initial data that describe no start in `S`. Returns true if the two roots for the unknown rate are one, and
+/// the coordinate that K ≠ 0 asks for.
 pub(super) fn start<S: Real>(
     scenery: &Scenery<'_>,
     initial: &Initial<'_>,
     geometry: Geometry<S>,
     rounding: f64,
-) -> Result<Found<S>, CaseError> {
+) -> Result<(bool, Option<Tau>), CaseError> {
     let parameters = scenery.text.parameters();
     let q = initial.data.q.iter().map(|text| value_of(text, parameters)).collect::<Result<Vec<S>, _>>();
     let q = q.map_err(|_| initial.section.error("a coordinate is not a finite number in the digits asked for"))?;
     check_g00(scenery, initial, &geometry, &q)?;
-    let around = geometry.clone().around(&q);
-    let geometry = around.map_err(|error| outside(&error, &geometry, initial, &q))?;
+    let geometry = around(geometry, initial, &q)?;
     scenery.check_factor(&q)?;
     let bare = scenery.bare()?;
     let of_data = bare.as_ref().unwrap_or(&geometry);
     check_masses(scenery, of_data, &q)?;
     let solved = start::solve(&initial.data, of_data, parameters, rounding, None);
-    let (start, is_double) = solved.map_err(|none| no_start(&none, initial, geometry.names()))?;
+    let (start, is_double) = solved.map_err(|none| no_start(none, initial))?;
     let tau = check_motion(scenery, initial, of_data, &start, rounding)?;
     geometry.point().evaluate(&start.q, &start.p).map_err(|error| outside(&error, &geometry, initial, &q))?;
-    Ok(Found { geometry, bare, start, is_double, tau })
+    Ok((is_double, tau))
+}
+
+/// The start in the geometry of the case, and this geometry, which has the coordinate tau if one is asked for.
+pub(super) fn placed(
+    scenery: &Scenery<'_>,
+    initial: &Initial<'_>,
+    geometry: Geometry,
+    rounding: f64,
+    is_double: bool,
+) -> Result<(Start, Geometry), CaseError> {
+    let geometry = if scenery.text.tau().is_some() { scenery.geometry()? } else { geometry };
+    let start = scenery::start(&scenery.text, &geometry, &initial.data, rounding, is_double);
+    let start = start.map_err(|none| no_start(none, initial))?;
+    if start.q_dot.iter().any(|u| !u.is_finite()) {
+        return Err(no_start(NoStart::not_finite(), initial));
+    }
+    let geometry = around(geometry, initial, &start.q)?;
+    Ok((start, geometry))
+}
+
+/// The geometry around a point, which has to lie inside its domain.
+fn around<S: Real>(geometry: Geometry<S>, initial: &Initial<'_>, q: &[S]) -> Result<Geometry<S>, CaseError> {
+    geometry.clone().around(q).map_err(|error| outside(&error, &geometry, initial, q))
 }
 
 /// The words for a mistake in the position.
@@ -163,37 +122,8 @@ fn outside<S: Real>(outside: &OutsideGeometry, geometry: &Geometry<S>, initial: 
     error.with_help("choose another start, or coordinates that are regular there")
 }
 
-fn no_start(none: &NoStart, initial: &Initial<'_>, names: &[String]) -> CaseError {
-    let unknown = |a: usize| match initial.data.rates[a].is_momentum() {
-        true => format!("p_{}", names[a]),
-        false => format!("{}_dot", names[a]),
-    };
-    match none {
-        NoStart::Undetermined(block) => {
-            let list: Vec<String> = block.iter().map(|&a| format!("p_{}", names[a])).collect();
-            let velocities: Vec<String> = block.iter().map(|&a| format!("{}_dot", names[a])).collect();
-            let message = format!("{} do not determine {}", list.join(", "), velocities.join(", "));
-            let help = "the metric has no inverse in these coordinates alone: give a velocity in place of a momentum";
-            initial.error_in_rate(block[0], message).with_help(help)
-        }
-        NoStart::Independent(a) => {
-            let message = format!("K does not depend on {}, so that norm cannot determine it", unknown(*a));
-            initial.section.at("solve").error(message).with_help("solve for another velocity or momentum")
-        }
-        NoStart::NoRoot { coordinate, norm, extreme, is_most } => {
-            let unknown = unknown(*coordinate);
-            let bound = if *is_most { "at most" } else { "at least" };
-            let message = format!("no real {unknown} gives K = {norm}: K is {bound} {extreme} whatever {unknown} is");
-            let help = format!("change the other velocities and momenta, or take a norm of {bound} {extreme}");
-            initial.section.at("solve").error(message).with_help(help)
-        }
-        NoStart::OtherSign { coordinate, root } => {
-            let unknown = unknown(*coordinate);
-            let message = format!("the only {unknown} that gives this K is {root}, which has the other sign");
-            initial.section.at("solve").error(message).with_help("change the sign in solve")
-        }
-        NoStart::NotFinite => initial.section.error("a velocity, a momentum or K is not a finite number at the start"),
-    }
+fn no_start(none: NoStart, initial: &Initial<'_>) -> CaseError {
+    initial.section.at(&none.key).error(none.message).with_hint(none.help)
 }
 
 /// Refuses masses and c that are not positive.

@@ -2,6 +2,7 @@
 
 use toml_edit::{DocumentMut, InlineTable, Item, Value, value};
 
+use super::tables::absolute;
 use super::{Case, Rate};
 use crate::geometry::{GeometryText, Law};
 
@@ -31,9 +32,12 @@ impl Case {
                 }
             }
         }
-        for (name, file) in &self.tables {
+        for (name, _) in self.geometry_text.tables() {
             // A path that is counted from the folder of the case would lead elsewhere from another folder.
-            table(table(root, "tables"), name)["file"] = value(file.display().to_string());
+            let entry = table(table(root, "tables"), name);
+            if let Some(file) = entry.get("file").and_then(Item::as_str).map(|file| absolute(&self.folder, file)) {
+                entry["file"] = value(file.display().to_string());
+            }
         }
         self.fill_initial(table(root, "initial"));
         let chooses_windows = self.settings.accuracy.is_some();

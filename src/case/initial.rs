@@ -91,7 +91,7 @@ pub(super) fn read<'t>(
         from = Some(end);
         given
     } else if scenery.start.is_empty() {
-        let keys = ["norm", "solve"].map(str::to_owned).into_iter().chain(keys(names, scenery.is_of_x));
+        let keys = ["norm", "solve"].map(str::to_owned).into_iter().chain(keys(names, section.source.is_of_x));
         section.finish(&keys.collect::<Vec<_>>()).map_err(|error| explain_velocity(error, names))?;
         check_positions(&section, geometry, has_time)?;
         names.iter().map(|name| self::given(&section, name)).collect::<Result<_, _>>()?
@@ -315,12 +315,6 @@ impl Initial<'_> {
         let mut given = active.iter().filter_map(|&a| self.given.get(a)?.position.as_ref());
         let single = given.next().filter(|_| given.next().is_none());
         single.map_or(&self.section, |(_, field)| field).error(message)
-    }
-
-    /// A mistake in the rate of a coordinate.
-    pub(super) fn error_in_rate(&self, a: usize, message: String) -> CaseError {
-        let given = self.given.get(a).and_then(|given| given.rate.as_ref());
-        given.map_or_else(|| self.section.at("solve"), |(_, field)| field.clone()).error(message)
     }
 }
 

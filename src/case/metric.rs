@@ -4,6 +4,7 @@ use super::CaseError;
 use super::names::{self, Taken};
 use super::reader::Field;
 use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
+use super::source::is_used;
 use crate::formula::similar::nearest;
 use crate::geometry::{GeometryText, MetricText, PRESETS, Place, Preset};
 
@@ -23,7 +24,7 @@ pub(super) fn read(section: Field<'_>) -> Result<Scenery<'_>, CaseError> {
     text.force = places.keep_by_coordinate(&section.table("force"), &text.coordinates, Place::Force)?;
     text.conformal = section.get("conformal").map(|field| places.keep(Place::Conformal, field)).transpose()?;
     if let Some(preset) = preset {
-        check_of_preset(preset, &places)?;
+        check_own(preset, &places)?;
     }
     let whole = components.or(section.get("preset")).or(coordinates).unwrap_or_else(|| section.clone());
     Ok(Scenery { preset, ..Scenery::new(GeometryText::Metric(text), places, section, whole) })
@@ -35,49 +36,32 @@ fn preset(field: &Field<'_>) -> Result<&'static Preset, CaseError> {
     field.one_of("preset", &format!("one of {}", known.map(|(name, _)| name).join(", ")), &known)
 }
 
-/// A parameter or definition of a case with a preset: its kind, those that the preset has of this kind and of the other
-/// one, its name, and where it stands.
-type Own<'p, 't> = (&'static str, [&'p [(String, String)]; 2], &'p str, &'p Field<'t>);
-
-fn own<'p, 't>(
-    places: &'p Places<'t>,
-    MetricText { parameters, definitions, .. }: &'p MetricText,
-) -> impl Iterator<Item = Own<'p, 't>> {
-    places.0.iter().filter_map(move |(place, field)| match place {
-        Place::Parameter(name) => Some(("parameter", [parameters.as_slice(), definitions], name.as_str(), field)),
-        Place::Definition(name) => Some(("definition", [definitions.as_slice(), parameters], name.as_str(), field)),
-        _ => None,
-    })
-}
-
-/// Refuses a definition with the name of a parameter of the preset, and the other way round.
-fn check_of_preset(preset: &Preset, places: &Places<'_>) -> Result<(), CaseError> {
-    let text = preset.text();
-    let mut own = own(places, &text);
-    let Some((kind, _, name, field)) =
-        own.find(|(_, [_, others], name, _)| others.iter().any(|(other, _)| other == name))
-    else {
-        return Ok(());
-    };
-    let message = format!("'{name}' is no {kind} of the preset \"{}\", but has another meaning", preset.name);
-    Err(field.key_error(message))
-}
-
-/// Refuses a parameter or a definition that the preset does not know and that no formula uses.
-pub(super) fn check_use(preset: &Preset, places: &Places<'_>, is_used: impl Fn(&str) -> bool) -> Result<(), CaseError> {
-    let text = preset.text();
-    let is_strange =
-        |known: &[(String, String)], name: &str| known.iter().all(|(other, _)| other != name) && !is_used(name);
-    let Some((kind, [known, _], name, field)) =
-        own(places, &text).find(|(_, [known, _], name, _)| is_strange(known, name))
-    else {
-        return Ok(());
-    };
-    let known: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
-    let list = if known.is_empty() { format!("it has no {kind}") } else { format!("it has {}", known.join(", ")) };
-    let help = nearest(name, known).map_or(list, |meant| format!("did you mean '{meant}'?"));
-    let message = format!("the preset \"{}\" has no {kind} '{name}', and no formula of the case uses it", preset.name);
-    Err(field.key_error(message).with_help(help))
+/// Refuses a parameter or a definition that is a definition or a parameter of the preset, and one that the preset does
+/// not know and that no formula uses.
+fn check_own(preset: &Preset, places: &Places<'_>) -> Result<(), CaseError> {
+    let MetricText { parameters, definitions, .. } = preset.text();
+    for (place, field) in &places.0 {
+        let (kind, known, others) = match place {
+            Place::Parameter(_) => ("parameter", &parameters, &definitions),
+            Place::Definition(_) => ("definition", &definitions, &parameters),
+            _ => continue,
+        };
+        let (name, preset) = (&field.key, preset.name);
+        let has = |formulas: &[(String, String)]| formulas.iter().any(|(other, _)| other == name);
+        if has(others) {
+            let message = format!("'{name}' is no {kind} of the preset \"{preset}\", but has another meaning");
+            return Err(field.key_error(message));
+        }
+        if !has(known) && !is_used(&field.source.text, name) {
+            let known: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
+            let list =
+                if known.is_empty() { format!("it has no {kind}") } else { format!("it has {}", known.join(", ")) };
+            let help = nearest(name, known).map_or(list, |meant| format!("did you mean '{meant}'?"));
+            let message = format!("the preset \"{preset}\" has no {kind} '{name}', and no formula of the case uses it");
+            return Err(field.key_error(message).with_help(help));
+        }
+    }
+    Ok(())
 }
 
 /// Coordinates and components.

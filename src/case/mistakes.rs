@@ -4,12 +4,12 @@
 use super::check::title;
 use super::initial::{self, norm_value};
 use super::observables::direction;
-use super::potential::{KINDS as KINDS_OF_POTENTIAL, law};
+use super::potential::{self, law};
 use super::reader::Field;
 use super::settings::{at_least_one, chosen, digits};
 use super::tables::{explain_table, kind, outside};
 use super::{CaseError, Form, SbpName, System, names};
-use crate::geometry::{Preset, Tau};
+use crate::geometry::{Law, Preset, Tau};
 use crate::solve::Status;
 
 /// Refuses a value that a key does not take.
@@ -103,37 +103,32 @@ fn below<'k>(key: &'k str, path: &str) -> Option<&'k str> {
     if path.is_empty() { Some(key) } else { key.strip_prefix(path)?.strip_prefix('.') }
 }
 
+/// The first mistake in the text, with the others; `None` if there is none. Where they may have one cause, the mistake
+/// at which `read` stops is one of them.
+pub(super) fn first(root: &Field<'_>, read: impl FnOnce() -> Option<CaseError>) -> Option<CaseError> {
+    let mut found = Found { all: Vec::new(), are_names: true };
+    look(root, "", names_of(root).as_ref(), &mut found);
+    let Found { mut all, are_names } = found;
+    if are_names && !all.is_empty() {
+        let more = read().filter(|more| all.iter().all(|error| error.span != more.span));
+        all.extend(more);
+    }
+    all.sort_by_key(|error| error.span.as_ref().map(|span| span.start));
+    CaseError::first_of(all)
+}
+
 /// The mistakes that were found.
-pub(super) struct Found {
+struct Found {
     all: Vec<CaseError>,
     /// True if they may have one cause, a mistake in the coordinates: all of them are unknown names of these.
     are_names: bool,
 }
 
 impl Found {
-    /// Looks at all keys.
-    pub(super) fn new(root: &Field<'_>) -> Self {
-        let mut found = Self { all: Vec::new(), are_names: true };
-        look(root, "", names_of(root).as_ref(), &mut found);
-        found
-    }
-
     fn add(&mut self, errors: impl IntoIterator<Item = CaseError>) {
         let before = self.all.len();
         self.all.extend(errors);
         self.are_names &= self.all.len() == before;
-    }
-
-    /// The first mistake in the text, with the others; `None` if there is none. Where they may have one cause, the
-    /// mistake at which `read` stops is one of them.
-    pub(super) fn first(self, read: impl FnOnce() -> Option<CaseError>) -> Option<CaseError> {
-        let Self { mut all, are_names } = self;
-        if are_names && !all.is_empty() {
-            let more = read().filter(|more| all.iter().all(|error| error.span != more.span));
-            all.extend(more);
-        }
-        all.sort_by_key(|error| error.span.as_ref().map(|span| span.start));
-        CaseError::first_of(all)
     }
 }
 
@@ -142,28 +137,19 @@ type Names = [Vec<String>; 2];
 
 /// The names of the coordinates, as far as the text says them without a mistake.
 fn names_of(root: &Field<'_>) -> Option<Names> {
-    let potential = root.table("potential");
+    let table = root.table("potential");
     let (start, table) = match root.get("metric") {
-        Some(_) if potential.is_table() => return None,
+        Some(_) if table.is_table() => return None,
         Some(metric) => match metric.get("preset") {
             Some(preset) => (Preset::from_name(preset.as_str()?)?.text().coordinates, metric),
             None => (names::coordinates(&metric.get("coordinates")?, &[]).ok()?, metric),
         },
         None => {
-            let is_given = KINDS_OF_POTENTIAL.iter().any(|kind| potential.get(kind).is_some());
-            let force = root.get("force").or_else(|| potential.get("force")).filter(|_| !is_given);
-            let law = root.table("particle").get("law");
-            let is_newtonian = law.is_some_and(|law| law.as_str() == Some("newtonian"));
-            let others: &[&str] = if is_newtonian { &["t", "s"] } else { &["t"] };
-            let mut start = match (potential.get("coordinates"), force) {
-                (Some(coordinates), _) => names::coordinates(&coordinates, others).ok()?,
-                (None, Some(force)) => names::keys(&force, others).ok()?,
-                (None, None) if is_given => vec!["x".to_owned()],
-                (None, None) => return None,
-            };
-            start.insert(0, "t".to_owned());
-            start.extend(is_newtonian.then(|| "s".to_owned()));
-            (start, potential)
+            let law = root.table("particle").read("law", law).ok().flatten().unwrap_or_default();
+            let lift = (law == Law::Newtonian).then(|| "s".to_owned());
+            let names = potential::coordinates(root, law).ok()??;
+            let start: Vec<String> = std::iter::once("t".to_owned()).chain(names).chain(lift).collect();
+            (start, table)
         }
     };
     let tau = table.get("conformal").map(|_| Tau::NAME.to_owned());

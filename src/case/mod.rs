@@ -113,8 +113,8 @@ pub struct Case {
     pub events: Vec<Event>,
     /// `[plot]`.
     pub axes: Option<Axes>,
-    /// The files of tables, by the names of the functions.
-    tables: Vec<(String, PathBuf)>,
+    /// The folder of its file, from which the paths of tables are counted.
+    folder: PathBuf,
     /// The text as it was read, with its overrides.
     text: String,
 }
@@ -167,16 +167,13 @@ impl Case {
         if let Some((start, _)) = self.carried(geometry) {
             return start;
         }
-        let (parameters, rounding) = (self.geometry_text.parameters(), rounding(self.settings.digits));
-        let bare = scenery::bare(&self.geometry_text);
-        let bare = bare.map(|text| Geometry::new(&text).expect("a valid case has valid formulas"));
-        let of_data = bare.as_ref().unwrap_or(geometry);
-        let solved = start::solve(&self.initial, of_data, parameters, rounding, Some(self.is_double));
-        let (mut start, _) = solved.unwrap_or_else(|none| panic!("a valid case has a start: {none:?}"));
+        let (text, rounding) = (&self.geometry_text, rounding(self.settings.digits));
+        let start = scenery::start(text, geometry, &self.initial, rounding, self.is_double);
+        let mut start = start.unwrap_or_else(|none| panic!("a valid case has a start: {none:?}"));
         if self.is_of_x {
             start.q[0] = S::ZERO;
         }
-        scenery::with_factor(&self.geometry_text, of_data, &self.initial, start)
+        start
     }
 
     /// The end of the run that this one continues, with what it takes over besides.
@@ -197,16 +194,12 @@ impl Case {
     /// Where the run ends: after a length of γ, or at a value of the coordinate t. With `grid.until` it may end
     /// before.
     pub fn limit<S: Real>(&self) -> Limit<S> {
-        match (self.t_f(), &self.grid.gamma_f) {
-            (Some(value), _) => {
-                let t = self.coordinates().iter().position(|name| name == "t");
-                Limit::Value { coordinate: t.expect("t_f needs a coordinate t"), value }
-            }
-            (None, gamma_f) => {
-                let default = || S::from(DEFAULT_GAMMA_F);
-                Limit::Length((gamma_f.as_ref().map_or_else(default, |last| self.value(last)) - self.gamma_i()).abs())
-            }
+        if let Some(value) = self.t_f() {
+            let t = self.coordinates().iter().position(|name| name == "t");
+            return Limit::Value { coordinate: t.expect("t_f needs a coordinate t"), value };
         }
+        let gamma_f = self.grid.gamma_f.as_deref().expect("a run without t_f ends at gamma_f");
+        Limit::Length((self.value::<S>(gamma_f) - self.gamma_i()).abs())
     }
 
     /// The value of the coordinate t at which the run ends, if that is given.

@@ -1,10 +1,10 @@
 //! From a text to a valid case.
 
-use super::mistakes::Found;
 use super::observables::{self, Formulas};
 use super::reader::Field;
 use super::source::Source;
-use super::{Case, CaseError, check, hint, initial, metric, rounding, settings, tables};
+use super::{Case, CaseError, check, hint, initial, mistakes, rounding, settings, tables};
+use crate::geometry::GeometryText;
 use crate::number::Extended;
 use crate::solve::Continuation;
 
@@ -26,7 +26,7 @@ impl Case {
         let lacks = |error: &CaseError| {
             ["missing field", "neither ", "no potential"].iter().any(|begin| error.message.starts_with(begin))
         };
-        if let Some(error) = Found::new(&root).first(|| read().err().filter(|error| !lacks(error))) {
+        if let Some(error) = mistakes::first(&root, || read().err().filter(|error| !lacks(error))) {
             return Err(error);
         }
         let case = read();
@@ -39,20 +39,23 @@ impl Case {
     fn read(root: &Field<'_>) -> Result<Self, CaseError> {
         check::excluded(root)?;
         let mut scenery = check::geometry(root)?;
-        let (tables, events) = (tables::read(&root.table("tables"), &scenery.text)?, root.table("events"));
-        scenery.text.set_tables(tables.functions);
+        let events = root.table("events");
+        scenery.text.set_tables(tables::read(&root.table("tables"), &scenery.text)?);
         scenery.text.hold(observables::set_names(&events));
         let (mut settings, regularised) = settings::solver(root)?;
         check::particle(&scenery)?;
         let compiled = scenery.geometry::<f64>()?;
         let initial = initial::read(root.table("initial"), &scenery, &compiled)?;
         initial.check_numbers(scenery.text.parameters())?;
-        let mut found = check::start(&scenery, &initial, compiled, rounding(settings.digits))?;
+        let rounding = rounding(settings.digits);
+        let (mut is_double, mut tau) = check::start(&scenery, &initial, compiled.clone(), rounding)?;
         if settings.is_extended() {
-            let exact = check::start::<Extended>(&scenery, &initial, scenery.geometry()?, rounding(settings.digits))?;
-            (found.is_double, found.tau) = (exact.is_double, exact.tau);
+            (is_double, tau) = check::start::<Extended>(&scenery, &initial, scenery.geometry()?, rounding)?;
         }
-        let (is_double, (start, compiled)) = (found.is_double, found.place(&mut scenery, &initial)?);
+        if let GeometryText::Metric(metric) = &mut scenery.text {
+            metric.tau = tau;
+        }
+        let (start, compiled) = check::placed(&scenery, &initial, compiled, rounding, is_double)?;
         let names = scenery.text.coordinates();
         let formulas = Formulas { coordinates: &names, scene: &scenery.text };
         let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
@@ -66,7 +69,7 @@ impl Case {
             events: events.fields().iter().map(|field| formulas.event(field)).collect::<Result<_, _>>()?,
             axes: formulas.axes(&root.table("plot"))?,
             preset: scenery.preset.map(|preset| preset.name),
-            is_of_x: scenery.is_of_x,
+            is_of_x: root.source.is_of_x,
             coefficients: scenery.coefficients,
             bodies: scenery.bodies,
             initial: initial.data,
@@ -79,13 +82,10 @@ impl Case {
             settings,
             regularised,
             floors,
-            tables: tables.files,
+            folder: root.source.folder.clone(),
             text: root.source.text.clone(),
         };
         check::acting(&case, &events)?;
-        if let Some(preset) = scenery.preset {
-            metric::check_use(preset, &scenery.places, |name| case.is_used(name))?;
-        }
         Ok(case)
     }
 }

@@ -18,15 +18,7 @@ pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
     let mut kinds: Vec<Field<'t>> = KINDS.into_iter().filter_map(|kind| section.get(kind)).collect();
     let law = particle.read("law", law)?.unwrap_or(Law::Relativistic);
     check_particle(&particle, law)?;
-    let force = root.get("force").or_else(|| section.get("force"));
-    // Under Newton's law a force is enough.
-    let alone = force.as_ref().filter(|_| kinds.is_empty() && law == Law::Newtonian);
-    let others: &[&str] = if law == Law::Newtonian { &["t", "s"] } else { &["t"] };
-    let names = match (section.get("coordinates"), alone) {
-        (Some(field), _) => names::coordinates(&field, others)?,
-        (None, Some(force)) => names::keys(force, others)?,
-        (None, None) => vec!["x".to_owned()],
-    };
+    let names = coordinates(root, law)?.unwrap_or_else(|| vec!["x".to_owned()]);
     if let [first, second, ..] = kinds.as_slice() {
         let message = format!("more than one potential is given: {} and {}", first.key, second.key);
         return Err(second.key_error(message).with_help(POTENTIALS));
@@ -34,7 +26,8 @@ pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
     let (kind, mut places) = (kinds.pop(), Places::default());
     let (expression, coefficients) = match &kind {
         Some(kind) => expression(kind, &names, &mut places)?,
-        None if alone.is_some() => ("0".to_owned(), None),
+        // Under Newton's law a force is enough.
+        None if law == Law::Newtonian && force(root).is_some() => ("0".to_owned(), None),
         None => return Err(section.error("no potential is given").with_help(POTENTIALS)),
     };
     let mut taken = Taken::new(&[&["t".to_owned()], names.as_slice()].concat());
@@ -45,13 +38,30 @@ pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
     text.parameters.sort();
     places.keep_named(&section.table("definitions"), DEFINITION, &mut taken, &mut text.definitions)?;
     text.one_form = places.keep_by_coordinate(&section.table("one_form"), &text.coordinates, Place::OneForm)?;
-    if let Some(force) = &force {
-        text.force = places.keep_by_coordinate(force, &text.coordinates, Place::Force)?;
+    if let Some(force) = force(root) {
+        text.force = places.keep_by_coordinate(&force, &text.coordinates, Place::Force)?;
     }
     text.conformal = section.get("conformal").map(|field| places.keep(Place::Conformal, field)).transpose()?;
     add_particle(&mut text, &particle, &mut places)?;
-    let (is_of_x, whole) = (section.source.is_of_x, kind.unwrap_or_else(|| section.clone()));
-    Ok(Scenery { coefficients, is_of_x, ..Scenery::new(GeometryText::Potential(text), places, section, whole) })
+    let whole = kind.unwrap_or_else(|| section.clone());
+    Ok(Scenery { coefficients, ..Scenery::new(GeometryText::Potential(text), places, section, whole) })
+}
+
+/// The force, which has a table of its own or stands in `[potential]`.
+fn force<'t>(root: &Field<'t>) -> Option<Field<'t>> {
+    root.get("force").or_else(|| root.table("potential").get("force"))
+}
+
+/// The coordinates of V or, without V, those of the force; `None` if there is neither.
+pub(super) fn coordinates(root: &Field<'_>, law: Law) -> Result<Option<Vec<String>>, CaseError> {
+    let section = root.table("potential");
+    let is_given = KINDS.iter().any(|kind| section.get(kind).is_some());
+    let others: &[&str] = if law == Law::Newtonian { &["t", "s"] } else { &["t"] };
+    match (section.get("coordinates"), force(root).filter(|_| !is_given)) {
+        (Some(field), _) => names::coordinates(&field, others).map(Some),
+        (None, Some(force)) => names::keys(&force, others).map(Some),
+        (None, None) => Ok(is_given.then(|| vec!["x".to_owned()])),
+    }
 }
 
 /// Refuses what Newton's law has no use for.

@@ -1,7 +1,6 @@
 //! Values of a case with their places, so that every mistake is told where it is.
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
@@ -173,12 +172,6 @@ impl<'t> Field<'t> {
     /// The number that the value is, with all its digits.
     pub(super) fn number(&self) -> Result<String, CaseError> {
         if self.as_str().is_some() { Err(self.expected("a number")) } else { self.formula() }
-    }
-
-    /// A path, counted from the folder of the case.
-    pub(super) fn beside_the_case(&self, path: &Path) -> PathBuf {
-        let beside = self.source.folder.join(path);
-        std::path::absolute(&beside).unwrap_or(beside)
     }
 
     /// The elements of an array `of` something, as `read` understands a value and its literal, with their places.

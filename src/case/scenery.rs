@@ -8,6 +8,7 @@ use super::CaseError;
 use super::initial::{Given, StartData};
 use super::names::{self, Taken};
 use super::reader::Field;
+use super::start::{self, NoStart};
 use crate::formula::functions;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Law, Observable, Place, Preset, Start, Tau, value_of};
 use crate::number::Real;
@@ -85,8 +86,6 @@ pub(super) struct Scenery<'t> {
     pub(super) preset: Option<&'static Preset>,
     /// The coefficients of a potential of one coordinate, lowest power first, if it is given by them.
     pub(super) coefficients: Option<Vec<String>>,
-    /// True if it is a potential of x alone, as the paper has it.
-    pub(super) is_of_x: bool,
     /// The names of bodies, and where they start, if it is made of these.
     pub(super) bodies: Vec<String>,
     pub(super) start: Vec<Given<'t>>,
@@ -130,19 +129,22 @@ fn factor<S: Real>(text: &GeometryText, q: &[S]) -> Option<S> {
     Some(omega.expect("a geometry that compiles has such an Ω").at(q, &zeros, &zeros, S::ZERO))
 }
 
-/// The start in the geometry of `text` that belongs to `start`, which is that in the geometry `of_data`.
-pub(super) fn with_factor<S: Real>(
+/// The start that the data describe in the compiled geometry of `text`.
+pub(super) fn start<S: Real>(
     text: &GeometryText,
-    of_data: &Geometry<S>,
+    geometry: &Geometry<S>,
     data: &StartData,
-    mut start: Start<S>,
-) -> Start<S> {
-    if bare(text).is_none() {
-        return start;
-    }
+    rounding: f64,
+    is_double: bool,
+) -> Result<Start<S>, NoStart> {
+    let (bare, parameters) = (bare(text), text.parameters());
+    let Some(bare) = bare.map(|text| Geometry::new(&text).expect("a geometry with Ω compiles without it")) else {
+        return start::solve(data, geometry, parameters, rounding, Some(is_double)).map(|(start, _)| start);
+    };
+    let (mut start, _) = start::solve(data, &bare, parameters, rounding, Some(is_double))?;
     if let Some(tau) = text.tau() {
-        let given = data.norm.as_ref().map(|norm| value_of(norm, text.parameters()).expect("K is a finite number"));
-        let k: S = given.unwrap_or_else(|| of_data.norm(&start.q, &start.q_dot));
+        let given = data.norm.as_ref().map(|norm| value_of(norm, parameters).expect("K is a finite number"));
+        let k: S = given.unwrap_or_else(|| bare.norm(&start.q, &start.q_dot));
         let rate = k.abs().sqrt();
         start.q.push(S::ZERO);
         start.q_dot.push(rate);
@@ -150,19 +152,19 @@ pub(super) fn with_factor<S: Real>(
     }
     let omega = factor(text, &start.q).unwrap_or(S::ONE);
     start.q_dot.iter_mut().for_each(|u| *u = *u / omega);
-    start
+    Ok(start)
 }
 
 impl<'t> Scenery<'t> {
     /// A geometry without what only some have.
     pub(super) fn new(text: GeometryText, places: Places<'t>, section: Field<'t>, whole: Field<'t>) -> Self {
         let (bodies, start) = (Vec::new(), Vec::new());
-        Self { text, places, section, whole, preset: None, coefficients: None, is_of_x: false, bodies, start }
+        Self { text, places, section, whole, preset: None, coefficients: None, bodies, start }
     }
 
     /// The compiled geometry.
     pub(super) fn geometry<S: Real>(&self) -> Result<Geometry<S>, CaseError> {
-        compiled(&self.text, self.is_of_x).map_err(|error| self.error(&error))
+        compiled(&self.text, self.section.source.is_of_x).map_err(|error| self.error(&error))
     }
 
     /// The compiled geometry that the initial data belong to, if it is another one.
@@ -227,13 +229,6 @@ impl<'t> Scenery<'t> {
         }
         self.check_names()?;
         Ok(Some(if k > S::ZERO { Tau::Timelike } else { Tau::Spacelike }))
-    }
-
-    /// Adds the coordinate tau, if there is to be one.
-    pub(super) fn add(&mut self, tau: Option<Tau>) {
-        if let GeometryText::Metric(metric) = &mut self.text {
-            metric.tau = tau;
-        }
     }
 
     /// Refuses what has the name of the coordinate tau, of its velocity or of its momentum.

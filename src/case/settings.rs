@@ -56,7 +56,8 @@ pub(super) fn solver(root: &Field<'_>) -> Result<(Settings, bool), CaseError> {
         accuracy,
         sensitivity: solver.read("sensitivity", Field::is_true)?.unwrap_or(false),
     };
-    let refused = match chosen_by(root) {
+    let chosen_by = solver.get("accuracy").or_else(|| solver.get("tolerance")).map(|field| field.path);
+    let refused = match chosen_by {
         Some(name) if settings.system != System::PhysicalLimit => {
             Some(("system", format!("{name} needs system = \"physical-limit\""), "leave solver.system out"))
         }
@@ -96,12 +97,6 @@ pub(super) fn solver(root: &Field<'_>) -> Result<(Settings, bool), CaseError> {
         })?;
     }
     Ok((settings, regularised || accuracy.is_some()))
-}
-
-/// The key for which the program chooses operator and windows, if it does.
-fn chosen_by(root: &Field<'_>) -> Option<String> {
-    let solver = root.table("solver");
-    solver.get("accuracy").or_else(|| solver.get("tolerance")).map(|field| field.path)
 }
 
 /// Reads `solver.floor`.
@@ -149,19 +144,16 @@ pub(super) fn chosen(field: &Field<'_>) -> Result<f64, CaseError> {
     Err(field.error(message).with_help("for example 1e-10"))
 }
 
-/// Reads the numbers of nodes and of windows; with an accuracy neither may be given.
-fn nodes(root: &Field<'_>, settings: &mut Settings) -> Result<(), CaseError> {
-    let grid = root.table("grid");
-    if let Some(chosen) = chosen_by(root) {
-        let Some(field) = grid.get("n_gamma").or_else(|| grid.get("windows")) else { return Ok(()) };
-        let help = "the program chooses operator and windows itself: leave n_gamma and windows out";
-        return Err(field.key_error(format!("both {chosen} and {} are given", field.path)).with_help(help));
+/// Reads the numbers of nodes and of windows, unless the program chooses them.
+fn nodes(grid: &Field<'_>, settings: &mut Settings) -> Result<(), CaseError> {
+    if settings.accuracy.is_some() {
+        return Ok(());
     }
     let n_gamma = grid.read("n_gamma", Field::whole)?.or(settings.sbp.fixed_points());
     settings.n_gamma = n_gamma.ok_or_else(|| grid.error("missing field `n_gamma`"))?;
     settings.windows = grid.read("windows", at_least_one)?.unwrap_or(1);
     let checked = check_nodes(settings.sbp, settings.n_gamma, settings.windows);
-    checked.map_err(|invalid| invalid.error(&grid))
+    checked.map_err(|invalid| invalid.error(grid))
 }
 
 /// Reads `[grid]`; γ begins at `gamma_i` unless it says something else.
@@ -173,7 +165,7 @@ pub(super) fn grid(
     gamma_i: String,
 ) -> Result<Grid, CaseError> {
     let grid = root.table("grid");
-    nodes(root, settings)?;
+    nodes(&grid, settings)?;
     let number = |key: &str, default: String| match grid.get(key) {
         Some(field) => formulas.number(&field),
         None => {

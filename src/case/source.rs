@@ -45,13 +45,13 @@ impl Source {
     fn with_overrides(self, overrides: &[String]) -> Result<Self, CaseError> {
         let mut document: DocumentMut = self.text.parse().map_err(|error| self.syntax(&error))?;
         let given: Vec<String> = overrides.iter().filter_map(|setting| dotted(setting)).collect();
-        given.iter().filter_map(|key| other_rate(key)).filter(|other| !given.contains(other)).for_each(|other| {
-            remove(document.as_table_mut(), &other);
-        });
-        for (one, others) in EXCLUSIVE {
-            if given.iter().any(|key| key == one) {
-                let free = |other: &&&str| !given.iter().any(|key| is_within(key, other));
-                others.iter().filter(free).for_each(|other| remove(document.as_table_mut(), other));
+        let pairs = EXCLUSIVE.iter().filter(|(one, other, ..)| one.contains('.') && other.contains('.'));
+        let pairs = pairs.flat_map(|&(one, other, ..)| [(one, other), (other, one)]);
+        let pairs = pairs.chain([("solver.accuracy", "scheme"), ("solver.tolerance", "scheme")]);
+        let replaced = pairs.filter(|(one, _)| given.iter().any(|key| key == one)).map(|(_, other)| other.to_owned());
+        for other in replaced.chain(given.iter().filter_map(|key| other_rate(key))) {
+            if !given.iter().any(|key| is_within(key, &other)) {
+                remove(document.as_table_mut(), &other);
             }
         }
         if given.iter().any(|key| key == "initial.from") {
@@ -85,19 +85,45 @@ fn is_of_time(potential: &dyn TableLike) -> bool {
     inner.or(formula).and_then(Item::as_str).is_some_and(|text| mentions(text, "t"))
 }
 
-/// An override of the first key removes the other keys, which it replaces, unless they are overridden too.
-const EXCLUSIVE: [(&str, &[&str]); 11] = [
-    ("grid.t_f", &["grid.gamma_f"]),
-    ("grid.gamma_f", &["grid.t_f"]),
-    ("initial.velocity", &["initial.x_dot"]),
-    ("initial.x_dot", &["initial.velocity"]),
-    ("solver.accuracy", &["solver.tolerance", "grid.n_gamma", "grid.windows", "scheme"]),
-    ("solver.tolerance", &["solver.accuracy", "grid.n_gamma", "grid.windows", "scheme"]),
-    ("grid.n_gamma", &["solver.accuracy", "solver.tolerance"]),
-    ("grid.windows", &["solver.accuracy", "solver.tolerance"]),
-    ("metric.preset", &["metric.coordinates", "metric.components"]),
-    ("metric.coordinates", &["metric.preset"]),
-    ("metric.components", &["metric.preset"]),
+const BODIES: &str = "bodies move by Newton's law in the energy of their pairs, [pair] formula";
+const CHOSEN: &str = "the program chooses operator and windows itself: leave n_gamma and windows out";
+const PRESET: &str = "a preset has its own coordinates and components";
+const VELOCITY: &str = "keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)";
+
+/// Keys that exclude each other; what is said of the second one where both are given, and what to do. An override of
+/// either, if they stand in tables, removes the other one, unless that is overridden too.
+pub(super) const EXCLUSIVE: [(&str, &str, &str, &str); 16] = [
+    ("body", "metric", "both [[body]] and [metric] are given", BODIES),
+    ("body", "potential", "both [[body]] and [potential] are given", BODIES),
+    ("body", "force", "both [[body]] and [force] are given", BODIES),
+    (
+        "metric",
+        "force",
+        "[force] belongs to a potential, and the case has a metric",
+        "a force in a metric is metric.force",
+    ),
+    (
+        "metric",
+        "potential",
+        "both a metric and a potential are given",
+        "a case has exactly one of [metric] and [potential]",
+    ),
+    ("metric.preset", "metric.coordinates", "'metric.coordinates' and 'metric.preset' are both given", PRESET),
+    ("metric.preset", "metric.components", "'metric.components' and 'metric.preset' are both given", PRESET),
+    ("force", "potential.force", "both [force] and potential.force are given", "keep one of them"),
+    ("initial.x_dot", "initial.velocity", "both x_dot and velocity are given", VELOCITY),
+    ("initial.p_x", "initial.velocity", "both p_x and velocity are given", VELOCITY),
+    (
+        "solver.accuracy",
+        "solver.tolerance",
+        "both solver.accuracy and solver.tolerance are given",
+        "keep accuracy for an error of the whole run, or tolerance for a run that goes on whatever errors grow to",
+    ),
+    ("solver.accuracy", "grid.n_gamma", "both solver.accuracy and grid.n_gamma are given", CHOSEN),
+    ("solver.accuracy", "grid.windows", "both solver.accuracy and grid.windows are given", CHOSEN),
+    ("solver.tolerance", "grid.n_gamma", "both solver.tolerance and grid.n_gamma are given", CHOSEN),
+    ("solver.tolerance", "grid.windows", "both solver.tolerance and grid.windows are given", CHOSEN),
+    ("grid.gamma_f", "grid.t_f", "both gamma_f and t_f are given", "keep exactly one of grid.gamma_f and grid.t_f"),
 ];
 
 /// The momentum in whose place a velocity is given, or the other way round.
@@ -187,4 +213,23 @@ fn set(root: &mut Table, setting: &str) -> Result<(), String> {
     }
     table.insert(last.get(), Item::Value(value));
     Ok(())
+}
+
+/// Returns true if a formula in the text of a valid case mentions a name.
+pub(super) fn is_used(text: &str, name: &str) -> bool {
+    let document = Document::parse(text);
+    document.is_ok_and(|document| document.iter().any(|(key, item)| key != "title" && is_mentioned(name, item)))
+}
+
+/// Returns true if a string in an item, which may be a formula, mentions a name. Names of coordinates and of bodies and
+/// of files are none.
+fn is_mentioned(name: &str, item: &Item) -> bool {
+    let is_formula = |key: &str| !["coordinates", "name", "file"].contains(&key);
+    let within = |table: &dyn TableLike| table.iter().any(|(key, item)| is_formula(key) && is_mentioned(name, item));
+    match item {
+        Item::ArrayOfTables(tables) => tables.iter().any(|table| within(table)),
+        Item::Value(Value::Array(array)) => array.iter().any(|value| is_mentioned(name, &Item::Value(value.clone()))),
+        Item::Value(Value::String(text)) => mentions(text.value(), name),
+        _ => item.as_table_like().is_some_and(within),
+    }
 }

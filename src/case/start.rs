@@ -15,19 +15,25 @@ use crate::number::Real;
 /// Rounding errors of this many units in the last place, for each coordinate, are to be expected in a sum.
 const ROUNDING: f64 = 16.0;
 
-/// Why there is no start.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum NoStart {
-    /// The momenta of these coordinates do not determine their velocities.
-    Undetermined(Vec<usize>),
-    /// K does not depend on the rate of this coordinate.
-    Independent(usize),
-    /// K = `norm` has no real root; K is at most or at least `extreme`.
-    NoRoot { coordinate: usize, norm: f64, extreme: f64, is_most: bool },
-    /// The only root has the other sign.
-    OtherSign { coordinate: usize, root: f64 },
-    /// A number is not finite.
-    NotFinite,
+/// Why there is no start, what to do, and the key in `[initial]` that it is about; without a key it is about all.
+#[derive(Debug, Clone, Default)]
+pub(super) struct NoStart {
+    pub(super) message: String,
+    pub(super) help: Option<String>,
+    pub(super) key: String,
+}
+
+impl NoStart {
+    /// Numbers that are not finite.
+    pub(super) fn not_finite() -> Self {
+        let message = "a velocity, a momentum or K is not a finite number at the start".to_owned();
+        Self { message, ..Self::default() }
+    }
+
+    /// A rate that does not follow from K.
+    fn unsolved(message: String, help: impl Into<String>) -> Self {
+        Self { message, help: Some(help.into()), key: "solve".to_owned() }
+    }
 }
 
 /// The start that the data describe, and whether the two roots for the unknown rate are one. `is_double` says whether
@@ -40,7 +46,7 @@ pub(super) fn solve<S: Real>(
     rounding: f64,
     is_double: Option<bool>,
 ) -> Result<(Start<S>, bool), NoStart> {
-    let number = |text: &String| value_of::<S>(text, parameters).map_err(|_| NoStart::NotFinite);
+    let number = |text: &String| value_of::<S>(text, parameters).map_err(|_| NoStart::not_finite());
     let q: Vec<S> = data.q.iter().map(number).collect::<Result<_, _>>()?;
     let given = |rate: &Rate| match rate {
         Rate::Velocity(text) | Rate::Momentum(text) => number(text),
@@ -49,7 +55,9 @@ pub(super) fn solve<S: Real>(
     let mut given: Vec<S> = data.rates.iter().map(given).collect::<Result<_, _>>()?;
     let (matrix, one_form) = matrix(geometry, &q);
     let is_momentum: Vec<bool> = data.rates.iter().map(Rate::is_momentum).collect();
-    let (mut q_dot, mut is_double_root) = (velocities(&matrix, &one_form, &is_momentum, &given)?, false);
+    let undetermined = || undetermined(data, geometry.names());
+    let velocities = |one_form: &[S], given: &[S]| velocities(&matrix, one_form, &is_momentum, given);
+    let (mut q_dot, mut is_double_root) = (velocities(&one_form, &given).ok_or_else(undetermined)?, false);
     let unknown = data.rates.iter().enumerate().find_map(|(a, rate)| match rate {
         Rate::VelocityFromNorm(sign) | Rate::MomentumFromNorm(sign) => Some((a, *sign)),
         _ => None,
@@ -58,21 +66,42 @@ pub(super) fn solve<S: Real>(
         let (alpha, norm) = (&mut q_dot, number(norm)?);
         let mut direction = vec![S::ZERO; given.len()];
         direction[a] = S::ONE;
-        let beta = velocities(&matrix, &vec![S::ZERO; given.len()], &is_momentum, &direction)?;
+        let beta = velocities(&vec![S::ZERO; given.len()], &direction).ok_or_else(undetermined)?;
         let (square, square_size) = form(&matrix, &beta, &beta);
         let (middle, middle_size) = form(&matrix, alpha, &beta);
         let (rest, rest_size) = form(&matrix, alpha, alpha);
         let sizes = [square_size, middle_size, rest_size + norm.abs()];
         let rounding = rounding_of_norm(given.len(), rounding);
         let quadratic = Quadratic { square, middle, rest: rest - norm, sizes, rounding, is_double };
-        (given[a], is_double_root) = quadratic.root(a, sign, norm)?;
+        let unknown = key_of_rate(data.rates[a].is_momentum(), &geometry.names()[a]);
+        (given[a], is_double_root) = quadratic.root(&unknown, sign, norm)?;
         alpha.iter_mut().zip(&beta).for_each(|(alpha, &beta)| *alpha += beta * given[a]);
     }
     let mut p = geometry.momenta(&q, &q_dot);
     let momenta = p.iter_mut().zip(&given).zip(is_momentum);
     momenta.filter(|(_, is_momentum)| *is_momentum).for_each(|((p, given), _)| *p = *given);
     let is_finite = q_dot.iter().chain(&p).all(|value| value.is_finite());
-    if is_finite { Ok((Start { q, q_dot, p }, is_double_root)) } else { Err(NoStart::NotFinite) }
+    if is_finite { Ok((Start { q, q_dot, p }, is_double_root)) } else { Err(NoStart::not_finite()) }
+}
+
+/// The key of the velocity or of the momentum along a coordinate.
+fn key_of_rate(is_momentum: bool, name: &str) -> String {
+    if is_momentum { format!("p_{name}") } else { format!("{name}_dot") }
+}
+
+/// Momenta that do not determine velocities.
+fn undetermined(data: &StartData, names: &[String]) -> NoStart {
+    let momenta: Vec<usize> = (0..names.len()).filter(|&a| data.rates[a].is_momentum()).collect();
+    let list =
+        |is_momentum| momenta.iter().map(|&a| key_of_rate(is_momentum, &names[a])).collect::<Vec<_>>().join(", ");
+    let is_given = matches!(data.rates[momenta[0]], Rate::Momentum(_));
+    NoStart {
+        message: format!("{} do not determine {}", list(true), list(false)),
+        help: Some(
+            "the metric has no inverse in these coordinates alone: give a velocity in place of a momentum".to_owned(),
+        ),
+        key: if is_given { key_of_rate(true, &names[momenta[0]]) } else { "solve".to_owned() },
+    }
 }
 
 /// Σ |g_ab q̇^a q̇^b|, beside which a K of rounding errors is zero.
@@ -106,26 +135,20 @@ fn form<S: Real>(matrix: &[Vec<S>], a: &[S], b: &[S]) -> (S, S) {
     terms.fold((S::ZERO, S::ZERO), |(sum, size), term| (sum + term, size + term.abs()))
 }
 
-/// The velocities, where `given` are momenta of some coordinates and velocities of the others.
-fn velocities<S: Real>(
-    matrix: &[Vec<S>],
-    one_form: &[S],
-    is_momentum: &[bool],
-    given: &[S],
-) -> Result<Vec<S>, NoStart> {
+/// The velocities, unless the metric has no inverse for them, where `given` are momenta of some coordinates and velocities of the others.
+fn velocities<S: Real>(matrix: &[Vec<S>], one_form: &[S], is_momentum: &[bool], given: &[S]) -> Option<Vec<S>> {
     let unknown: Vec<usize> = (0..given.len()).filter(|&a| is_momentum[a]).collect();
     let known: Vec<usize> = (0..given.len()).filter(|&a| !is_momentum[a]).collect();
     let row = |&a: &usize| {
         let known = known.iter().fold(given[a] - one_form[a], |rest, &b| rest - matrix[a][b] * given[b]);
         unknown.iter().map(|&b| matrix[a][b]).chain([known]).collect()
     };
-    let solution = eliminate(unknown.iter().map(row).collect());
-    let solution = solution.ok_or_else(|| NoStart::Undetermined(unknown.clone()))?;
+    let solution = eliminate(unknown.iter().map(row).collect())?;
     let mut velocities = given.to_vec();
     for (&a, velocity) in unknown.iter().zip(solution) {
         velocities[a] = velocity;
     }
-    Ok(velocities)
+    Some(velocities)
 }
 
 /// The solution of a linear system whose rows end with the right-hand side, by Gauss–Jordan elimination with full
@@ -196,14 +219,14 @@ struct Quadratic<S> {
 
 impl<S: Real> Quadratic<S> {
     /// The root that the sign says, and whether the two roots are one.
-    fn root(&self, coordinate: usize, sign: Option<Sign>, norm: S) -> Result<(S, bool), NoStart> {
+    fn root(&self, unknown: &str, sign: Option<Sign>, norm: S) -> Result<(S, bool), NoStart> {
         let Self { square, middle, rest, .. } = *self;
         let [square_size, middle_size, rest_size] = self.sizes;
         if !(square_size + middle_size + rest_size).is_finite() {
-            return Err(NoStart::NotFinite);
+            return Err(NoStart::not_finite());
         }
         if square.abs() <= self.rounding * square_size {
-            return self.linear_root(coordinate, sign);
+            return self.linear_root(unknown, sign);
         }
         let discriminant = middle * middle - square * rest;
         let size = middle_size * middle_size + square.abs() * rest_size;
@@ -217,8 +240,12 @@ impl<S: Real> Quadratic<S> {
                 return Ok((-middle / square, true));
             }
             let extreme = (rest + norm - middle * middle / square).to_f64();
-            let is_most = square < S::ZERO;
-            return Err(NoStart::NoRoot { coordinate, norm: norm.to_f64(), extreme, is_most });
+            let bound = if square < S::ZERO { "at most" } else { "at least" };
+            let norm = norm.to_f64();
+            return Err(NoStart::unsolved(
+                format!("no real {unknown} gives K = {norm}: K is {bound} {extreme} whatever {unknown} is"),
+                format!("change the other velocities and momenta, or take a norm of {bound} {extreme}"),
+            ));
         }
         // The sum has no cancellation; the other root follows from the product of both, or is its opposite.
         let far = -(middle + middle.signum() * discriminant.sqrt());
@@ -228,9 +255,10 @@ impl<S: Real> Quadratic<S> {
         Ok((if sign == Some(Sign::Minus) { smaller } else { larger }, false))
     }
 
-    fn linear_root(&self, coordinate: usize, sign: Option<Sign>) -> Result<(S, bool), NoStart> {
+    fn linear_root(&self, unknown: &str, sign: Option<Sign>) -> Result<(S, bool), NoStart> {
         if self.middle.abs() <= self.rounding * self.sizes[1] {
-            return Err(NoStart::Independent(coordinate));
+            let message = format!("K does not depend on {unknown}, so that norm cannot determine it");
+            return Err(NoStart::unsolved(message, "solve for another velocity or momentum"));
         }
         let root = -self.rest / (self.middle + self.middle);
         let is_other = match sign {
@@ -239,7 +267,9 @@ impl<S: Real> Quadratic<S> {
             None => false,
         };
         if is_other && self.rest.abs() > self.rounding * self.sizes[2] {
-            return Err(NoStart::OtherSign { coordinate, root: root.to_f64() });
+            let root = root.to_f64();
+            let message = format!("the only {unknown} that gives this K is {root}, which has the other sign");
+            return Err(NoStart::unsolved(message, "change the sign in solve"));
         }
         Ok((root, false))
     }

@@ -9,31 +9,25 @@ use crate::geometry::GeometryText;
 use crate::number::spline::{Kind, Outside, Table, TableError};
 use crate::number::{Extended, Real};
 
-/// The functions of a case that are tables.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Tables {
-    pub(super) functions: Vec<(String, Table)>,
-    /// The files that they were read from, by the names of the functions.
-    pub(super) files: Vec<(String, PathBuf)>,
-}
-
 /// Reads `[tables]`. Their names must differ from all others in formulas of the scene.
-pub(super) fn read(section: &Field<'_>, scene: &GeometryText) -> Result<Tables, CaseError> {
+pub(super) fn read(section: &Field<'_>, scene: &GeometryText) -> Result<Vec<(String, Table)>, CaseError> {
     let mut taken = Taken::new(&scene.coordinates());
     taken.extend(scene.parameters(), "a parameter");
     taken.extend(scene.definitions(), "a definition");
-    let mut tables = Tables::default();
-    for field in section.fields() {
+    let read = |field: Field<'_>| {
         taken.take(&field, "a table")?;
-        let (function, file) = table(&field)?;
-        tables.functions.push((field.key.clone(), function));
-        tables.files.extend(file.map(|file| (field.key.clone(), file)));
-    }
-    Ok(tables)
+        Ok((field.key.clone(), table(&field)?))
+    };
+    section.fields().into_iter().map(read).collect()
 }
 
-/// A table, and the file of its values, if it has one.
-fn table(field: &Field<'_>) -> Result<(Table, Option<PathBuf>), CaseError> {
+/// A path, counted from the folder of the case.
+pub(super) fn absolute(folder: &Path, path: &str) -> PathBuf {
+    let beside = folder.join(path);
+    std::path::absolute(&beside).unwrap_or(beside)
+}
+
+fn table(field: &Field<'_>) -> Result<Table, CaseError> {
     let (Some(x), Some(y)) = (field.get("x"), field.get("y")) else {
         let help = "give x = [numbers] and y = [numbers], or file = \"points.csv\" and the names of its columns";
         return Err(field.key_error("a table needs x and y").with_help(help));
@@ -41,18 +35,14 @@ fn table(field: &Field<'_>) -> Result<(Table, Option<PathBuf>), CaseError> {
     let kind = field.read("spline", kind)?.unwrap_or(Kind::Natural);
     let outside = field.read("outside", outside)?.unwrap_or(Outside::Refused);
     let file = field.get("file");
-    let (points, path) = match &file {
-        Some(file) => {
-            let path = file.beside_the_case(Path::new(file.string()?));
-            (from_file(file, &path, [&x, &y])?, Some(path))
-        }
-        None => (from_arrays(&x, &y)?, None),
+    let points = match &file {
+        Some(file) => from_file(file, &absolute(&file.source.folder, file.string()?), [&x, &y])?,
+        None => from_arrays(&x, &y)?,
     };
-    let table = Table::new(&points, kind, outside).map_err(|error| {
+    Table::new(&points, kind, outside).map_err(|error| {
         let help = (error == TableError::TooMany).then(|| "use fewer tables in one process".to_owned());
         file.as_ref().unwrap_or(&x).error(error.to_string()).with_hint(help)
-    })?;
-    Ok((table, path))
+    })
 }
 
 /// The value of `spline`.

@@ -1,9 +1,8 @@
 //! Warnings about cases that are valid but may surprise.
 
-use toml_edit::{Document, Item, TableLike, Value};
-
 use super::Case;
-use crate::geometry::{GeometryText, Law, PotentialText, Preset, Start, mentions};
+use super::source::is_used;
+use crate::geometry::{GeometryText, Law, PotentialText, Preset, Start};
 
 /// If K is below this share of g00 ṫ², it is a small difference of large numbers and has lost digits.
 const NEARLY_SPACELIKE: f64 = 1e-2;
@@ -51,26 +50,7 @@ impl Case {
         let names = self.geometry_text.parameters().iter().map(|(name, _)| name.as_str());
         names.filter(move |name| {
             let is_of_preset = preset.is_some_and(|preset| preset.parameters().any(|other| other == *name));
-            !is_of_preset && !self.is_used(name)
+            !is_of_preset && !is_used(&self.text, name)
         })
-    }
-
-    /// Returns true if a formula of the case mentions a name.
-    pub(super) fn is_used(&self, name: &str) -> bool {
-        let document: Document<&str> = Document::parse(&*self.text).expect("a case that was read can be read again");
-        document.iter().any(|(key, item)| key != "title" && is_mentioned(name, item))
-    }
-}
-
-/// Returns true if a string in an item, which may be a formula, mentions a name. Names of coordinates and of bodies and
-/// of files are none.
-fn is_mentioned(name: &str, item: &Item) -> bool {
-    let is_formula = |key: &str| !["coordinates", "name", "file"].contains(&key);
-    let within = |table: &dyn TableLike| table.iter().any(|(key, item)| is_formula(key) && is_mentioned(name, item));
-    match item {
-        Item::ArrayOfTables(tables) => tables.iter().any(|table| within(table)),
-        Item::Value(Value::Array(array)) => array.iter().any(|value| is_mentioned(name, &Item::Value(value.clone()))),
-        Item::Value(Value::String(text)) => mentions(text.value(), name),
-        _ => item.as_table_like().is_some_and(within),
     }
 }

@@ -222,6 +222,7 @@ fn measured<S: Arithmetic>(
     let forms = if args.form.is_empty() { &[case.settings.form] } else { args.form.as_slice() };
     let schemes: Vec<_> = args.sbp.iter().flat_map(|&sbp| forms.iter().map(move |&form| (sbp, form))).collect();
     let (case, n_gamma, mut points) = (case.clone(), args.n_gamma.clone(), Vec::new());
+    let grids = n_gamma.len() * schemes.len();
     let (files, sweep) = study::prepared(files, move || {
         Sweep::<S>::new(&case, &schemes, &n_gamma).map_err(|error| match error {
             SweepError::Reference(end) => end.into(),
@@ -231,7 +232,7 @@ fn measured<S: Arithmetic>(
             }
         })
     })?;
-    let bar = study::bar(args.study.case.quiet, sweep.grids(), "{bar:30} {pos}/{len} grids {msg}");
+    let bar = study::bar(args.study.case.quiet, grids, "{bar:30} {pos}/{len} grids {msg}");
     study::computed(
         &bar,
         &sweep,

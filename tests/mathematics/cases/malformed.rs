@@ -1,4 +1,5 @@
-//! Malformed scenes: each is refused with what is wrong, and with its place in the text.
+//! Malformed scenes: each is refused with what is wrong, and with its place in the text. The mistakes that keys and
+//! values have by themselves are all told at once.
 
 use geodesic_ivp::case::Case;
 
@@ -138,6 +139,9 @@ form = "weak | |
 [invariants]\nk = "p_r" | delta_k has a meaning already | k
 [invariants]\nl = "p_x" | unknown name 'p_x' | p
 [events]\nl = "r" | 'events.l' must be a table, found string | "r"
+[events]\ngamma = { when = "r" } | an event cannot have the name 'gamma' | gamma
+[events]\nwindow = { when = "r" } | an event cannot have the name 'window' | window
+[events]\nevent = { when = "r" } | an event cannot have the name 'event' | event
 [events]\nl = { until = true } | the event 'l' has no `when` | { until = true }
 [events]\nl = { when = "r_dot", direction = "dwn" } | unknown direction "dwn" | "dwn"
 [plot]\nx = "r" | missing field `y` | [plot]
@@ -350,4 +354,41 @@ fn damaged_texts_are_read_or_refused() {
             }
         }
     }
+}
+
+/// All that keys and values have wrong by themselves is told at once, in the order of the text.
+#[test]
+fn the_mistakes_of_keys_and_values_are_all_found_at_once() {
+    let text = r#"
+titel = "Six"
+[potential]
+coordinates = ["x", 1]
+formula = { expression = 2, parametres = {} }
+[particle]
+law = "newton"
+[grid]
+n_gamma = 3.5
+windows = 0
+[scheme]
+sbp = "SBP22"
+[solver]
+digits = 99
+accuracy = 2
+[events]
+up = { when = "x", direction = "left", unti = true }
+"#;
+    let error = Case::parse("case", text, &[]).unwrap_err();
+    let all: Vec<_> = std::iter::once(&error).chain(&error.further).collect();
+    let places: Vec<&str> = all.iter().map(|error| &text[error.span.clone().unwrap()]).collect();
+    let expected = "titel 1 2 parametres \"newton\" 3.5 0 \"SBP22\" 99 2 \"left\" unti";
+    assert_eq!(places.join(" "), expected);
+    assert!(error.to_string().ends_with("(and 11 more mistakes)"), "{error}");
+}
+
+/// Where nothing says what the coordinates are, that is what is wrong, and not their names.
+#[test]
+fn coordinates_of_an_unknown_geometry_are_no_unknown_keys() {
+    let text = "[initial]\nr = 1.0\nr_dot = 0.0\n[scheme]\nsbp = \"GLL8\"\n";
+    let error = Case::parse("case", text, &[]).unwrap_err();
+    assert!(error.message.starts_with("missing field") && error.further.is_empty(), "{error}");
 }

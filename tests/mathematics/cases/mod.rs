@@ -3,7 +3,6 @@
 mod conformal;
 mod fuzz;
 mod malformed;
-mod mistakes;
 mod overrides;
 mod starts;
 mod written;

@@ -1,7 +1,6 @@
 //! The start that the initial data of a scene describe.
 
-use geodesic_ivp::case::Case;
-use geodesic_ivp::case::Rate;
+use geodesic_ivp::case::{Case, Rate};
 use geodesic_ivp::geometry::{Geometry, GeometryText, Law, Start};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::Limit;
