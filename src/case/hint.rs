@@ -77,13 +77,13 @@ pub(super) fn missing(root: &Field<'_>) -> Option<CaseError> {
         }
     };
     let needed = REMEDIES.iter().filter(|(of, _)| keys.iter().any(|(key, _)| of.contains(&key.as_str())));
-    let needed: Vec<&str> = needed.map(|(_, help)| *help).collect();
+    let needed: Vec<String> = needed.map(|(_, help)| help.replace("POTENTIALS", POTENTIALS)).collect();
     Some(table.error(message).with_hint((!needed.is_empty()).then(|| needed.join("\n"))))
 }
 
 /// What to do about missing keys.
 const REMEDIES: [(&[&str], &str); 5] = [
-    (&["potential"], POTENTIALS),
+    (&["potential"], "[potential]: POTENTIALS"),
     (&["initial"], "[initial] needs x, t_dot (dt/dgamma) and either x_dot (dx/dgamma) or velocity (dx/dt)"),
     (
         &["initial.t_dot"],

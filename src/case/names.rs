@@ -55,15 +55,12 @@ impl Taken {
     }
 }
 
-/// The coordinates that an array names; `others` are names that the scene has besides.
+/// The coordinates that an array or the keys of a table name; `others` are names that the scene has besides.
 pub(super) fn coordinates(field: &Field<'_>, others: &[&str]) -> Result<Vec<String>, CaseError> {
+    if field.is_table() {
+        return checked(field, field.fields().into_iter().map(|field| (field.key, field.key_span)), others);
+    }
     checked(field, field.strings()?.into_iter().map(|(name, span)| (name.to_owned(), span)), others)
-}
-
-/// The coordinates that the keys of a table name.
-pub(super) fn keys(field: &Field<'_>, others: &[&str]) -> Result<Vec<String>, CaseError> {
-    let keys = field.fields().into_iter().map(|field| (field.key, field.key_span));
-    checked(field, keys, others)
 }
 
 /// The names, if all of them may be those of coordinates.

@@ -57,10 +57,10 @@ pub(super) fn coordinates(root: &Field<'_>, law: Law) -> Result<Option<Vec<Strin
     let section = root.table("potential");
     let is_given = KINDS.iter().any(|kind| section.get(kind).is_some());
     let others: &[&str] = if law == Law::Newtonian { &["t", "s"] } else { &["t"] };
-    match (section.get("coordinates"), force(root).filter(|_| !is_given)) {
-        (Some(field), _) => names::coordinates(&field, others).map(Some),
-        (None, Some(force)) => names::keys(&force, others).map(Some),
-        (None, None) => Ok(is_given.then(|| vec!["x".to_owned()])),
+    let named = section.get("coordinates").or_else(|| force(root).filter(|_| !is_given));
+    match named {
+        Some(named) => names::coordinates(&named, others).map(Some),
+        None => Ok(is_given.then(|| vec!["x".to_owned()])),
     }
 }
 
