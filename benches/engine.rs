@@ -75,9 +75,9 @@ struct Measured {
     estimate: Option<f64>,
 }
 
-fn measure(scene: &Scene, accuracy: f64, (_, wanted, is_complete): Mode, points: usize) -> Result<Measured, Failure> {
+fn measure(scene: &Scene, accuracy: f64, (_, wanted, is_complete): Mode) -> Result<Measured, Failure> {
     let ((geometry, start), &(.., length, exact)) = (geometry_and_start(scene), scene);
-    let mut engine = Engine::accurate(&geometry, &start, length, wanted(accuracy), points).expect("it is inside");
+    let mut engine = Engine::accurate(&geometry, &start, length, wanted(accuracy)).expect("it is inside");
     let mut sizes: Vec<f64> = start.q.iter().map(|q| q.abs()).collect();
     let (mut kept, mut windows, mut sweeps, mut end) = (Vec::new(), 0, 0, start.q.clone());
     let mut run = |engine: &mut Engine<'_>| {
@@ -113,11 +113,11 @@ fn measure(scene: &Scene, accuracy: f64, (_, wanted, is_complete): Mode, points:
     Ok(Measured { seconds, windows, sweeps, end, error, estimate: engine.error_estimate() })
 }
 
-fn table(scene: &Scene, points: usize) {
+fn table(scene: &Scene) {
     for accuracy in [1e-4, 1e-6, 1e-9, 1e-12] {
         for mode in MODES {
-            print!("{:<14} {points:>2} nodes {accuracy:.0e} {:<10} ", scene.0, mode.0);
-            match measure(scene, accuracy, mode, points) {
+            print!("{:<14} {accuracy:.0e} {:<10} ", scene.0, mode.0);
+            match measure(scene, accuracy, mode) {
                 Ok(Measured { seconds, windows, sweeps, error, estimate, .. }) => {
                     let estimate = estimate.map_or(String::new(), |estimate| format!("  estimate {estimate:.1e}"));
                     let (time, sweeps) = (1e6 * seconds, sweeps as f64 / windows as f64);
@@ -134,7 +134,7 @@ fn levels(scene: &Scene) {
     let (geometry, start) = geometry_and_start(scene);
     let [best, avx2, scalar] = [Level::Best, Level::Avx2, Level::Scalar].map(|level| {
         level.limit();
-        let measured = measure(scene, 1e-6, MODES[2], 16).expect("this much is reached");
+        let measured = measure(scene, 1e-6, MODES[2]).expect("this much is reached");
         let windows = (1.5 * measured.windows as f64) as usize;
         let mut engine = Engine::equal(&geometry, &start, scene.2, windows, 16).expect("it is inside");
         let mut last = Vec::new();
@@ -156,8 +156,7 @@ fn levels(scene: &Scene) {
 fn main() {
     let name = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
     for scene in SCENES.iter().filter(|scene| name.as_ref().is_none_or(|name| scene.0.contains(name.as_str()))) {
-        table(scene, 16);
-        table(scene, 8);
+        table(scene);
         levels(scene);
     }
 }

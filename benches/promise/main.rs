@@ -1,17 +1,16 @@
-//! Is an accuracy that is promised kept? Draws random scenes, runs each to a random accuracy with windows of 8 and of
-//! 16 nodes, and measures the errors of all coordinates at all nodes, relative to their sizes.
+//! Is an accuracy that is promised kept? Draws random scenes, runs each to a random accuracy, and measures the errors
+//! of all coordinates at all nodes, relative to their sizes.
 //!
-//! The reference is a run of 16 nodes with the tolerance 1e-15, interpolated by the polynomials of its windows. Another
-//! one of 8 nodes with 1e-14 tells how far it can be trusted: where they differ by more than a third of the accuracy,
-//! as in chaotic motion, nothing is decided. For hills that a tolerance steps over, and near poles, both have 8 nodes
-//! and a tenth and a thirtieth of the accuracy; straight lines past a pole have shown that these are right.
+//! The reference is a run with the tolerance 1e-15, interpolated by the polynomials of its windows. Another one with
+//! 1e-14 tells how far it can be trusted: where they differ by more than a third of the accuracy, as in chaotic motion,
+//! nothing is decided. For hills that a tolerance steps over, and near poles, both promise a tenth and a thirtieth of
+//! the accuracy; straight lines past a pole have shown that these are right.
 //!
 //! ```text
 //! cargo bench --bench promise [-- DRAWS [SEED [FAMILY]]]
 //! ```
 //!
-//! draws so many runs of every family, or of one, for both numbers of nodes, half in random units. 60 draws take
-//! a minute. Refusals, broken promises and estimates below the error are printed with what draws them again. The table
+//! draws so many runs of every family, or of one, half in random units. 120 draws take a minute. Refusals, broken promises and estimates below the error are printed with what draws them again. The table
 //! has, by families and by decades of the accuracy, the numbers of runs, of undecided ones, of broken promises, of
 //! estimates that are too low and of attempts that were begun again, then accuracy/error (least and median),
 //! estimate/error (least, median and 90 %), and refusals. The exit code is 1 if a promise is broken.
@@ -66,7 +65,7 @@ impl Tally {
 type Studied = (f64, Result<(Run, [f64; 2]), String>, String);
 
 /// Draws a run; `None` where its scene has no start.
-fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
+fn study(seed: u64, family: usize) -> Option<Studied> {
     let mut draw = Random(seed);
     let (name, scene) = FAMILIES[family];
     let drawn = scene(&mut draw);
@@ -86,15 +85,15 @@ fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
     };
     let (_, sizes) = time_and_sizes(&geometry, &start, length);
     let of_units = if is_in_units { " in units" } else { "" };
-    let what = format!("{name}{of_units} N {points} seed {seed} a {accuracy:.1e} L/T {turns:.1}");
-    let run_of = |wanted, points| Run::new(&geometry, &start, length, wanted, points);
-    let result = run_of(Accuracy::Promised(accuracy), points).map(|promised| {
+    let what = format!("{name}{of_units} seed {seed} a {accuracy:.1e} L/T {turns:.1}");
+    let run_of = |wanted| Run::new(&geometry, &start, length, wanted);
+    let result = run_of(Accuracy::Promised(accuracy)).map(|promised| {
         // A tolerance alone may step over a hill that it comes to from far away, and loses digits at a pole.
-        let (wanted, nodes) = match name {
-            "disks" | "polar" => ([10.0, 30.0].map(|share| Accuracy::Promised(accuracy / share)), [8, 8]),
-            _ => ([1e-15, 1e-14].map(Accuracy::Local), [16, 8]),
+        let wanted = match name {
+            "disks" | "polar" => [10.0, 30.0].map(|share| Accuracy::Promised(accuracy / share)),
+            _ => [1e-15, 1e-14].map(Accuracy::Local),
         };
-        let [Ok(first), Ok(second)] = &[0, 1].map(|k| run_of(wanted[k], nodes[k])) else {
+        let [Ok(first), Ok(second)] = &wanted.map(run_of) else {
             return (promised, [0.0, f64::INFINITY]);
         };
         let mut origin = vec![0.0; q.len()];
@@ -108,45 +107,43 @@ fn study(seed: u64, family: usize, points: usize) -> Option<Studied> {
 fn main() -> ExitCode {
     let (draws, seed, only) = arguments(10);
     let only: Option<usize> = only.map(|text| text.parse().expect("the number of a family"));
-    let mut tallies: BTreeMap<(usize, usize, i32), Tally> = BTreeMap::new();
+    let mut tallies: BTreeMap<(usize, i32), Tally> = BTreeMap::new();
     for family in (0..FAMILIES.len()).filter(|&family| only.is_none_or(|only| only == family)) {
         for k in 0..draws {
-            for points in [8, 16] {
-                let own = seed.wrapping_mul(1_000_003) + k * 64 + family as u64;
-                let Some((accuracy, result, what)) = study(own << 20, family, points) else { continue };
-                for key in [(0, points, family as i32), (1, points, accuracy.log10().floor() as i32), (2, points, 0)] {
-                    let tally = tallies.entry(key).or_default();
-                    match &result {
-                        Err(reason) => *tally.refused.entry(reason.clone()).or_default() += 1,
-                        Ok((_, [_, doubt])) if *doubt >= accuracy / 3.0 => tally.undecided += 1,
-                        Ok((run, [error, doubt])) => {
-                            tally.broken += usize::from(*error > accuracy);
-                            tally.below += usize::from(run.estimate + doubt < *error);
-                            tally.restarts += run.restarts;
-                            let error = error.max(1e-17);
-                            tally.ratios.push([accuracy / error, run.estimate / error]);
-                        }
-                    }
-                }
+            let own = seed.wrapping_mul(1_000_003) + k * 64 + family as u64;
+            let Some((accuracy, result, what)) = study(own << 20, family) else { continue };
+            for key in [(0, family as i32), (1, accuracy.log10().floor() as i32), (2, 0)] {
+                let tally = tallies.entry(key).or_default();
                 match &result {
-                    Err(reason) => eprintln!("{reason}: {what}"),
-                    Ok((run, [error, doubt])) if *error > accuracy || run.estimate < *error => {
-                        eprintln!("error {error:.1e} doubt {doubt:.1e} estimate {:.1e}: {what}", run.estimate);
+                    Err(reason) => *tally.refused.entry(reason.clone()).or_default() += 1,
+                    Ok((_, [_, doubt])) if *doubt >= accuracy / 3.0 => tally.undecided += 1,
+                    Ok((run, [error, doubt])) => {
+                        tally.broken += usize::from(*error > accuracy);
+                        tally.below += usize::from(run.estimate + doubt < *error);
+                        tally.restarts += run.restarts;
+                        let error = error.max(1e-17);
+                        tally.ratios.push([accuracy / error, run.estimate / error]);
                     }
-                    Ok(_) => {}
                 }
+            }
+            match &result {
+                Err(reason) => eprintln!("{reason}: {what}"),
+                Ok((run, [error, doubt])) if *error > accuracy || run.estimate < *error => {
+                    eprintln!("error {error:.1e} doubt {doubt:.1e} estimate {:.1e}: {what}", run.estimate);
+                }
+                Ok(_) => {}
             }
         }
     }
     let broken: usize = tallies.values().map(|tally| tally.broken).sum();
     println!("name                    runs und. brok. low again a/err min  median  est/err min median 90 %  refused");
-    for ((kind, points, key), tally) in &mut tallies {
+    for ((kind, key), tally) in &mut tallies {
         let name = match kind {
             0 => FAMILIES[*key as usize].0.to_owned(),
             1 => format!("1e{key}"),
             _ => "all".to_owned(),
         };
-        tally.print(&format!("{name} {points}"));
+        tally.print(&name);
     }
     ExitCode::from(u8::from(broken > 0))
 }

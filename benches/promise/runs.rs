@@ -21,14 +21,8 @@ pub(crate) struct Run {
 
 impl Run {
     /// Runs to an accuracy; otherwise the reason of the refusal.
-    pub(crate) fn new(
-        geometry: &Geometry,
-        start: &Start,
-        length: f64,
-        wanted: Accuracy,
-        points: usize,
-    ) -> Result<Self, String> {
-        let mut engine = Engine::accurate(geometry, start, length, wanted, points).map_err(|_| "NoStart".to_owned())?;
+    pub(crate) fn new(geometry: &Geometry, start: &Start, length: f64, wanted: Accuracy) -> Result<Self, String> {
+        let mut engine = Engine::accurate(geometry, start, length, wanted).map_err(|_| "NoStart".to_owned())?;
         let mut run = Self::default();
         loop {
             match engine.next() {

@@ -8,6 +8,7 @@ mod tests;
 
 use pulp::{Simd, WithSimd};
 
+use super::POINTS;
 use super::enclosure::{Enclosure, UNSEEN, is_gentle, negligible_rates};
 use super::knots::first_knot;
 use super::rule::Order;
@@ -47,7 +48,7 @@ pub(super) struct Seen {
 
 impl<'g> Between<'g> {
     /// For the run that begins at `start`; `None` where nothing can hide.
-    pub(super) fn new<const N: usize>(solver: &Solver<'g, N>, start: &Start) -> Option<Self> {
+    pub(super) fn new(solver: &Solver<'g, POINTS>, start: &Start) -> Option<Self> {
         let (geometry, system) = (solver.geometry, &solver.system);
         let unknowns = [&system.positions, &system.momenta].map(|registers| registers.iter());
         let depends = geometry
@@ -68,7 +69,7 @@ impl<'g> Between<'g> {
     }
 
     /// Looks at the solved window.
-    pub(super) fn look<const N: usize>(&mut self, solver: &Solver<'_, N>) -> Seen {
+    pub(super) fn look(&mut self, solver: &Solver<'_, POINTS>) -> Seen {
         let registers = &solver.system.registers;
         let look = Level::Best.dispatch(Look { registers, watched: &self.watched });
         self.is_gentle = look.is_gentle;
@@ -77,7 +78,7 @@ impl<'g> Between<'g> {
     }
 
     #[cold]
-    fn first_knot<const N: usize>(&self, solver: &Solver<'_, N>) -> Option<f64> {
+    fn first_knot(&self, solver: &Solver<'_, POINTS>) -> Option<f64> {
         let (nodes, points) = (solver.fractions(), solver.rule.points());
         let knots = self.watched.iter().filter_map(|&(register, kind)| match kind {
             Kind::Table(table) => first_knot(table, nodes, &solver.system.registers[register].0[..points]),
@@ -88,7 +89,7 @@ impl<'g> Between<'g> {
 
     /// True if something may hide in the window that was looked at, of length `h`, in a run of this length to an
     /// accuracy.
-    pub(super) fn hides<const N: usize>(&mut self, solver: &Solver<'g, N>, h: f64, length: f64, accuracy: f64) -> bool {
+    pub(super) fn hides(&mut self, solver: &Solver<'g, POINTS>, h: f64, length: f64, accuracy: f64) -> bool {
         let registers = &solver.system.registers;
         let mut watched = self.watched.iter();
         let is_seen = self.is_all
@@ -97,20 +98,14 @@ impl<'g> Between<'g> {
     }
 
     #[inline(never)]
-    fn hides_in_intervals<const N: usize>(
-        &mut self,
-        solver: &Solver<'g, N>,
-        h: f64,
-        length: f64,
-        accuracy: f64,
-    ) -> bool {
+    fn hides_in_intervals(&mut self, solver: &Solver<'g, POINTS>, h: f64, length: f64, accuracy: f64) -> bool {
         let Self { geometry, enclosure, momenta, .. } = self;
         if enclosure.is_none() {
             *enclosure = Enclosure::of_geometry(geometry, momenta);
         }
         let Some(enclosure) = enclosure else { return false };
         let (active, n, nodes) = (geometry.active(), geometry.dimension(), &solver.rule.nodes[0].0);
-        enclosure.path.begin(N);
+        enclosure.path.begin(POINTS);
         for row in 0..solver.rows.len() {
             let variable = active[row % active.len()] + if row < active.len() { 0 } else { 2 * n };
             let slopes = &solver.slope_nodes(row).0;
@@ -122,18 +117,20 @@ impl<'g> Between<'g> {
                 }
             });
         }
-        enclosure.hides(|| {
+        let tolerances = || {
             let mut state: Vec<f64> = solver.start.q.iter().map(|q| q.high).chain(momenta.iter().copied()).collect();
             active.iter().zip(&solver.start.p).for_each(|(&a, p)| state[n + a] = p.high);
             let weights: Vec<f64> = (0..n).map(|a| solver.inverse_size(solver.number_of(a))).collect();
             negligible_rates(geometry, &weights, [&state[..]], length, UNSEEN * accuracy)
-        })
+        };
+        // A window can be shortened, and is not looked at more closely.
+        enclosure.hidden(tolerances, f64::INFINITY).iter().any(|(_, change)| *change > 1.0)
     }
 }
 
 /// Looks at the range that everything that is watched has on the nodes.
-struct Look<'a, const N: usize> {
-    registers: &'a [Nodes<N>],
+struct Look<'a> {
+    registers: &'a [Nodes<POINTS>],
     watched: &'a [(Register, Kind)],
 }
 
@@ -146,7 +143,7 @@ struct Looked {
     decay: f64,
 }
 
-impl<const N: usize> WithSimd for Look<'_, N> {
+impl WithSimd for Look<'_> {
     type Output = Looked;
 
     #[inline(always)]

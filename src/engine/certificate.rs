@@ -6,7 +6,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernel::Evaluate;
+use super::kernel::evaluate;
 use super::rule::Rule;
 use super::system::Finished;
 use crate::formula::{Register, Step};
@@ -74,11 +74,8 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
             };
             registers[n + a] = (multiply(s, derivative, &way, [zero; 2]) * (1.0 / h)).nodes();
         }
-        Evaluate { registers, steps }.with_simd(s);
-        if window.is_mended {
-            let program = &window.system.geometry.lagrangian().momenta;
-            program.mend_points(program.outputs(), N, registers, &mut 1);
-        }
+        let program = &window.system.geometry.lagrangian().momenta;
+        evaluate(s, steps, registers, window.is_mended.then_some(program));
         // The maximum may lose a NaN, the sum does not.
         let (mut most, mut sum) = (zero, zero);
         active = 0;

@@ -1,14 +1,16 @@
 //! The step controller: from the errors of a window to the length of the next one.
 
+use super::POINTS;
 use super::tuning::{AIM, HIDDEN, LARGEST_CUT, LARGEST_GROWTH, MOST_IDLE, PATIENCE, UNSOLVED};
 
-/// Chooses rungs of the ladder of window lengths.
-#[derive(Debug, Clone, Copy)]
+/// Rungs for each factor of two in the error inside a window, which grows like hⁿ for n nodes.
+const RUNGS_PER_OCTAVE: f64 = 4.0 / POINTS as f64;
+/// The order of the error at the end of a window, which grows like h²ⁿ⁻¹, relative to that inside.
+const RELATIVE_ORDER: f64 = (2 * POINTS - 1) as f64 / POINTS as f64;
+
+/// Chooses rungs of the ladder of window lengths, of which the first window has rung 0.
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Control {
-    /// Rungs for each factor of two in the excess.
-    rungs_per_octave: f64,
-    /// The order of the error at the end of a window, relative to that inside.
-    relative_order: f64,
     /// The rung of the next window.
     pub(super) rung: i32,
     /// After a refusal no window is longer than this rung, for so many windows.
@@ -19,14 +21,6 @@ pub(super) struct Control {
 }
 
 impl Control {
-    /// For windows of n nodes, whose errors inside grow like hⁿ and those at the end like h²ⁿ⁻¹. The first one has
-    /// rung 0.
-    pub(super) fn new(nodes: usize) -> Self {
-        let n = nodes as f64;
-        let relative_order = (2.0 * n - 1.0) / n;
-        Self { rungs_per_octave: 4.0 / n, relative_order, rung: 0, longest: i32::MAX, patience: 0, idle: 0 }
-    }
-
     /// True if a window is good enough, by its errors inside and at the end, each divided by what is allowed. Chooses
     /// the rung of the next window, or of the same one again.
     pub(super) fn accepts(&mut self, inside: f64, end: f64) -> bool {
@@ -35,8 +29,8 @@ impl Control {
             return false;
         }
         // As powers of two of an error inside that is as much too large.
-        let excess = log2(inside.max(1e-300)).max(log2(end.max(1e-300)) / self.relative_order);
-        let fits = ((AIM - excess) * self.rungs_per_octave).floor();
+        let excess = log2(inside.max(1e-300)).max(log2(end.max(1e-300)) / RELATIVE_ORDER);
+        let fits = ((AIM - excess) * RUNGS_PER_OCTAVE).floor();
         if excess > 0.0 {
             self.shorten(fits.clamp(LARGEST_CUT, -1.0) as i32);
             return false;
@@ -85,7 +79,7 @@ mod tests {
 
     /// By how many rungs the next window is longer, and whether this one is kept.
     fn judged(inside: f64, end: f64) -> (bool, i32) {
-        let mut control = Control::new(8);
+        let mut control = Control::default();
         (control.accepts(inside, end), control.rung)
     }
 
@@ -93,16 +87,16 @@ mod tests {
     fn length_follows_the_orders() {
         assert_eq!(judged(0.9, 0.0), (true, -1));
         assert_eq!(judged(0.4, 0.0), (true, 0));
-        // A factor of 2⁻⁸ halves the length: 4 rungs, of which two are taken at once.
-        assert_eq!(judged(2.0_f64.powi(-9), 0.0), (true, 2));
-        assert_eq!(judged(2.0_f64.powi(7), 0.0), (false, -4));
-        assert_eq!(judged(0.0, 2.0_f64.powi(13)), (false, -4));
+        // A factor of 2¹⁶ halves the length, by 4 rungs; it grows by two of them at once at most.
+        assert_eq!(judged(2.0_f64.powi(-17), 0.0), (true, 2));
+        assert_eq!(judged(2.0_f64.powi(15), 0.0), (false, -4));
+        assert_eq!(judged(0.0, 2.0_f64.powi(29)), (false, -4));
         assert_eq!(judged(f64::NAN, 0.0), (false, -2));
     }
 
     #[test]
     fn lengths_do_not_return_at_once_to_what_was_refused() {
-        let mut control = Control::new(16);
+        let mut control = Control::default();
         control.refuse();
         let rungs: Vec<i32> = (0..6).map(|_| (control.accepts(1e-9, 0.0), control.rung).1).collect();
         assert_eq!(rungs, [-1, -1, -1, 1, 3, 5]);

@@ -5,34 +5,30 @@
 //! active coordinate ([`Plane`]), by steps for more ([`Steps`]). Rounding errors have others, to which each
 //! window adds such that squares add up, as their signs are random.
 
+use super::POINTS;
 use super::plane::Plane;
-use super::steps::Steps;
+use super::steps::{Errors, Steps, Total};
 use super::tuning::{LEFT_MARGIN, MARGIN, OF_SLOPES, ROUNDING};
 use super::window::Solver;
 use crate::geometry::Start;
 
 /// δ, window by window.
-pub(super) struct ErrorEstimate<'g, const N: usize> {
-    method: Method<'g, N>,
+pub(super) struct ErrorEstimate<'g> {
+    method: Method<'g>,
     /// The local errors of the unknowns, without signs, and those of rounding.
-    local: Vec<[f64; 2]>,
-    /// |δ| with rounding, its largest component relative to sizes, and that of rounding alone,
-    pub(super) now: f64,
-    pub(super) rounding_now: f64,
-    /// at this γ.
-    pub(super) reached: f64,
-    /// The largest |δ| so far, relative to sizes.
-    pub(super) largest: f64,
+    local: Vec<Errors>,
+    /// By steps, it lags behind until the last window.
+    pub(super) total: Total,
 }
 
-enum Method<'g, const N: usize> {
-    Plane(Box<Plane<'g, N>>),
-    Steps(Box<Steps<'g, N>>),
+enum Method<'g> {
+    Plane(Box<Plane<'g>>),
+    Steps(Box<Steps<'g>>),
 }
 
-impl<'g, const N: usize> ErrorEstimate<'g, N> {
+impl<'g> ErrorEstimate<'g> {
     /// For the run that begins at `start`.
-    pub(super) fn new(solver: &Solver<'g, N>, start: &Start) -> Self {
+    pub(super) fn new(solver: &Solver<'g, POINTS>, start: &Start) -> Self {
         let m = solver.geometry.active().len();
         let method = if m == 1 && !solver.geometry.has_force() {
             Method::Plane(Box::new(Plane::new(solver.geometry, start)))
@@ -40,7 +36,7 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
             Method::Steps(Box::new(Steps::new(solver, start)))
         };
         let local = vec![[0.0; 2]; 2 * m];
-        Self { method, local, now: 0.0, rounding_now: 0.0, reached: 0.0, largest: 0.0 }
+        Self { method, local, total: Total::default() }
     }
 
     /// Goes back to the start, where there is no error.
@@ -49,12 +45,12 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
             Method::Plane(plane) => plane.begin(),
             Method::Steps(steps) => steps.begin(),
         }
-        (self.now, self.rounding_now, self.reached, self.largest) = (0.0, 0.0, 0.0, 0.0);
+        self.total = Total::default();
     }
 
     /// At the end of a run to a value of `coordinate` errors are those at equal values of it: its own error is one of
     /// the others too.
-    pub(super) fn judge_at_equal(&mut self, window: &Solver<'g, N>, coordinate: usize) {
+    pub(super) fn judge_at_equal(&mut self, window: &Solver<'g, POINTS>, coordinate: usize) {
         let of = |number: usize| match &self.method {
             Method::Plane(plane) => plane.error(number)[0],
             Method::Steps(steps) => steps.error(number),
@@ -65,12 +61,13 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
         let worst = others.fold(0.0, |worst: f64, number| {
             worst.max((of(number) + late * window.end_rate(number).abs()) * window.inverse_size(number))
         });
-        (self.now, self.largest) = (self.now.max(worst), self.largest.max(worst));
+        let Total { now: [now, _], largest, .. } = &mut self.total;
+        (*now, *largest) = (now.max(worst), largest.max(worst));
     }
 
     /// Carries δ over a window of length `h` that is finished, and adds the window's own error. `left` is what its
-    /// sweeps left undone, relative to sizes. By steps, `now` lags behind until the last window.
-    pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64, left: f64, is_last: bool) {
+    /// sweeps left undone, relative to sizes.
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, h: f64, left: f64, is_last: bool) {
         for (k, local) in self.local.iter_mut().enumerate() {
             let unknown = window.unknown(k, h);
             let size = if unknown.inverse_size > 0.0 { 1.0 / unknown.inverse_size } else { 0.0 };
@@ -82,20 +79,17 @@ impl<'g, const N: usize> ErrorEstimate<'g, N> {
                 let of = |k: usize| self.local[k][1] + gains[k];
                 plane.add([self.local[0][0], self.local[1][0]], [of(0), of(1)]);
                 let error = |number: usize| plane.error(number).map(|error| error * window.inverse_size(number));
-                [self.now, self.rounding_now] = error(0);
-                for [all, rounding] in (1..window.geometry.dimension()).map(error) {
-                    (self.now, self.rounding_now) = (self.now.max(all), self.rounding_now.max(rounding));
-                }
-                self.reached += h;
-                self.largest = self.largest.max(self.now);
+                let errors = (1..window.geometry.dimension()).map(error);
+                let now = errors.fold(error(0), |[all, rounding], error| [all.max(error[0]), rounding.max(error[1])]);
+                let Total { reached, largest, .. } = self.total;
+                self.total = Total { now, reached: reached + h, largest: largest.max(now[0]) };
             }
             Method::Steps(steps) => {
                 steps.follow(window, h, &self.local);
                 if is_last {
                     steps.finish(window, h);
                 }
-                [self.now, self.rounding_now] = steps.now;
-                (self.reached, self.largest) = (steps.reached, steps.largest);
+                self.total = steps.total;
             }
         }
     }

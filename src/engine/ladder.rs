@@ -2,8 +2,8 @@
 
 use std::sync::OnceLock;
 
-use super::MOST_POINTS;
 use super::rule::{Order, Rule, Tables};
+use super::{MOST_POINTS, POINTS};
 use crate::number::vector::{Matrix, Twofold};
 
 /// k runs from −REACH to REACH.
@@ -16,21 +16,21 @@ const SHORTEST: i32 = -16;
 const CONTINUED: usize = (LONGEST - SHORTEST + 1) as usize;
 
 /// The tables of all lengths that were used.
-pub(super) struct Ladder<const N: usize> {
+pub(super) struct Ladder {
     order: Order,
     is_exact: bool,
     /// h₀.
     first: f64,
-    rungs: Vec<Option<Box<Rung<N>>>>,
+    rungs: Vec<Option<Box<Rung>>>,
 }
 
-struct Rung<const N: usize> {
-    tables: Tables<N>,
+struct Rung {
+    tables: Tables<POINTS>,
     /// The matrices of [`Rule::continuation`] from windows that are shorter by j = SHORTEST … LONGEST rungs.
-    continuations: [Option<Box<Matrix<N>>>; CONTINUED],
+    continuations: [Option<Box<Matrix<POINTS>>>; CONTINUED],
 }
 
-impl<const N: usize> Ladder<N> {
+impl Ladder {
     /// The ladder whose rung 0 has the length `first`. Exact tables keep what rounding takes from their entries.
     pub(super) fn new(order: Order, first: f64, is_exact: bool) -> Self {
         Self { order, is_exact, first, rungs: (-REACH..=REACH).map(|_| None).collect() }
@@ -49,7 +49,12 @@ impl<const N: usize> Ladder<N> {
     }
 
     /// The tables of rung k, and the matrix that continues a window of rung `previous`, if that is near enough.
-    pub(super) fn rung(&mut self, rule: &Rule<N>, k: i32, previous: Option<i32>) -> (&Tables<N>, Option<&Matrix<N>>) {
+    pub(super) fn rung(
+        &mut self,
+        rule: &Rule<POINTS>,
+        k: i32,
+        previous: Option<i32>,
+    ) -> (&Tables<POINTS>, Option<&Matrix<POINTS>>) {
         let (order, is_exact, h) = (self.order, self.is_exact, self.length(k));
         let rung = self.rungs[(k + REACH) as usize].get_or_insert_with(|| {
             let tables = rule.tables(order, Twofold::from(h), is_exact);
@@ -67,7 +72,7 @@ impl<const N: usize> Ladder<N> {
     /// Tables for one window of any length. It is guessed without the window before: that would save a few sweeps,
     /// which cost a tenth of the matrix for it.
     #[cold]
-    pub(super) fn odd(&self, rule: &Rule<N>, h: f64) -> Tables<N> {
+    pub(super) fn odd(&self, rule: &Rule<POINTS>, h: f64) -> Tables<POINTS> {
         rule.tables(self.order, Twofold::from(h), self.is_exact)
     }
 }

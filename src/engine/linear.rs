@@ -1,8 +1,8 @@
 //! The linearised equations of a scene: registers, and the entries of the Jacobian that are not zero.
 
-use pulp::{Simd, WithSimd};
+use pulp::Simd;
 
-use super::kernel::Evaluate;
+use super::kernel::{Evaluate, evaluate};
 use super::rule::Order;
 use crate::formula::{Register, Step};
 use crate::geometry::{Geometry, Source};
@@ -80,10 +80,7 @@ impl<'g, const N: usize> Linear<'g, N> {
     /// Evaluates what varies, once the unknowns are in place.
     #[inline(always)]
     pub(super) fn evaluate<S: Simd>(&mut self, s: S) {
-        Evaluate { registers: &mut self.registers, steps: self.steps }.with_simd(s);
-        if self.is_mended {
-            let program = &self.geometry.hamiltonian().linearised().jacobian;
-            program.mend_points(program.outputs(), N, &mut self.registers, &mut 1);
-        }
+        let program = &self.geometry.hamiltonian().linearised().jacobian;
+        evaluate(s, self.steps, &mut self.registers, self.is_mended.then_some(program));
     }
 }

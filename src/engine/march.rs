@@ -7,6 +7,7 @@ use super::window::{Known, Solver};
 use super::{Failure, Handed, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::vector::{Matrix, Twofold};
+use crate::sbp::collocation::Collocation;
 
 /// The windows of a run with a rule of up to N nodes.
 pub(super) struct March<'g, const N: usize> {
@@ -35,12 +36,12 @@ impl<'g, const N: usize> March<'g, N> {
         geometry: &'g Geometry,
         start: &Start,
         (length, windows): (f64, usize),
-        rule: Rule<N>,
+        operators: &'static Collocation,
         tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
         let sizes = Sizes::new(geometry, start, length)?;
         let h = Twofold::from(length) / Twofold::from(windows as f64);
-        let mut solver = Solver::new(geometry, rule, false);
+        let mut solver = Solver::new(geometry, Rule::new(operators), false);
         solver.begin(start, &sizes);
         let (order, rule) = (solver.system.order, &solver.rule);
         Ok(Self {

@@ -17,12 +17,16 @@
 //! ```text
 //! rule         tables of the rule, and of windows of one length
 //! ladder       the tables of all lengths that an adaptive run uses
-//! kernel       sweeps, ends, local errors and gradients, compiled for every instruction set and number of lanes
+//! kernel       steps of programs on all nodes, compiled for every instruction set and number of lanes
 //! system       the equations of a scene: registers, and the steps that compute what is wanted when
 //! linear       the same for its linearised equations
 //! sizes        the units of a motion, from the motion itself
 //! solved       a solved window, as it is lent
-//! window       one window
+//! row          one of the functions that are iterated
+//! window       what windows start from, and where their solutions are kept
+//! local        the errors that a window makes
+//! sweeps       the solution of a window
+//! ends         what follows from it
 //! resume       what a run hands on to one that continues it
 //! view         what is known of a window when it is finished
 //! dense        a window between its nodes
@@ -48,21 +52,25 @@ mod certificate;
 mod control;
 mod dense;
 pub(crate) mod enclosure;
+mod ends;
 mod estimate;
 mod failure;
 mod kernel;
 mod knots;
 mod ladder;
 mod linear;
+mod local;
 mod march;
 mod plane;
 mod resume;
+mod row;
 mod rule;
 mod sensitivity;
 mod sizes;
 mod solved;
 mod steps;
 mod stop;
+mod sweeps;
 mod system;
 mod tangents;
 #[cfg(test)]
@@ -76,14 +84,14 @@ pub use self::dense::Dense;
 pub use self::failure::Failure;
 pub use self::resume::{Handed, Marched};
 pub use self::sensitivity::Sensitivity;
-pub use self::solved::{OfState, State, Window, WindowNodes};
+pub use self::solved::{OfState, Solved, State, Window, WindowNodes};
 
 use std::ops::{ControlFlow, Deref, DerefMut};
 
 use self::adaptive::{Adaptive, Target};
 use self::march::March;
-use self::rule::Rule;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
+use crate::sbp::collocation::{Collocation, Family};
 
 /// The most nodes of a window.
 pub const MOST_POINTS: usize = 24;
@@ -234,12 +242,8 @@ impl<'g> Engine<'g> {
         points: usize,
         tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
-        let grid = (length, windows);
-        Ok(Self(match points {
-            ..=8 => Box::new(March::<8>::new(geometry, start, grid, Rule::lobatto(points), tolerance)?),
-            9..=16 => Box::new(March::<16>::new(geometry, start, grid, Rule::lobatto(points), tolerance)?),
-            _ => Box::new(March::<24>::new(geometry, start, grid, Rule::lobatto(points), tolerance)?),
-        }))
+        let operators = Collocation::shared(Family::Lobatto, points);
+        Self::march(geometry, start, (length, windows), operators, tolerance)
     }
 
     /// `steps` steps of Gauss' method over a run of this length. Sweeps leave no more than `tolerance`, relative to
@@ -249,7 +253,7 @@ impl<'g> Engine<'g> {
     /// If the start is outside the domain.
     ///
     /// # Panics
-    /// If there are no or more than [`MOST_STAGES`] stages.
+    /// If there are no or more than [`MOST_POINTS`] stages.
     pub fn gauss(
         geometry: &'g Geometry,
         start: &Start,
@@ -258,14 +262,25 @@ impl<'g> Engine<'g> {
         stages: usize,
         tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
-        let grid = (length, steps);
-        Ok(Self(match stages {
-            ..=8 => Box::new(March::<8>::new(geometry, start, grid, Rule::gauss(stages), tolerance)?),
-            _ => Box::new(March::<16>::new(geometry, start, grid, Rule::gauss(stages), tolerance)?),
+        let operators = Collocation::shared(Family::Gauss, stages);
+        Self::march(geometry, start, (length, steps), operators, tolerance)
+    }
+
+    fn march(
+        geometry: &'g Geometry,
+        start: &Start,
+        grid: (f64, usize),
+        operators: &'static Collocation,
+        tolerance: f64,
+    ) -> Result<Self, OutsideGeometry> {
+        Ok(Self(match operators.points() {
+            ..=8 => Box::new(March::<8>::new(geometry, start, grid, operators, tolerance)?),
+            9..=16 => Box::new(March::<16>::new(geometry, start, grid, operators, tolerance)?),
+            _ => Box::new(March::<24>::new(geometry, start, grid, operators, tolerance)?),
         }))
     }
 
-    /// Windows as long as an accuracy needs, of 8 or 16 nodes each, over a run of this length.
+    /// Windows of [`POINTS`] nodes, as long as an accuracy needs, over a run of this length.
     ///
     /// # Errors
     /// If the start is outside the domain.
@@ -274,9 +289,8 @@ impl<'g> Engine<'g> {
         start: &Start,
         length: f64,
         accuracy: Accuracy,
-        points: usize,
     ) -> Result<Self, OutsideGeometry> {
-        Self::adaptive(geometry, start, (length, None), accuracy, points)
+        Ok(Self(Box::new(Adaptive::new(geometry, start, (length, None), accuracy)?)))
     }
 
     /// As [`Self::accurate`], to the place where a coordinate has a value, to the last bit.
@@ -288,24 +302,11 @@ impl<'g> Engine<'g> {
         start: &Start,
         (coordinate, value): (usize, f64),
         accuracy: Accuracy,
-        points: usize,
     ) -> Result<Self, OutsideGeometry> {
         let from = start.q[coordinate];
         let length = ((value - from) / start.q_dot[coordinate]).abs();
-        Self::adaptive(geometry, start, (length, Some(Target::new(coordinate, value, from))), accuracy, points)
-    }
-
-    fn adaptive(
-        geometry: &'g Geometry,
-        start: &Start,
-        run: (f64, Option<Target>),
-        accuracy: Accuracy,
-        points: usize,
-    ) -> Result<Self, OutsideGeometry> {
-        Ok(Self(match points {
-            ..=8 => Box::new(Adaptive::<8>::new(geometry, start, run, accuracy)?),
-            _ => Box::new(Adaptive::<16>::new(geometry, start, run, accuracy)?),
-        }))
+        let target = Some(Target::new(coordinate, value, from));
+        Ok(Self(Box::new(Adaptive::new(geometry, start, (length, target), accuracy)?)))
     }
 
     /// Solves all windows. `see` gets each of them, and may end the run; if the run is begun again, it sees index 0

@@ -23,6 +23,7 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::POINTS;
 use super::linear::{Linear, Term};
 use super::rule::Order;
 use super::tuning::{BIAS, MARGIN};
@@ -31,8 +32,8 @@ use crate::geometry::{Geometry, Start};
 use crate::number::vector::{Lanes, Level, Nodes};
 
 /// δ in its frame.
-pub(super) struct Plane<'g, const N: usize> {
-    linear: Linear<'g, N>,
+pub(super) struct Plane<'g> {
+    linear: Linear<'g, POINTS>,
     /// f at the end of the last window, and the metric's s.
     flow: [f64; 2],
     metric: f64,
@@ -66,7 +67,7 @@ struct Ignorable {
     rate: f64,
 }
 
-impl<'g, const N: usize> Plane<'g, N> {
+impl<'g> Plane<'g> {
     /// No error at the start.
     pub(super) fn new(geometry: &'g Geometry, start: &Start) -> Self {
         let linear = Linear::new(geometry, &start.p);
@@ -83,7 +84,7 @@ impl<'g, const N: usize> Plane<'g, N> {
 
     /// Carries δ over a finished window of length `h`. Returns ∫ |J||x| for both unknowns: what relative errors of the
     /// values make of them by way of the slopes.
-    pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64) -> [f64; 2] {
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, h: f64) -> [f64; 2] {
         Level::Best.dispatch(Follow { plane: self, window, h })
     }
 
@@ -149,13 +150,13 @@ impl<'g, const N: usize> Plane<'g, N> {
 }
 
 /// Carries δ over a window.
-struct Follow<'a, 'g, const N: usize> {
-    plane: &'a mut Plane<'g, N>,
-    window: &'a Solver<'g, N>,
+struct Follow<'a, 'g> {
+    plane: &'a mut Plane<'g>,
+    window: &'a Solver<'g, POINTS>,
     h: f64,
 }
 
-impl<const N: usize> WithSimd for Follow<'_, '_, N> {
+impl WithSimd for Follow<'_, '_> {
     type Output = [f64; 2];
 
     #[inline(always)]
@@ -218,12 +219,7 @@ impl<const N: usize> WithSimd for Follow<'_, '_, N> {
 
 /// The entry of the Jacobian in a row and a column, which may be 0.
 #[inline(always)]
-fn entry<S: Simd, const N: usize>(
-    s: S,
-    registers: &[Nodes<N>],
-    terms: &[Term],
-    [row, column]: [usize; 2],
-) -> Lanes<S, N> {
+fn entry<S: Simd>(s: S, registers: &[Nodes<POINTS>], terms: &[Term], [row, column]: [usize; 2]) -> Lanes<S, POINTS> {
     let mut sum = Lanes::splat(s, 0.0);
     for term in terms {
         if term.row == row && term.column == column {
@@ -235,7 +231,7 @@ fn entry<S: Simd, const N: usize>(
 
 /// Σ |J||x| of a row.
 #[inline(always)]
-fn magnitude<S: Simd, const N: usize>(s: S, window: &Solver<'_, N>, linear: &Linear<'_, N>, row: usize) -> Lanes<S, N> {
+fn magnitude<S: Simd>(s: S, window: &Solver<'_, POINTS>, linear: &Linear<'_, POINTS>, row: usize) -> Lanes<S, POINTS> {
     let mut sum = Lanes::splat(s, 0.0);
     for term in &linear.rows {
         if term.row == row {
@@ -265,7 +261,7 @@ mod tests {
         let scenes = [(well(), 0.2), (schwarzschild(), 4.0), (lifted("1 - cos(x)", &["x"], &[1.0], &[0.3]), 0.5)];
         for ((geometry, start), unit) in &scenes {
             let mut pair = Pair::new(geometry, start);
-            let mut plane = Plane::<16>::new(geometry, start);
+            let mut plane = Plane::new(geometry, start);
             pair.advance_first(2.0 * unit);
             plane.follow(&pair.first, 2.0 * unit);
             // δ = β g

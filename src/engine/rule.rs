@@ -1,7 +1,7 @@
 //! Tables of a collocation for the lanes of a window.
 
 use crate::number::vector::{Matrix, Nodes, Twofold, Weights};
-use crate::sbp::collocation::{Collocation, Family, legendre};
+use crate::sbp::collocation::{Collocation, legendre};
 
 /// A guess continues the polynomials of the window before. Their higher modes are rounding errors where windows resolve
 /// the motion well, and grow like (3 + √8)^k up to the end of the next window.
@@ -40,17 +40,8 @@ pub(super) struct Rule<const N: usize> {
 }
 
 impl<const N: usize> Rule<N> {
-    /// The rule of a weak window on `points` nodes, from 2 to N.
-    pub(super) fn lobatto(points: usize) -> Self {
-        Self::new(Collocation::shared(Family::Lobatto, points))
-    }
-
-    /// The rule of Gauss' method of up to N stages.
-    pub(super) fn gauss(stages: usize) -> Self {
-        Self::new(Collocation::shared(Family::Gauss, stages))
-    }
-
-    fn new(operators: &'static Collocation) -> Self {
+    /// The rule of these operators on up to N nodes.
+    pub(super) fn new(operators: &'static Collocation) -> Self {
         let n = operators.points();
         let mut weights = Nodes::ZERO;
         weights.0[..n].iter_mut().zip(operators.weights()).for_each(|(to, weight)| *to = weight.hi);

@@ -1,5 +1,7 @@
 //! A solved window, which is lent to whoever pulls it.
 
+use std::ops::{Deref, DerefMut};
+
 use super::dense::Dense;
 use super::resume::Handed;
 use super::sensitivity::Sensitivity;
@@ -58,7 +60,7 @@ impl State {
 /// }
 /// assert!((engine.window().end().positions()[1] - 0.159_778_018_885_407).abs() < 1e-14);
 ///
-/// let mut engine = Engine::accurate(&geometry, &start, 1.0, Accuracy::Promised(1e-10), POINTS)?;
+/// let mut engine = Engine::accurate(&geometry, &start, 1.0, Accuracy::Promised(1e-10))?;
 /// let mut x = 0.0;
 /// engine.run(|window| {
 ///     x = window.end().positions()[1];
@@ -78,7 +80,7 @@ pub struct Window<'w> {
     pub is_last: bool,
     /// The number of sweeps over it.
     pub sweeps: usize,
-    pub(super) solved: &'w mut dyn Solved,
+    pub(super) solved: &'w mut (dyn Solved + 'w),
 }
 
 /// The nodes of a solved window.
@@ -93,45 +95,26 @@ pub trait WindowNodes {
     fn p(&self, place: usize) -> &[f64];
 }
 
-/// A solved window of rules of any width, as [`Window`] lends it.
-pub(super) trait Solved: WindowNodes {
-    /// The states at its start and its end.
-    fn ends(&self) -> [&State; 2];
-    /// Computes what was not needed to solve the window.
-    fn complete(&mut self);
+/// A solved window of rules of any width.
+pub trait Solved {
+    /// The state at its start.
+    fn start(&self) -> &State;
+    /// The state at its end.
+    fn end(&self) -> &State;
+    /// Its nodes, of which some values are computed when they are first asked for.
+    fn nodes(&mut self) -> &dyn WindowNodes;
+    /// The motion over it.
     fn dense(&self) -> Dense;
+    /// The values that its end hands on to a run that continues this one.
     fn handed(&self) -> Handed;
+    /// The largest entry of the gradient of its action. `None` for steps of Gauss' method, which are critical points of
+    /// no action.
     fn gradient_norm(&mut self) -> Option<f64>;
+    /// Carries a sensitivity from its start to its end.
     fn carry(&mut self, sensitivity: &mut Sensitivity);
 }
 
 impl Window<'_> {
-    /// The state at its start.
-    pub fn start(&self) -> &State {
-        self.solved.ends()[0]
-    }
-
-    /// The state at its end.
-    pub fn end(&self) -> &State {
-        self.solved.ends()[1]
-    }
-
-    /// The values that its end hands on to a run that continues this one.
-    pub fn handed(&self) -> Handed {
-        self.solved.handed()
-    }
-
-    /// The motion over it.
-    pub fn dense(&self) -> Dense {
-        self.solved.dense()
-    }
-
-    /// The largest entry of the gradient of its action. `None` for steps of Gauss' method, which are critical points of
-    /// no action.
-    pub fn gradient_norm(&mut self) -> Option<f64> {
-        self.solved.gradient_norm()
-    }
-
     /// Carries a sensitivity from its start to its end; with the first window it begins.
     pub fn carry(&mut self, sensitivity: &mut Sensitivity) {
         if self.index == 0 {
@@ -141,10 +124,18 @@ impl Window<'_> {
             self.solved.carry(sensitivity);
         }
     }
+}
 
-    /// Its nodes, of which some values are computed when they are first asked for.
-    pub fn nodes(&mut self) -> &dyn WindowNodes {
-        self.solved.complete();
+impl<'w> Deref for Window<'w> {
+    type Target = dyn Solved + 'w;
+
+    fn deref(&self) -> &Self::Target {
+        self.solved
+    }
+}
+
+impl DerefMut for Window<'_> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
         self.solved
     }
 }

@@ -9,7 +9,8 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernel::larger;
+use super::POINTS;
+use super::local::larger;
 use super::rule::Order;
 use super::transport::{AT_ONCE, Transport};
 use super::tuning::{BIAS, FIRST_STEPS, MARGIN, MOST_PARTS, MOST_WINDOWS, OF_SAMPLES, OF_SLOPES, OF_STEPS};
@@ -19,7 +20,7 @@ use crate::number::Noise;
 use crate::number::vector::{Level, Nodes};
 
 /// An error of truncation, and that of rounding.
-type Errors = [f64; 2];
+pub(super) type Errors = [f64; 2];
 
 /// Number of samples of rounding errors.
 const SAMPLES: usize = 6;
@@ -29,14 +30,25 @@ type Deltas = [f64; 2 + SAMPLES];
 
 const NO_ERROR: Deltas = [0.0; 2 + SAMPLES];
 
+/// The errors that a run has come to, relative to sizes.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Total {
+    /// |δ| with rounding, its largest component, and that of rounding alone,
+    pub(super) now: Errors,
+    /// at this γ.
+    pub(super) reached: f64,
+    /// The largest |δ| so far.
+    pub(super) largest: f64,
+}
+
 /// δ, step by step.
-pub(super) struct Steps<'g, const N: usize> {
+pub(super) struct Steps<'g> {
     transport: Transport<'g>,
     /// The inner nodes at which a window is cut into 1, 2, … steps.
     cuts: Vec<Vec<usize>>,
     nodes: Vec<f64>,
     /// D on the nodes, by rows.
-    derivative: Vec<[f64; N]>,
+    derivative: Vec<[f64; POINTS]>,
     /// The local errors that each step of the batch adds at its end, by unknowns.
     local: Vec<[Errors; AT_ONCE]>,
     /// Number of windows of each step.
@@ -57,17 +69,12 @@ pub(super) struct Steps<'g, const N: usize> {
     /// The number of windows that a step is to have: 2, 3, … or 1/2, 1/3, … for parts of one.
     wanted: f64,
     has_begun: bool,
-    /// |δ| with rounding at the end of the last batch, relative to sizes, and that of rounding alone,
-    pub(super) now: Errors,
-    /// at this γ.
-    pub(super) reached: f64,
-    /// The largest |δ| so far, relative to sizes.
-    pub(super) largest: f64,
+    pub(super) total: Total,
 }
 
-impl<'g, const N: usize> Steps<'g, N> {
+impl<'g> Steps<'g> {
     /// No error at the start.
-    pub(super) fn new(solver: &Solver<'g, N>, start: &Start) -> Self {
+    pub(super) fn new(solver: &Solver<'g, POINTS>, start: &Start) -> Self {
         let (rule, ignorable) = (&solver.rule, solver.geometry.ignorable().count());
         let (nodes, unknowns) = (rule.nodes[0].0[..rule.points()].to_vec(), 2 * solver.geometry.active().len());
         let distance = |node: usize, c: f64| (nodes[node] - c).abs();
@@ -100,9 +107,7 @@ impl<'g, const N: usize> Steps<'g, N> {
             windows: 0.0,
             wanted: FIRST_STEPS,
             has_begun: false,
-            now: [0.0; 2],
-            reached: 0.0,
-            largest: 0.0,
+            total: Total::default(),
         }
     }
 
@@ -115,7 +120,7 @@ impl<'g, const N: usize> Steps<'g, N> {
         self.ignorable.fill(NO_ERROR);
         (self.along, self.noise) = (0.0, Noise::default());
         (self.length, self.windows, self.wanted) = (0.0, 0.0, FIRST_STEPS);
-        (self.has_begun, self.now, self.reached, self.largest) = (false, [0.0; 2], 0.0, 0.0);
+        (self.has_begun, self.total) = (false, Total::default());
     }
 
     /// The error of a coordinate, active ones first.
@@ -125,7 +130,7 @@ impl<'g, const N: usize> Steps<'g, N> {
     }
 
     /// Takes in a finished window of length `h` with its local errors.
-    pub(super) fn follow(&mut self, window: &Solver<'g, N>, h: f64, local: &[Errors]) {
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, h: f64, local: &[Errors]) {
         for (k, inverse_size) in self.inverse_sizes.iter_mut().enumerate() {
             *inverse_size = window.unknown(k, h).inverse_size;
         }
@@ -161,7 +166,7 @@ impl<'g, const N: usize> Steps<'g, N> {
     }
 
     /// Ends the run after a last window of length `h`.
-    pub(super) fn finish(&mut self, window: &Solver<'g, N>, h: f64) {
+    pub(super) fn finish(&mut self, window: &Solver<'g, POINTS>, h: f64) {
         if self.length > 0.0 {
             self.finish_step(window, self.nodes.len() - 1, h, self.windows);
         }
@@ -169,7 +174,7 @@ impl<'g, const N: usize> Steps<'g, N> {
     }
 
     /// Ends the current step, of so many windows, at a node.
-    fn finish_step(&mut self, window: &Solver<'g, N>, node: usize, h: f64, windows: f64) {
+    fn finish_step(&mut self, window: &Solver<'g, POINTS>, node: usize, h: f64, windows: f64) {
         self.set_point(window, node, h, self.transport.count + 1);
         self.windows_of[self.transport.count] = windows;
         self.transport.add_step(self.length);
@@ -180,7 +185,7 @@ impl<'g, const N: usize> Steps<'g, N> {
     }
 
     /// x, ẋ and ẍ of all rows, and the rates of ignorable coordinates.
-    fn set_point(&mut self, window: &Solver<'g, N>, node: usize, h: f64, point: usize) {
+    fn set_point(&mut self, window: &Solver<'g, POINTS>, node: usize, h: f64, point: usize) {
         for row in 0..self.transport.points.len() {
             let slope = window.slope_nodes(row);
             let (first, second) = match window.system.order {
@@ -202,7 +207,7 @@ impl<'g, const N: usize> Steps<'g, N> {
         }
         let defect = self.transport.solve();
         Level::Best.dispatch(Carry(self));
-        self.reached += self.transport.length();
+        self.total.reached += self.transport.length();
         self.local.fill([[0.0; 2]; AT_ONCE]);
         self.local_ignorable.fill([0.0; AT_ONCE]);
         self.transport.restart();
@@ -213,9 +218,9 @@ impl<'g, const N: usize> Steps<'g, N> {
 }
 
 /// Carries δ over the steps of a batch.
-struct Carry<'a, 'g, const N: usize>(&'a mut Steps<'g, N>);
+struct Carry<'a, 'g>(&'a mut Steps<'g>);
 
-impl<const N: usize> WithSimd for Carry<'_, '_, N> {
+impl WithSimd for Carry<'_, '_> {
     type Output = ();
 
     /// The errors of an unknown make a vector without more ado.
@@ -227,7 +232,7 @@ impl<const N: usize> WithSimd for Carry<'_, '_, N> {
     }
 }
 
-impl<const N: usize> Steps<'_, N> {
+impl Steps<'_> {
     #[inline(always)]
     fn carry_step(&mut self, step: usize) {
         let Self { transport, delta, carried, ignorable, .. } = self;
@@ -235,11 +240,11 @@ impl<const N: usize> Steps<'_, N> {
         for (k, carried) in carried.iter_mut().enumerate() {
             *carried = combined(NO_ERROR, transport.row(k), step, delta);
         }
-        self.now = [0.0; 2];
+        let mut now = [0.0; 2];
         for (i, error) in ignorable.iter_mut().enumerate() {
             *error = combined(*error, transport.row(n + i), step, delta);
             error[..2].iter_mut().for_each(|error| *error += self.local_ignorable[i][step].copysign(*error));
-            self.now = largest(self.now, error, self.inverse_ignorable[i]);
+            now = largest(now, error, self.inverse_ignorable[i]);
         }
         // As δ·∇H is conserved, its sign is that of the step before.
         let sign = 1.0_f64.copysign(self.along);
@@ -258,10 +263,10 @@ impl<const N: usize> Steps<'_, N> {
             });
             self.along += delta[k][0] * gradient;
             if k < n / 2 {
-                self.now = largest(self.now, &delta[k], self.inverse_sizes[k]);
+                now = largest(now, &delta[k], self.inverse_sizes[k]);
             }
         }
-        self.largest = larger(self.largest, self.now[0]);
+        self.total = Total { now, largest: larger(self.total.largest, now[0]), ..self.total };
     }
 }
 
@@ -300,7 +305,7 @@ mod tests {
         let stars = lifted("(x^2 + y^2)/2 + x^2*y - y^3/3", &["x", "y"], &[0.1, 0.0], &[0.0, 0.5]);
         for ((geometry, start), unit) in [(stars, 0.5), (kerr(), 1.0)] {
             let mut pair = Pair::new(&geometry, &start);
-            let mut steps = Steps::<16>::new(&pair.first, &start);
+            let mut steps = Steps::new(&pair.first, &start);
             let deviation = vec![1e-6, -2e-6, 1e-7, 3e-7];
             steps.delta = deviation.iter().map(|&delta| [delta; 2 + SAMPLES]).collect();
             pair.begin_second(deviation);
@@ -325,7 +330,7 @@ mod tests {
         let (geometry, start) = lifted("(x^2 + y^2)/2", &["x", "y"], &[1.0, 0.0], &[0.0, 1.0]);
         for count in [16, 64, 256] {
             let mut pair = Pair::new(&geometry, &start);
-            let mut steps = Steps::<16>::new(&pair.first, &start);
+            let mut steps = Steps::new(&pair.first, &start);
             for _ in 0..count {
                 pair.advance_first(0.5);
                 steps.follow(&pair.first, 0.5, &[[0.0, 1e-9]; 4]);

@@ -1,11 +1,24 @@
 //! The equations of a scene on the nodes of a window: registers, and the steps that compute what is wanted when.
 
 use super::State;
-use super::kernel::{Evaluate, Pass, Row};
+use super::kernel::Evaluate;
+use super::row::Row;
 use super::rule::{Order, Rule};
+
 use crate::formula::{Register, Step};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::vector::{Level, Nodes};
+
+/// Slopes that are computed together, and then integrated.
+#[derive(Debug)]
+pub(super) struct Pass {
+    pub(super) steps: Box<[Step]>,
+    /// The first of their rows.
+    pub(super) first: usize,
+    /// The registers of the slopes, and those from which the program reads the unknowns.
+    pub(super) slopes: Box<[Register]>,
+    pub(super) unknowns: Box<[Register]>,
+}
 
 /// Hamilton's equations with a register for every value.
 pub(super) struct System<'g, const N: usize> {

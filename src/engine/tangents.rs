@@ -11,8 +11,8 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernel::inverse;
 use super::linear::Linear;
+use super::row::inverse;
 use super::rule::{Order, Rule, Tables};
 use super::sensitivity::Sensitivity;
 use super::system::{Finished, System};

@@ -5,6 +5,7 @@ use super::sizes::Sizes;
 use super::window::{Known, Solver};
 use crate::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Start};
 use crate::number::vector::Twofold;
+use crate::sbp::collocation::{Collocation, Family};
 
 /// A scene at this point, with these momenta.
 fn scene(text: &GeometryText, q: &[f64], p: &[f64]) -> (Geometry, Start) {
@@ -90,7 +91,7 @@ impl<'g> Pair<'g> {
     pub(super) fn new(geometry: &'g Geometry, start: &'g Start) -> Self {
         let sizes = Sizes::new(geometry, start, 1e9).unwrap();
         let begun = || {
-            let mut solver = Solver::new(geometry, Rule::lobatto(16), true);
+            let mut solver = Solver::new(geometry, Rule::new(Collocation::shared(Family::Lobatto, 16)), true);
             solver.begin(start, &sizes);
             solver
         };

@@ -34,6 +34,8 @@ pub(super) const MOST_LANDINGS: usize = 5;
 pub(super) const MOST_RESTARTS: usize = 6;
 /// Errors are foreseen once this part of a run is behind.
 pub(super) const FORESEEN: f64 = 0.05;
+/// The first window is so many times a^(1/24) T long, with the time scale T of the motion.
+pub(super) const FIRST: f64 = 3.0;
 /// Below this accuracy, rounding of the tables counts.
 pub(super) const EXACT: f64 = 1e-10;
 /// A window that is longer than the rest of the run by no more than this part ends the run.

@@ -2,8 +2,8 @@
 
 use super::certificate::Certificate;
 use super::dense::{Curve, Dense, integrated};
-use super::kernel::Row;
 use super::resume::{Handed, Marched};
+use super::row::Row;
 use super::rule::Order;
 use super::sensitivity::Sensitivity;
 use super::solved::{Solved, State, WindowNodes};
@@ -148,13 +148,30 @@ impl<const N: usize> WindowNodes for Solver<'_, N> {
 }
 
 impl<const N: usize> Solved for Solver<'_, N> {
-    fn ends(&self) -> [&State; 2] {
-        [&self.start, &self.end]
+    fn start(&self) -> &State {
+        &self.start
     }
 
-    fn complete(&mut self) {
+    fn end(&self) -> &State {
+        &self.end
+    }
+
+    fn nodes(&mut self) -> &dyn WindowNodes {
         self.know(Known::All);
-        self.end_nodes();
+        if !self.rule.has_end() {
+            return self;
+        }
+        // The end is at the last node.
+        let last = self.rule.points() - 1;
+        for (place, &a) in self.geometry.active().iter().enumerate() {
+            self.system.registers[self.system.positions[place]].0[last] = self.end.q[a].high;
+            let momentum = match self.system.order {
+                Order::First => &mut self.system.registers[self.system.momenta[place]],
+                Order::Second => &mut self.momenta[place],
+            };
+            momentum.0[last] = self.end.p[place].high;
+        }
+        self
     }
 
     fn dense(&self) -> Dense {
@@ -185,7 +202,7 @@ impl<const N: usize> Solved for Solver<'_, N> {
         };
         let ends = self.start.p.iter().zip(&self.end.p);
         let p = ends.zip(increments).map(|((&start, &end), increment)| curve([start, end], increment)).collect();
-        Dense { p, q, degree: points + 1 }
+        Dense { p, q }
     }
 
     fn handed(&self) -> Handed {

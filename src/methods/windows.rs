@@ -49,7 +49,7 @@ impl Windows {
     pub(crate) fn windows(self, problem: &Problem, output: Output, setting: Setting) -> Prepared<'_> {
         let Problem { space: geometry, start, length, .. } = problem;
         let Setting { count, tolerance } = setting;
-        let accurate = |accuracy| Engine::accurate(geometry, start, *length, accuracy, POINTS);
+        let accurate = |accuracy| Engine::accurate(geometry, start, *length, accuracy);
         let engine = match self {
             Self::Gauss { stages } => Engine::gauss(geometry, start, *length, count, stages, tolerance),
             Self::Equal(points) => Engine::lobatto(geometry, start, *length, count, points, tolerance),

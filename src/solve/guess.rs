@@ -6,7 +6,7 @@
 
 use super::piece::Problem;
 use super::status::InitialGuess;
-use crate::engine::{Accuracy, Engine, Failure, POINTS};
+use crate::engine::{Accuracy, Engine, Failure};
 use crate::geometry::OutsideGeometry;
 
 /// The accuracy of each window of the engine. On a fine grid Newton's method has one step less to take from there.
@@ -41,7 +41,7 @@ pub(super) fn guess(window: &Problem<'_, f64>) -> Result<Guess, (f64, OutsideGeo
     let mut q: Vec<Vec<f64>> = start.q.iter().map(|&q| vec![q]).collect();
     let mut p: Vec<Vec<f64>> = geometry.active().iter().map(|&a| vec![start.p[a]]).collect();
     q.iter_mut().chain(&mut p).for_each(|row| row.reserve_exact(points - 1));
-    let engine = Engine::accurate(geometry, start, length, Accuracy::Local(ACCURACY), POINTS);
+    let engine = Engine::accurate(geometry, start, length, Accuracy::Local(ACCURACY));
     let mut engine = engine.map_err(|point| (0.0, point))?;
     for _ in 0..WINDOWS_TO_A_HORIZON.max(MOST_WINDOWS * points) {
         match engine.next() {

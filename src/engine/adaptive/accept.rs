@@ -1,13 +1,13 @@
 //! The search for a window that is accurate enough, and that hides nothing.
 
 use super::{Accepted, Adaptive};
-use crate::engine::Failure;
 use crate::engine::between::Seen;
-use crate::engine::kernel::LocalErrors;
 use crate::engine::ladder::Ladder;
+use crate::engine::local::LocalErrors;
 use crate::engine::tuning::{
     INSIDE, INSIDE_MARGIN, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH,
 };
+use crate::engine::{Failure, POINTS};
 
 /// A window to try.
 struct Trial {
@@ -17,7 +17,7 @@ struct Trial {
     is_last: bool,
 }
 
-impl<const N: usize> Adaptive<'_, N> {
+impl Adaptive<'_> {
     /// Solves windows until one is accurate enough.
     pub(super) fn accept(&mut self) -> Result<Accepted, Failure> {
         let (mut landing, mut landings) = (None, 0);
@@ -28,10 +28,10 @@ impl<const N: usize> Adaptive<'_, N> {
             let odd = trial.length.map(|length| self.ladder.odd(&self.solver.rule, length));
             let (tables, continuation) = match &odd {
                 Some(tables) => (tables, None),
-                None => self.ladder.rung(&self.solver.rule, trial.rung, self.previous),
+                None => self.ladder.rung(&self.solver.rule, trial.rung, self.attempt.previous),
             };
             let Ok(swept) = self.solver.solve(tables, continuation, LEFT * share) else {
-                self.control.refuse();
+                self.attempt.control.refuse();
                 continue;
             };
             self.sweeps += swept.sweeps;
@@ -44,18 +44,20 @@ impl<const N: usize> Adaptive<'_, N> {
             if !self.is_accurate(swept.local, inside, share, seen) {
                 continue;
             }
-            if self.control.is_stuck(length <= self.least()) {
+            if self.attempt.control.is_stuck(length <= self.least()) {
                 return Err(self.reason(Failure::TooShort));
             }
             if self.must_be_shorter(trial.rung, length) {
                 continue;
             }
-            match &odd {
-                Some(tables) => self.solver.finish(tables, self.known),
-                None => self.solver.finish(self.ladder.rung(&self.solver.rule, trial.rung, None).0, self.known),
-            }
+            let known = self.known();
+            let tables = match &odd {
+                Some(tables) => tables,
+                None => self.ladder.rung(&self.solver.rule, trial.rung, None).0,
+            };
+            self.solver.finish(tables, known);
             // A window of another length than that of its rung cannot be continued by matrices.
-            self.previous = trial.length.is_none().then_some(trial.rung);
+            self.attempt.previous = trial.length.is_none().then_some(trial.rung);
             let Trial { is_last, .. } = trial;
             return Ok(Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left, inside });
         }
@@ -63,12 +65,12 @@ impl<const N: usize> Adaptive<'_, N> {
 
     /// The next window to try, which ends at a knot of a table after `landing`, if that is known.
     fn trial(&mut self, landing: Option<f64>) -> Result<Trial, Failure> {
-        let Some(rung) = Ladder::<N>::nearest(self.control.rung) else {
+        let Some(rung) = Ladder::nearest(self.attempt.control.rung) else {
             return Err(self.reason(Failure::TooShort));
         };
-        self.control.rung = rung;
+        self.attempt.control.rung = rung;
         let end = if self.target.is_some() { f64::INFINITY } else { self.length };
-        let (rest, full) = ((end - self.gamma.high) - self.gamma.low, self.ladder.length(rung));
+        let (rest, full) = ((end - self.attempt.gamma.high) - self.attempt.gamma.low, self.ladder.length(rung));
         let is_last = rest <= full * (1.0 + STRETCH);
         let length = landing.or((is_last && rest != full).then_some(rest));
         Ok(Trial { rung, is_last: is_last && length.is_none_or(|length| length == rest), length })
@@ -78,15 +80,15 @@ impl<const N: usize> Adaptive<'_, N> {
     fn is_accurate(&mut self, mut local: LocalErrors, inside: f64, share: f64, seen: Option<Seen>) -> bool {
         let mut allowed = share.max(ROUNDED);
         if let Some(Seen { decay, .. }) = seen {
-            local.end = self.solver.with_unseen(local, decay.powi(N as i32 - 1));
+            local.end = self.solver.with_unseen(local, decay.powi(POINTS as i32 - 1));
             if decay == 1.0 {
                 allowed = allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
             }
         }
         if local.roughness < RESOLVED {
-            self.control.accepts(inside / (INSIDE * self.accuracy), local.end / allowed)
+            self.attempt.control.accepts(inside / (INSIDE * self.accuracy), local.end / allowed)
         } else {
-            self.control.refuse();
+            self.attempt.control.refuse();
             false
         }
     }
@@ -98,9 +100,9 @@ impl<const N: usize> Adaptive<'_, N> {
         // Where numbers overflow, intervals can tell nothing of windows of any length.
         let can_be_shorter = length > least && !self.solver.is_mended;
         if hides && can_be_shorter {
-            self.control.hides(rung);
+            self.attempt.control.hides(rung);
         } else {
-            self.unproved += usize::from(hides);
+            self.attempt.unproved += usize::from(hides);
         }
         hides && can_be_shorter
     }

@@ -14,20 +14,21 @@ use super::failure::edge;
 use super::ladder::Ladder;
 use super::rule::Rule;
 use super::sizes::Sizes;
+use super::steps::Total;
 use super::tuning::{
-    AHEAD, ALONE, EXACT, FORESEEN, INSIDE, INSIDE_MARGIN, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, SHARE,
+    AHEAD, ALONE, EXACT, FIRST, FORESEEN, INSIDE, INSIDE_MARGIN, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, SHARE,
 };
 use super::window::{Known, Solver};
-use super::{Accuracy, Failure, GOOD_DIGITS, Handed, OfState, Window, Windows};
+use super::{Accuracy, Failure, GOOD_DIGITS, Handed, OfState, POINTS, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
+use crate::sbp::collocation::{Collocation, Family};
 
-/// The windows of a run with rules of N nodes.
-pub(super) struct Adaptive<'g, const N: usize> {
-    pub(super) solver: Solver<'g, N>,
-    ladder: Ladder<N>,
-    control: Control,
-    estimate: Option<ErrorEstimate<'g, N>>,
+/// The windows of a run.
+pub(super) struct Adaptive<'g> {
+    pub(super) solver: Solver<'g, POINTS>,
+    ladder: Ladder,
+    estimate: Option<ErrorEstimate<'g>>,
     /// Looks between the nodes, where something can hide there.
     pub(super) between: Option<Between<'g>>,
     accuracy: f64,
@@ -35,22 +36,27 @@ pub(super) struct Adaptive<'g, const N: usize> {
     asked: f64,
     /// True if windows may not add up to more than the accuracy.
     is_promised: bool,
-    /// The estimate needs this of a window.
-    known: Known,
     start: Start,
     handed: Option<Handed>,
     sizes: Sizes,
     /// The length of the run; an estimate, if it ends at a target.
     length: f64,
     pub(super) target: Option<Target>,
-    /// The γ that windows have come to.
-    pub(super) gamma: Compensated<f64>,
-    /// The rung of the window before, if there was one.
-    previous: Option<i32>,
     /// Shares are smaller by this factor.
     strictness: f64,
     restarts: usize,
     sweeps: usize,
+    pub(super) attempt: Attempt,
+}
+
+/// The run as far as it has come since it began or was begun again.
+#[derive(Default)]
+pub(super) struct Attempt {
+    control: Control,
+    /// The γ that windows have come to.
+    pub(super) gamma: Compensated<f64>,
+    /// The rung of the window before, if there was one.
+    previous: Option<i32>,
     largest_inside: f64,
     /// γ until which the estimate is below each of [`GOOD_DIGITS`].
     good_until: [f64; GOOD_DIGITS.len()],
@@ -101,7 +107,7 @@ pub(super) struct Accepted {
     inside: f64,
 }
 
-impl<'g, const N: usize> Adaptive<'g, N> {
+impl<'g> Adaptive<'g> {
     /// A run of this length, or to a target after about this length.
     pub(super) fn new(
         geometry: &'g Geometry,
@@ -111,17 +117,14 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     ) -> Result<Self, OutsideGeometry> {
         let sizes = Sizes::new(geometry, start, length)?;
         let length = if length.is_finite() || target.is_none() { length } else { sizes.time };
-        let mut solver = Solver::new(geometry, Rule::lobatto(N), true);
+        let mut solver = Solver::new(geometry, Rule::new(Collocation::shared(Family::Lobatto, POINTS)), true);
         solver.begin(start, &sizes);
         let (a, is_estimated) = (wanted.value().min(LOOSEST), !matches!(wanted, Accuracy::Local(_)));
-        let first = if N > 8 { 3.0 * a.powf(1.0 / 24.0) } else { 1.5 * a.powf(1.0 / 12.0) };
         Ok(Self {
-            ladder: Ladder::new(solver.system.order, first * sizes.time, a < EXACT),
-            control: Control::new(N),
+            ladder: Ladder::new(solver.system.order, FIRST * a.powf(1.0 / 24.0) * sizes.time, a < EXACT),
             estimate: is_estimated.then(|| ErrorEstimate::new(&solver, start)),
             between: Between::new(&solver, start),
             solver,
-            known: if is_estimated { Known::Velocities } else { Known::Ends },
             accuracy: a,
             asked: wanted.value().min(LOOSEST_KEPT),
             is_promised: wanted.is_promised(),
@@ -130,19 +133,16 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             sizes,
             length,
             target,
-            gamma: Compensated::default(),
-            previous: None,
             strictness: 1.0,
             restarts: 0,
             sweeps: 0,
-            largest_inside: 0.0,
-            good_until: [0.0; GOOD_DIGITS.len()],
-            failed_at: None,
-            is_followed: false,
-            unproved: 0,
-            windows: 0,
-            accepted: Accepted::default(),
+            attempt: Attempt::default(),
         })
+    }
+
+    /// The estimate needs this of a window.
+    fn known(&self) -> Known {
+        if self.estimate.is_some() { Known::Velocities } else { Known::Ends }
     }
 
     /// The error that a window of this length may add at its end.
@@ -159,7 +159,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     pub(super) fn reason(&mut self, failure: Failure) -> Failure {
         let (gamma, state) = match failure {
             Failure::Rounding => (self.gamma_at_end(), &self.solver.end),
-            _ => (self.gamma.high, &self.solver.start),
+            _ => (self.attempt.gamma.high, &self.solver.start),
         };
         let rest = if self.target.is_some() { f64::INFINITY } else { self.length - gamma };
         let edge = AHEAD.into_iter().find_map(|windows| {
@@ -170,7 +170,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
             Some((gamma, q, outside)) => ((gamma, q), Failure::OutsideDomain(outside)),
             None => ((gamma, state.positions()), failure),
         };
-        self.failed_at = Some(place);
+        self.attempt.failed_at = Some(place);
         found
     }
 
@@ -186,9 +186,9 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         self.solver.is_patient = false;
         let swept = swept?;
         self.sweeps += swept.sweeps;
-        self.solver.finish(&tables, self.known);
+        self.solver.finish(&tables, self.known());
         let inside = INSIDE_MARGIN * swept.local.inside;
-        self.accepted = Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left, inside };
+        self.attempt.accepted = Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left, inside };
         Ok(())
     }
 
@@ -199,7 +199,7 @@ impl<'g, const N: usize> Adaptive<'g, N> {
 
     /// γ at the end of the accepted window.
     pub(super) fn gamma_at_end(&self) -> f64 {
-        self.gamma.high + self.accepted.length
+        self.attempt.gamma.high + self.attempt.accepted.length
     }
 
     /// True if the coordinate may come to the value in it, on the way to that `side`.
@@ -220,17 +220,18 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     /// # Errors
     /// If windows add up to more than the accuracy, or are expected to.
     fn follow(&mut self) -> Result<(), Failure> {
-        let accepted = self.accepted;
-        self.largest_inside = self.largest_inside.max(accepted.inside);
+        let accepted = self.attempt.accepted;
+        self.attempt.largest_inside = self.attempt.largest_inside.max(accepted.inside);
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
         estimate.follow(&self.solver, accepted.length, accepted.left, accepted.is_last);
         if let Some(target) = self.target.filter(|_| accepted.is_last) {
             estimate.judge_at_equal(&self.solver, target.coordinate);
         }
-        let error = estimate.largest + self.largest_inside;
-        for (until, digits) in self.good_until.iter_mut().zip(GOOD_DIGITS) {
+        let Total { now: [now, rounding], reached, largest } = estimate.total;
+        let error = largest + self.attempt.largest_inside;
+        for (until, digits) in self.attempt.good_until.iter_mut().zip(GOOD_DIGITS) {
             if error <= 10.0_f64.powi(-digits) {
-                *until = estimate.reached;
+                *until = reached;
             }
         }
         if !self.is_promised {
@@ -238,12 +239,12 @@ impl<'g, const N: usize> Adaptive<'g, N> {
         }
         // Errors are expected to grow at least linearly in what is left.
         let allowed = (1.0 - INSIDE) * self.accuracy;
-        let excess = estimate.largest / allowed;
-        let rest = if accepted.is_last { 1.0 } else { self.length / estimate.reached };
+        let excess = largest / allowed;
+        let rest = if accepted.is_last { 1.0 } else { self.length / reached };
         let way = rest.min(1.0 / FORESEEN);
         // Shorter windows make no smaller rounding errors.
-        let can_help = self.restarts < MOST_RESTARTS && estimate.rounding_now < 0.5 * estimate.now;
-        let foreseen = estimate.now / allowed * way;
+        let can_help = self.restarts < MOST_RESTARTS && rounding < 0.5 * now;
+        let foreseen = now / allowed * way;
         let is_foreseen = way < 1.0 / FORESEEN && foreseen > 1.0 && can_help;
         if excess <= 1.0 && !is_foreseen {
             return Ok(());
@@ -259,22 +260,22 @@ impl<'g, const N: usize> Adaptive<'g, N> {
     }
 }
 
-impl<const N: usize> Windows for Adaptive<'_, N> {
+impl Windows for Adaptive<'_> {
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
-        if self.windows > 0 {
+        if self.attempt.windows > 0 {
             // The last window may have been solved again since it was seen.
-            if !std::mem::replace(&mut self.is_followed, true) {
+            if !std::mem::replace(&mut self.attempt.is_followed, true) {
                 self.follow()?;
             }
-            if self.accepted.is_last {
+            if self.attempt.accepted.is_last {
                 return Ok(None);
             }
             self.solver.advance();
-            self.gamma = self.gamma.plus(self.accepted.length);
+            self.attempt.gamma = self.attempt.gamma.plus(self.attempt.accepted.length);
         }
-        self.accepted = self.accept()?;
+        self.attempt.accepted = self.accept()?;
         self.land()?;
-        (self.windows, self.is_followed) = (self.windows + 1, false);
+        (self.attempt.windows, self.attempt.is_followed) = (self.attempt.windows + 1, false);
         Ok(Some(self.window()))
     }
 
@@ -288,8 +289,8 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
     }
 
     fn window(&mut self) -> Window<'_> {
-        let Accepted { length, sweeps, is_last, .. } = self.accepted;
-        let (index, gamma) = (self.windows - 1, self.gamma.high);
+        let Accepted { length, sweeps, is_last, .. } = self.attempt.accepted;
+        let (index, gamma) = (self.attempt.windows - 1, self.attempt.gamma.high);
         Window { index, gamma, length, is_last, sweeps, solved: &mut self.solver }
     }
 
@@ -301,12 +302,9 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
         self.restarts += 1;
         self.solver.begin(&self.start, &self.sizes);
         self.handed.iter().for_each(|handed| _ = self.solver.resume(handed, 0.0));
-        self.control = Control::new(N);
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
-        self.target = self.target.map(|it| Target { nearest: f64::INFINITY, idle: 0, ..it });
-        (self.gamma, self.previous, self.largest_inside) = (Compensated::default(), None, 0.0);
-        (self.windows, self.unproved, self.failed_at) = (0, 0, None);
-        self.good_until = [0.0; GOOD_DIGITS.len()];
+        self.target = self.target.map(|it| Target::new(it.coordinate, it.value, it.from));
+        self.attempt = Attempt::default();
     }
 
     fn rewind(&mut self) {
@@ -321,15 +319,15 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
     }
 
     fn error_estimate(&self) -> Option<f64> {
-        self.estimate.as_ref().map(|estimate| estimate.largest + self.largest_inside)
+        self.estimate.as_ref().map(|estimate| estimate.total.largest + self.attempt.largest_inside)
     }
 
     fn reachable(&self) -> Option<f64> {
-        self.estimate.as_ref().map(|estimate| estimate.rounding_now / (1.0 - INSIDE))
+        self.estimate.as_ref().map(|estimate| estimate.total.now[1] / (1.0 - INSIDE))
     }
 
     fn good_until(&self) -> [f64; GOOD_DIGITS.len()] {
-        self.good_until
+        self.attempt.good_until
     }
 
     fn sizes(&self) -> Vec<f64> {
@@ -337,10 +335,10 @@ impl<const N: usize> Windows for Adaptive<'_, N> {
     }
 
     fn place(&self) -> (f64, Vec<f64>) {
-        self.failed_at.clone().unwrap_or_else(|| (self.gamma_at_end(), self.solver.end.positions()))
+        self.attempt.failed_at.clone().unwrap_or_else(|| (self.gamma_at_end(), self.solver.end.positions()))
     }
 
     fn unproved(&self) -> usize {
-        self.unproved
+        self.attempt.unproved
     }
 }

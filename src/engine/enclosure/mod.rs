@@ -156,13 +156,6 @@ impl Enclosure {
         self.enclosed.run(&self.fixed);
     }
 
-    /// Returns true if something may hide between the nodes of the window that [`Self::path`] describes. Changes of
-    /// what drives the motion by `tolerances` do nothing.
-    pub(crate) fn hides(&mut self, tolerances: impl FnOnce() -> Vec<f64>) -> bool {
-        let steep = self.steep(0..self.path.points - 1);
-        !steep.is_empty() && self.changes(&steep, &tolerances()).any(|(_, change)| change > 1.0)
-    }
-
     /// The pairs of nodes, each named by its first node, between which an argument changes much. The boxes that are
     /// looked at first hold some pairs each.
     fn steep(&mut self, pairs: Range<usize>) -> Vec<usize> {

@@ -216,10 +216,10 @@ impl<'s, S: Real> March<'s, S> {
     fn new(setup: &'s Setup<S>, wanted: Accuracy) -> Self {
         let Place { geometry, start } = &setup.rough;
         let engine = match setup.limit {
-            Limit::Length(length) => Engine::accurate(geometry, start, length.to_f64(), wanted, POINTS),
+            Limit::Length(length) => Engine::accurate(geometry, start, length.to_f64(), wanted),
             Limit::Value { coordinate, value } => {
                 let value = (value - setup.origin_of(coordinate)).to_f64();
-                Engine::accurate_to_value(geometry, start, (coordinate, value), wanted, POINTS)
+                Engine::accurate_to_value(geometry, start, (coordinate, value), wanted)
             }
         };
         let mut engine = engine.expect("a run begins inside the domain");

@@ -7,7 +7,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::engine::{Dense, Engine, POINTS, Window};
+use crate::engine::{Dense, Engine, Window};
 use crate::geometry::{Geometry, Motion, OnNodes, Start};
 use crate::number::Real;
 use crate::solve::{Setup, WorldLine};
@@ -140,7 +140,7 @@ pub(super) fn own_windows<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> f64
     let (geometry, start) = (&*setup.rough.geometry, &*setup.rough.start);
     let length = line.length.to_f64();
     let mut between = Between::new(geometry, start, length);
-    let Ok(mut engine) = Engine::accurate(geometry, start, length, accuracy, POINTS) else { return 0.0 };
+    let Ok(mut engine) = Engine::accurate(geometry, start, length, accuracy) else { return 0.0 };
     engine.set_floors(&setup.floors);
     // It has the windows of the run, but for the last digit of its length, and does not fail where that did not.
     let _ = engine.run(|window| {
@@ -196,7 +196,7 @@ mod tests {
             let (geometry, start) = of_x(expression, x, x_dot);
             let (q_t, k) = (start.p[0], geometry.norm(&start.q, &start.q_dot));
             let mut engine = match windows {
-                0 => Engine::accurate(&geometry, &start, length, Accuracy::Local(1e-4), POINTS).unwrap(),
+                0 => Engine::accurate(&geometry, &start, length, Accuracy::Local(1e-4)).unwrap(),
                 _ => Engine::equal(&geometry, &start, length, windows, 8).unwrap(),
             };
             let (mut off, mut motion, mut seen) = (0.0, 0.0_f64, Between::new(&geometry, &start, length));

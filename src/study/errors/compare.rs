@@ -3,7 +3,7 @@
 use super::between::{Between, fractions};
 use super::{Judge, RunError};
 use crate::diagnostics::{Reach, origin};
-use crate::engine::{Accuracy, Engine, POINTS};
+use crate::engine::{Accuracy, Engine};
 use crate::number::Real;
 use crate::reference::ReferenceTrajectory;
 use crate::solve::{Limit, Place, Setup, WorldLine};
@@ -104,7 +104,7 @@ impl<'l, S: Real> Points<'l, S> {
         let (geometry, start) = (&*place.geometry, &*place.start);
         let (most, last) = (WINDOWS.1.max(WINDOWS.0 * self.gamma.len()), self.gamma.len() - 1);
         let length = self.gamma[last].to_f64();
-        let mut engine = Engine::accurate(geometry, start, length, Accuracy::Estimated(ACCURACY), POINTS).ok()?;
+        let mut engine = Engine::accurate(geometry, start, length, Accuracy::Estimated(ACCURACY)).ok()?;
         let (mut found, mut next) = (RunError::none(start.q.len()), 0);
         let mut between = Between::new(geometry, start, length);
         let (mut q, mut p) = (vec![Vec::new(); start.q.len()], vec![Vec::new(); geometry.active().len()]);

@@ -16,12 +16,12 @@ fn end(mut engine: Engine<'_>) -> (Result<(), Failure>, f64, Vec<f64>) {
 
 /// Returns the end of a run to a value of t.
 fn to_time((geometry, start): &(Geometry, Start), t: f64, accuracy: f64) -> (Result<(), Failure>, f64, Vec<f64>) {
-    end(Engine::accurate_to_value(geometry, start, (0, t), Accuracy::Promised(accuracy), 16).unwrap())
+    end(Engine::accurate_to_value(geometry, start, (0, t), Accuracy::Promised(accuracy)).unwrap())
 }
 
 /// Returns the end of a run over a length.
 fn to_gamma((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> (Result<(), Failure>, f64, Vec<f64>) {
-    end(Engine::accurate(geometry, start, length, Accuracy::Promised(accuracy), 16).unwrap())
+    end(Engine::accurate(geometry, start, length, Accuracy::Promised(accuracy)).unwrap())
 }
 
 /// A time is reached from a window that also reaches a horizon beyond it.
@@ -86,7 +86,7 @@ fn extremes_end() {
     let (geometry, start) = one(QUARTIC_POTENTIAL, 1.0, [1.0, 1.0, 0.1]);
     let runs = [(1e-300, 1e-6), (1e-8, 1e-13), (50.0, 1e-15), (50.0, 1e-16), (100.0, 1e-17), (5.0, 1.0)];
     for (length, accuracy) in runs {
-        let mut engine = Engine::accurate(&geometry, &start, length, Accuracy::Promised(accuracy), 16).unwrap();
+        let mut engine = Engine::accurate(&geometry, &start, length, Accuracy::Promised(accuracy)).unwrap();
         match engine.run(|_| ControlFlow::Continue(())) {
             Ok(()) => assert!(engine.error_estimate().unwrap() <= accuracy && engine.place().0 == length),
             Err(failure) => assert!(failure == Failure::Rounding && accuracy < 1e-13, "{accuracy:e}: {failure:?}"),
@@ -94,7 +94,7 @@ fn extremes_end() {
     }
     // A free particle needs two windows at most, whatever the length.
     let (geometry, start) = one("0", 1.0, [1.0, 1.0, 0.1]);
-    let mut engine = Engine::accurate(&geometry, &start, 1e8, Accuracy::Promised(1e-12), 16).unwrap();
+    let mut engine = Engine::accurate(&geometry, &start, 1e8, Accuracy::Promised(1e-12)).unwrap();
     let mut windows = 0;
     let run = engine.run(|window| {
         windows = window.index + 1;
@@ -108,7 +108,7 @@ fn extremes_end() {
 fn rounding_leaves_no_room_for_what_is_refused() {
     let (geometry, start) = one(QUARTIC_POTENTIAL, 1.0, [1.0, 1.0, 0.1]);
     for accuracy in [1e-13, 1e-14, 1e-15, 1e-16, 1e-17] {
-        let mut engine = Engine::accurate(&geometry, &start, 100.0, Accuracy::Promised(accuracy), 16).unwrap();
+        let mut engine = Engine::accurate(&geometry, &start, 100.0, Accuracy::Promised(accuracy)).unwrap();
         let (run, room) = (engine.run(|_| ControlFlow::Continue(())), engine.reachable().unwrap());
         assert!(run.is_ok() || room > accuracy, "{accuracy:e}: {run:?}, {room:e}");
     }
@@ -128,7 +128,7 @@ fn the_ends_of_windows_in_a_stiff_valley_add_up_to_no_more_than_the_accuracy() {
         let geometry = of_potential(&newtonian(&["x", "y"], potential));
         let begin = start(&geometry, &[0.0, x, y, 0.0], &[1.0, speed, 0.0, 0.0]);
         let [found, known] = [Accuracy::Promised(accuracy), Accuracy::Local(1e-15)].map(|wanted| {
-            let mut engine = Engine::accurate(&geometry, &begin, length, wanted, 16).unwrap();
+            let mut engine = Engine::accurate(&geometry, &begin, length, wanted).unwrap();
             engine.run(|_| ControlFlow::Continue(())).unwrap();
             (engine.place().1, engine.sizes())
         });

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use geodesic_ivp::Case;
-use geodesic_ivp::engine::{Accuracy, Engine, POINTS, Sensitivity};
+use geodesic_ivp::engine::{Accuracy, Engine, Sensitivity};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::write_sensitivity;
 use geodesic_ivp::solve::WorldLine;
@@ -161,7 +161,7 @@ fn matrices_begin_again_with_the_run() {
     let case = case("henon-heiles-megno", &["potential.parameters.y_i=-0.25"]);
     let setup = case.setup::<f64>();
     let (geometry, start) = (&setup.place.geometry, &setup.place.start);
-    let mut engine = Engine::accurate(geometry, start, 150.0, Accuracy::Promised(1e-8), POINTS).unwrap();
+    let mut engine = Engine::accurate(geometry, start, 150.0, Accuracy::Promised(1e-8)).unwrap();
     let mut found = Sensitivity::new(2, true);
     let (mut begun, mut windows) = (0, 0);
     engine

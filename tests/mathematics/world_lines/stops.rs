@@ -17,7 +17,7 @@ fn run(name: &str, length: f64, accuracy: f64, until: Option<String>) -> WorldLi
 /// A run is begun again so often.
 fn restarts(case: &Case, length: f64, accuracy: f64) -> usize {
     let (geometry, start) = (case.geometry(), case.start());
-    let mut engine = Engine::accurate(&geometry, &start, length, Accuracy::Promised(accuracy), POINTS).unwrap();
+    let mut engine = Engine::accurate(&geometry, &start, length, Accuracy::Promised(accuracy)).unwrap();
     let mut restarts = 0;
     loop {
         match engine.next() {
@@ -92,7 +92,7 @@ fn a_wall_is_met_on_a_run_of_any_length() {
 fn the_estimate_is_that_of_the_windows_that_are_kept() {
     let case = shipped("double-pendulum", &[]);
     let (geometry, start) = (case.geometry(), case.start());
-    let mut engine = Engine::accurate(&geometry, &start, 20.0, Accuracy::Promised(1e-4), POINTS).unwrap();
+    let mut engine = Engine::accurate(&geometry, &start, 20.0, Accuracy::Promised(1e-4)).unwrap();
     let first = engine.next().unwrap().unwrap().dense();
     let [early, late] = [0.1, 0.9].map(|part| {
         let (mut q, mut p) = ([0.0; 4], [0.0; 2]);

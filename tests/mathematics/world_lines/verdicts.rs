@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use geodesic_ivp::Solution;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::engine::{Accuracy, Engine, POINTS};
+use geodesic_ivp::engine::{Accuracy, Engine};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::output::write_trajectory;
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -157,7 +157,7 @@ fn the_error_of_a_second_solve_counts_in_units_of_the_sizes() {
                      scheme.form=weak grid={gamma_f=3.0,n_gamma=24,windows=12} \
                      initial={t=0.0,x=-30.0,t_dot=100.0,x_dot=2.0}";
     let (geometry, start) = (case(overrides).geometry::<f64>(), case(overrides).start::<f64>());
-    let mut engine = Engine::accurate(&geometry, &start, 3.0, Accuracy::Estimated(1e-13), POINTS).unwrap();
+    let mut engine = Engine::accurate(&geometry, &start, 3.0, Accuracy::Estimated(1e-13)).unwrap();
     engine.run(|_| ControlFlow::Continue(())).unwrap();
     let own = engine.error_estimate().unwrap();
     let (solution, error) =

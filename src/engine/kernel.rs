@@ -1,19 +1,11 @@
-//! All that is compiled for every level of instructions and every number of lanes.
-
-mod ends;
-mod local;
-mod sweeps;
-
-pub(super) use ends::{Ends, integrated, plus};
-pub(super) use local::{LocalErrors, larger};
-pub(super) use sweeps::{Pass, Row, Sweeps, Swept, grow, inverse};
+//! Steps of programs on all nodes, compiled for every level of instructions and every number of lanes.
 
 use pulp::{Simd, WithSimd};
 
-use crate::formula::{Algebra, Function, Fused, Step, run};
+use crate::formula::{Algebra, Function, Fused, Program, Step, run};
 use crate::number::vector::{Nodes, elementary, multiply_add, neg, vectors, vectors_mut};
 
-/// Carries out steps of a program.
+/// Carries out steps of a program on all nodes.
 pub(super) struct Evaluate<'w, const N: usize> {
     pub(super) registers: &'w mut [Nodes<N>],
     pub(super) steps: &'w [Step],
@@ -24,28 +16,23 @@ impl<const N: usize> WithSimd for Evaluate<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
-        carry_out(s, self.steps, self.registers);
+        run(&Vectors { s }, self.steps, self.registers);
     }
 }
 
-/// Carries out steps of a program on all nodes. It is one function for each level and number of lanes, since it is long
+/// Carries out steps on all nodes, and mends values of that program, if there is one, that are finite although
+/// something on the way to them is not. The steps are one function for each level and number of lanes, since it is long
 /// and called from several places.
 #[inline(always)]
-fn carry_out<S: Simd, const N: usize>(s: S, steps: &[Step], registers: &mut [Nodes<N>]) {
-    s.vectorize(CarryOut { steps, registers });
-}
-
-struct CarryOut<'w, const N: usize> {
-    steps: &'w [Step],
-    registers: &'w mut [Nodes<N>],
-}
-
-impl<const N: usize> WithSimd for CarryOut<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) {
-        run(&Vectors { s }, self.steps, self.registers);
+pub(super) fn evaluate<S: Simd, const N: usize>(
+    s: S,
+    steps: &[Step],
+    registers: &mut [Nodes<N>],
+    mended: Option<&Program<f64>>,
+) {
+    s.vectorize(Evaluate { steps, registers });
+    if let Some(program) = mended {
+        program.mend_points(program.outputs(), N, registers, &mut 1);
     }
 }
 

@@ -11,42 +11,45 @@
 
 use pulp::Simd;
 
-use super::super::rule::Order;
-use super::Sweeps;
-use crate::engine::tuning::{END, NOISE};
+use super::rule::Order;
+use super::system::System;
+use super::tuning::{END, NOISE};
+use super::window::Solver;
 use crate::number::vector::{Lanes, Nodes};
 
 /// Bounds of the errors that a window makes, relative to sizes.
 #[derive(Debug, Clone, Copy, Default)]
-pub(in super::super) struct LocalErrors {
+pub(super) struct LocalErrors {
     /// At its nodes, of positions and ignorable coordinates: of order n.
-    pub(in super::super) inside: f64,
+    pub(super) inside: f64,
     /// At its end, of all unknowns and ignorable coordinates: of order 2n − 1.
-    pub(in super::super) end: f64,
+    pub(super) end: f64,
     /// By how much the highest modes of slopes change an unknown.
-    pub(in super::super) tail: f64,
+    pub(super) tail: f64,
     /// The highest modes of slopes relative to these. If it is not small, the bounds say nothing.
-    pub(in super::super) roughness: f64,
+    pub(super) roughness: f64,
 }
 
-impl<const N: usize> Sweeps<'_, N> {
-    /// Measures the window, and leaves the error of each unknown at the end with its row, and those of ignorable
-    /// coordinates.
+impl<const N: usize> Solver<'_, N> {
+    /// Measures a window of length `h`, if it is to be measured, and leaves the error of each unknown at the end with its
+    /// row, and those of ignorable coordinates.
     #[inline(always)]
-    pub(super) fn measure<S: Simd>(&mut self, s: S, highest: &[Nodes<N>; 4]) -> LocalErrors {
-        let (h, n) = (self.length, self.points as f64);
-        let is_second = self.order == Order::Second;
-        let positions = self.passes[self.passes.len() - 1].slopes.len();
+    pub(super) fn measure<S: Simd>(&mut self, s: S, h: f64) -> LocalErrors {
+        let Self { system, rows, inverse_ignorable, ignorable_errors, highest_modes, .. } = self;
+        let Some(highest) = highest_modes else { return LocalErrors::default() };
+        let System { registers, passes, ignorable, order, .. } = system;
+        let (n, is_second) = (self.rule.points() as f64, *order == Order::Second);
+        let positions = passes[passes.len() - 1].slopes.len();
         let (mut inside, mut most, mut roughness) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for pass in self.passes {
+        for pass in &*passes {
             for k in 0..pass.slopes.len() {
-                let row = &mut self.rows[pass.first + k];
-                let slope = Lanes::new(s, &self.registers[pass.slopes[k]]);
+                let row = &mut rows[pass.first + k];
+                let slope = Lanes::new(s, &registers[pass.slopes[k]]);
                 let [a, tail, next] = modes(s, highest, slope);
                 let largest = slope.abs().largest();
-                let weight = self.order.power_of(h) * row.inverse_size;
+                let weight = order.power_of(h) * row.inverse_size;
                 if pass.first + k < positions {
-                    let first_node = (self.registers[pass.unknowns[k]].0[0] - row.start.high).abs() * row.inverse_size;
+                    let first_node = (registers[pass.unknowns[k]].0[0] - row.start.high).abs() * row.inverse_size;
                     let expected = if is_second { tail / (2.0 * (2.0 * n - 3.0)) } else { next };
                     inside = larger(inside, larger(first_node, 0.5 * weight * expected / (n - 1.0)));
                 }
@@ -60,20 +63,33 @@ impl<const N: usize> Sweeps<'_, N> {
         }
         // It is not 0, so that what is seen elsewhere can raise the errors.
         let factor = END[usize::from(is_second)] * larger(roughness, f64::EPSILON) * h;
-        for row in self.rows.iter_mut() {
+        for row in rows.iter_mut() {
             row.end_error *= factor;
         }
         let mut end = factor / h * most;
-        for k in 0..self.ignorable.len() {
-            let rate = Lanes::new(s, &self.registers[self.ignorable[k]]);
+        for k in 0..ignorable.len() {
+            let rate = Lanes::new(s, &registers[ignorable[k]]);
             let ([a, tail, next], largest) = (modes(s, highest, rate), rate.abs().largest());
-            inside = larger(inside, h * larger(a, 0.5 * next) / (n - 1.0) * self.inverse_ignorable[k]);
+            inside = larger(inside, h * larger(a, 0.5 * next) / (n - 1.0) * inverse_ignorable[k]);
             // It is integrated once, whatever the order of the others is.
             let roughness = if largest > 0.0 { tail / largest } else { 0.0 };
-            self.ignorable_errors[k] = END[0] * roughness * h * larger(a, next);
-            end = larger(end, self.ignorable_errors[k] * self.inverse_ignorable[k]);
+            ignorable_errors[k] = END[0] * roughness * h * larger(a, next);
+            end = larger(end, ignorable_errors[k] * inverse_ignorable[k]);
         }
         LocalErrors { inside, end, tail: most, roughness }
+    }
+
+    /// The local error at the end of the window with these errors, if modes that its nodes do not see are smaller by
+    /// `decay` than the highest ones that they see: they make errors at the end, too.
+    pub(super) fn with_unseen(&mut self, local: LocalErrors, decay: f64) -> f64 {
+        let unseen = local.tail * decay;
+        let factor = unseen / local.end;
+        if factor > 1.0 && factor.is_finite() {
+            let own = self.rows.iter_mut().map(|row| &mut row.end_error);
+            own.chain(&mut self.ignorable_errors).for_each(|error| *error *= factor);
+            return unseen;
+        }
+        local.end
     }
 }
 
@@ -96,6 +112,6 @@ fn mode_of<S: Simd, const N: usize>(s: S, weights: &Nodes<N>, slope: Lanes<S, N>
 
 /// The larger number; NaN if one is NaN, unlike `f64::max`.
 #[inline(always)]
-pub(in super::super) fn larger(a: f64, b: f64) -> f64 {
+pub(super) fn larger(a: f64, b: f64) -> f64 {
     if a > b || a.is_nan() { a } else { b }
 }

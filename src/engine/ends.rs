@@ -1,0 +1,129 @@
+//! What follows from a solved window: its end, and integrals on its nodes.
+
+use pulp::{Simd, WithSimd};
+
+use super::rule::{Order, Tables};
+use super::system::System;
+use super::window::{Known, Solver};
+use crate::number::Compensated;
+use crate::number::vector::{Lanes, Level, Nodes, Twofold, Weights, multiply, two_product};
+
+impl<const N: usize> Solver<'_, N> {
+    /// Computes the end of the window with these tables, and what is wanted on its nodes.
+    pub(super) fn finish(&mut self, tables: &Tables<N>, wanted: Known) {
+        (self.length, self.known) = (tables.length, Known::Ends);
+        Level::Best.dispatch(Finish { solver: self, tables: Some(tables), wanted });
+        let active = self.geometry.active();
+        for (row, &a) in self.rows.iter().zip(active) {
+            self.end.q[a] = row.end;
+        }
+        for (place, end) in self.end.p.iter_mut().enumerate() {
+            *end = match self.system.order {
+                Order::First => self.rows[active.len() + place].end,
+                Order::Second => {
+                    let by = &self.metric[place * active.len()..][..active.len()];
+                    Compensated::from(by.iter().zip(&self.rows).map(|(g, row)| g * row.velocity_end.high).sum())
+                }
+            };
+        }
+    }
+
+    /// Computes what is wanted on the nodes and not known yet.
+    pub(super) fn know(&mut self, wanted: Known) {
+        if self.known < wanted {
+            Level::Best.dispatch(Finish { solver: self, tables: None, wanted });
+        }
+    }
+}
+
+/// Computes the end of a window with its tables, if it is not known, and what is not needed to solve a window.
+struct Finish<'a, 'g, 't, const N: usize> {
+    solver: &'a mut Solver<'g, N>,
+    tables: Option<&'t Tables<N>>,
+    wanted: Known,
+}
+
+impl<const N: usize> WithSimd for Finish<'_, '_, '_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) {
+        let Self { solver, tables, wanted } = self;
+        if let Some(tables) = tables {
+            solver.end_rows(s, tables);
+        }
+        let Solver { system: System { registers, passes, ignorable, .. }, velocities, elapsed, momenta, .. } = solver;
+        let (zero, m) = (Lanes::splat(s, 0.0), velocities.len());
+        if wanted >= Known::Velocities && solver.known < Known::Velocities {
+            for k in 0..m {
+                let (start, slope) = (solver.rows[k].velocity, &registers[passes[0].slopes[k]]);
+                let gains = multiply(s, &solver.rule.integral, slope, [zero; 2]);
+                let velocity = gains.scale_add(solver.length, Lanes::splat(s, start.low)) + start.high;
+                velocities[k] = velocity.nodes();
+            }
+        }
+        if wanted == Known::All && solver.known < Known::All {
+            for k in 0..elapsed.len() {
+                let ways = multiply(s, &solver.rule.integral, &registers[ignorable[k]], [zero; 2]);
+                elapsed[k] = ways.scale_add(solver.length, zero).nodes();
+            }
+            for (place, momentum) in momenta.iter_mut().enumerate() {
+                let mut sum = zero;
+                for (k, velocity) in velocities.iter().enumerate() {
+                    sum = Lanes::new(s, velocity).scale_add(solver.metric[place * m + k], sum);
+                }
+                *momentum = sum.nodes();
+            }
+        }
+        solver.known = wanted.max(solver.known);
+    }
+}
+
+impl<const N: usize> Solver<'_, N> {
+    /// Computes the rows at the end of the window, from which the next one is continued, and ignorable coordinates
+    /// there.
+    #[inline(always)]
+    fn end_rows<S: Simd>(&mut self, s: S, tables: &Tables<N>) {
+        let Self { system: System { registers, passes, order, ignorable, .. }, rows, .. } = self;
+        let is_exact = tables.collocation_low.is_some();
+        for pass in &*passes {
+            for k in 0..pass.slopes.len() {
+                let (row, slope) = (&mut rows[pass.first + k], &registers[pass.slopes[k]]);
+                row.slopes_before = Lanes::new(s, slope).nodes();
+                if is_exact {
+                    row.end = plus(row.start, tables.end_weights.dot(s, slope));
+                    if *order == Order::Second {
+                        let (way, low) = two_product::<S>(tables.length, row.velocity.high);
+                        row.end = plus(row.end, Twofold::new(way, low + tables.length * row.velocity.low));
+                    }
+                } else {
+                    // What the start lacks is part of the increment.
+                    row.end = Compensated::from(row.start.high).plus(row.increment);
+                }
+                if *order == Order::Second {
+                    row.velocity_end = plus(row.velocity, sum(s, &tables.weights, slope, is_exact));
+                }
+            }
+        }
+        for k in 0..ignorable.len() {
+            let (a, gain) = (self.ignorable[k], sum(s, &tables.weights, &registers[ignorable[k]], is_exact));
+            self.end.q[a] = plus(self.start.q[a], gain);
+        }
+    }
+}
+
+#[inline(always)]
+fn sum<S: Simd, const N: usize>(s: S, weights: &Weights<N>, values: &Nodes<N>, is_exact: bool) -> Twofold {
+    if is_exact {
+        weights.dot(s, values)
+    } else {
+        Twofold { hi: Lanes::new(s, &weights.high).dot(Lanes::new(s, values)), lo: 0.0 }
+    }
+}
+
+/// A sum with one more term, of which nothing is lost.
+#[inline(always)]
+fn plus(sum: Compensated<f64>, term: Twofold) -> Compensated<f64> {
+    let Twofold { hi: high, lo: low } = Twofold { hi: sum.high, lo: sum.low }.plus_update((term.hi, term.lo));
+    Compensated { high, low }
+}

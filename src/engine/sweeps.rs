@@ -1,0 +1,220 @@
+//! Sweeps over a window: its collocation equations, solved by repeated substitution.
+
+use pulp::{Simd, WithSimd};
+
+use super::Failure;
+use super::kernel::evaluate;
+use super::local::LocalErrors;
+use super::row::Row;
+use super::rule::{Order, Tables};
+use super::system::System;
+use super::tuning::{FAST, NOISE_OF_SWEEPS, SLOWEST_UNSEEN, STALLED, UNSEEN_CHANGE};
+use super::window::Solver;
+use crate::number::vector::{Lanes, Level, Matrix, Nodes, multiply, product_error_of};
+
+/// More sweeps than a window of a good length needs, and more than one of a given length does.
+const MOST_SWEEPS: [usize; 2] = [30, 60];
+
+/// The outcome of the sweeps over a window.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Swept {
+    /// Their number.
+    pub(super) sweeps: usize,
+    /// True if they converged.
+    is_solved: bool,
+    /// The error that they left, relative to sizes, by the slower one of the last two contractions.
+    pub(super) left: f64,
+    /// The errors of the solved window, where they are measured.
+    pub(super) local: LocalErrors,
+}
+
+impl<'g, const N: usize> Solver<'g, N> {
+    /// Solves the window with these tables until sweeps leave no more than `threshold`, relative to sizes. The first
+    /// guess continues the window before, if there is a matrix for that.
+    ///
+    /// # Errors
+    /// If the sweeps do not converge, or if a node is outside the domain.
+    pub(super) fn solve(
+        &mut self,
+        tables: &Tables<N>,
+        continuation: Option<&Matrix<N>>,
+        threshold: f64,
+    ) -> Result<Swept, Failure> {
+        let mut swept = Level::Best.dispatch(Sweeps { solver: self, tables, continuation, threshold });
+        if !swept.is_solved && !self.is_mended && self.system.is_broken() {
+            self.is_mended = true;
+            swept = Level::Best.dispatch(Sweeps { solver: self, tables, continuation: None, threshold });
+        }
+        if !swept.is_solved {
+            return Err(Failure::NotConverged);
+        }
+        match self.system.check_domain(self.rule.points()) {
+            Ok(()) => Ok(swept),
+            Err(outside) => Err(Failure::OutsideDomain(outside)),
+        }
+    }
+}
+
+/// Solves the collocation equations of a window by repeated substitution, from a first guess.
+///
+/// ```text
+/// first order    x = x₀ + h A ẋ(x), the momenta first, then the positions with the new momenta
+/// second order   q = q₀ + h c q̇₀ + h² A² q̈(q)
+/// ```
+struct Sweeps<'w, 'g, const N: usize> {
+    solver: &'w mut Solver<'g, N>,
+    tables: &'w Tables<N>,
+    /// The matrix of the tables after continuation from the window before, if there is one.
+    continuation: Option<&'w Matrix<N>>,
+    /// The largest error that sweeps may leave, relative to sizes.
+    threshold: f64,
+}
+
+impl<const N: usize> WithSimd for Sweeps<'_, '_, N> {
+    type Output = Swept;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) -> Swept {
+        let Self { solver, tables, continuation, threshold } = self;
+        solver.guess(s, tables.length, continuation);
+        let measures = solver.highest_modes.is_some();
+        let most_sweeps = MOST_SWEEPS[usize::from(!measures)];
+        let is_patient = solver.is_patient || !solver.rule.has_end();
+        let geometry = solver.geometry;
+        let mended = solver.is_mended.then(|| &geometry.hamiltonian().program);
+        let Solver { system: System { registers, passes, .. }, rows, .. } = &mut *solver;
+        let mut changes = [f64::INFINITY; 3];
+        let mut decay = Decay { change: 0.0, contraction: 0.0 };
+        for sweeps in 1..=most_sweeps {
+            let mut change = Lanes::splat(s, 0.0);
+            let (was_small, mut is_rounding) = (changes[2] <= NOISE_OF_SWEEPS, true);
+            for pass in &*passes {
+                evaluate(s, &pass.steps, registers, mended);
+                for k in 0..pass.slopes.len() {
+                    let (row, slope, unknown) = (&mut rows[pass.first + k], pass.slopes[k], pass.unknowns[k]);
+                    if let Some(low) = &tables.collocation_low
+                        && sweeps == 1
+                    {
+                        // The small product, which slopes of the first sweep are good enough for.
+                        row.low = multiply(s, low, &registers[slope], [Lanes::splat(s, 0.0); 2]).nodes();
+                    }
+                    let of_row = row.update(s, &tables.collocation, registers, [slope, unknown]);
+                    change = change.max(of_row * row.inverse_size);
+                    if was_small {
+                        let largest = Lanes::new(s, &registers[unknown]).abs().largest();
+                        is_rounding &= of_row.largest() <= NOISE_OF_SWEEPS * largest;
+                    }
+                }
+            }
+            changes = [changes[1], changes[2], change.largest()];
+            decay.follow(changes);
+            let is_noise = (was_small && is_rounding) || is_stalled(changes);
+            // Windows of one length have no other way out.
+            let is_over = !measures || decay.is_over();
+            let left = if is_noise && is_over { 0.0 } else { left(changes) };
+            if left <= threshold {
+                evaluate(s, &solver.system.others, &mut solver.system.registers, mended);
+                return Swept { sweeps, is_solved: true, left, local: solver.measure(s, tables.length) };
+            }
+            // Where a window may be shorter, or Newton's method takes over, that is better than many sweeps.
+            let is_slow = !(changes[2] <= 0.5 * changes[1] || changes[2] <= STALLED);
+            if sweeps >= 5 && is_slow && !is_patient {
+                return Swept { sweeps, is_solved: false, left, local: LocalErrors::default() };
+            }
+        }
+        Swept { sweeps: most_sweeps, is_solved: false, left: left(changes), local: LocalErrors::default() }
+    }
+}
+
+impl<const N: usize> Solver<'_, N> {
+    /// The motion without forces, and on top of it the slopes of the window before, continued.
+    #[inline(always)]
+    fn guess<S: Simd>(&mut self, s: S, length: f64, continuation: Option<&Matrix<N>>) {
+        let Self { system: System { registers, passes, order, .. }, rows, rule, .. } = self;
+        for pass in &*passes {
+            for (k, &unknown) in pass.unknowns.iter().enumerate() {
+                let row = &mut rows[pass.first + k];
+                let mut offset = Lanes::splat(s, row.start.low);
+                if *order == Order::Second {
+                    let (nodes, low) = (Lanes::new(s, &rule.nodes[0]), Lanes::new(s, &rule.nodes[1]));
+                    let way = length * row.velocity.high;
+                    let way_low = product_error_of::<S>(length, row.velocity.high, way) + length * row.velocity.low;
+                    offset = nodes.scale_add(way, low.scale_add(way, nodes.scale_add(way_low, offset)));
+                }
+                row.offset = offset.nodes();
+                let increments = match continuation {
+                    Some(matrix) => multiply(s, matrix, &row.slopes_before, [offset, Lanes::splat(s, 0.0)]),
+                    None => offset,
+                };
+                registers[unknown] = (increments + row.start.high).nodes();
+            }
+        }
+    }
+}
+
+impl<const N: usize> Row<N> {
+    /// x = start + (offset + M ẋ), where x is the register `unknown`. Returns by how much that changes x.
+    #[inline(always)]
+    fn update<S: Simd>(
+        &mut self,
+        s: S,
+        matrix: &Matrix<N>,
+        registers: &mut [Nodes<N>],
+        [slope, unknown]: [usize; 2],
+    ) -> Lanes<S, N> {
+        let known = [Lanes::new(s, &self.offset), Lanes::new(s, &self.low)];
+        let increments = multiply(s, matrix, &registers[slope], known);
+        self.increment = increments.last();
+        let new = increments + self.start.high;
+        let x = &mut registers[unknown];
+        let change = (new - Lanes::new(s, x)).abs();
+        *x = new.nodes();
+        change
+    }
+}
+
+/// The change by a sweep as it would be without rounding, which hides it in the end: where sweeps converge slowly, they
+/// would leave an error of one sign in every window.
+struct Decay {
+    change: f64,
+    contraction: f64,
+}
+
+impl Decay {
+    #[inline(always)]
+    fn follow(&mut self, [_, before, last]: [f64; 3]) {
+        // Larger changes are no noise yet.
+        if last <= STALLED && before > STALLED {
+            *self = Self { change: last, contraction: (last / before).min(SLOWEST_UNSEEN) };
+        } else {
+            self.change *= self.contraction;
+        }
+    }
+
+    /// True if what is left is less than rounding errors.
+    #[inline(always)]
+    fn is_over(&self) -> bool {
+        self.contraction <= FAST || self.change <= UNSEEN_CHANGE * NOISE_OF_SWEEPS
+    }
+}
+
+/// The error that is left after three changes, the last one last: a geometric series with the slower one of their two
+/// contractions, as the first change belongs to the guess. Before there are three of them it is the last change.
+#[inline(always)]
+fn left(changes: [f64; 3]) -> f64 {
+    let ([first, _, last], contraction) = (changes, contraction(changes));
+    if first.is_finite() && contraction < 0.5 { last * contraction / (1.0 - contraction) } else { last }
+}
+
+/// True if the last change is so small that it is noise where it does not contract.
+#[inline(always)]
+fn is_stalled(changes: [f64; 3]) -> bool {
+    changes[2] <= STALLED && contraction(changes) > 0.5
+}
+
+/// The slower one of two contractions.
+#[inline(always)]
+fn contraction([first, second, last]: [f64; 3]) -> f64 {
+    let [one, other] = [last / second, second / first];
+    if one > other || one.is_nan() { one } else { other }
+}
