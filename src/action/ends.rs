@@ -116,41 +116,33 @@ impl<S: Real> DoubledAction<'_, S> {
                 for (a, &p) in momenta.iter().enumerate() {
                     layout.values_mut(out, branch, a)[*k] += -sign * p;
                 }
-                if gaps.iter().any(|&gap| gap != S::ZERO) {
-                    // The derivatives of ½(p₁ + p₂)_a with respect to the positions of this branch.
-                    self.slopes_of_momenta(of_branch(states, branch), *k, &mut |a, b, column, slope| {
-                        layout.values_mut(out, branch, b)[column] += -gaps[a].half() * slope;
+                // The derivatives of ½(p₁ + p₂)_a with respect to the positions of this branch.
+                for (a, gap) in gaps.iter().enumerate().filter(|(_, gap)| **gap != S::ZERO) {
+                    self.slopes_of_momentum(a, of_branch(states, branch), *k, &mut |b, column, slope| {
+                        layout.values_mut(out, branch, b)[column] += -gap.half() * slope;
                     });
                 }
             }
         }
     }
 
-    /// Calls `push(a, b, column, slope)` for the parts of ∂p_a/∂q^b at node k, where `column` is the node of q^b.
-    pub(super) fn slopes_of_momenta(
+    /// Calls `push(b, column, slope)` for the parts of ∂p_a/∂q^b at node k, where `column` is the node of q^b.
+    pub(super) fn slopes_of_momentum(
         &self,
+        a: usize,
         state: &BranchState<S>,
         k: usize,
-        push: &mut impl FnMut(usize, usize, usize, S),
+        push: &mut impl FnMut(usize, usize, S),
     ) {
         let (structure, n) = (self.lagrangian.structure(), self.bars.len());
-        for &Term { ab, value, .. } in structure.values.iter().filter(|term| term.ab[1] < n) {
+        for &Term { ab, value, .. } in &structure.values {
+            let Some(b) = other(ab, a).filter(|&b| b < n) else { continue };
             let value = state.samples.at(value, k);
-            for (a, b) in both_orders(ab) {
-                self.bars[b].row(k).for_each(|(column, d)| push(a, b, column, value * d));
-            }
+            self.bars[b].row(k).for_each(|(column, d)| push(b, column, value * d));
         }
         for &Term { ab, by: [c], value } in &structure.first {
-            let value = state.samples.at(value, k);
-            for (a, b) in both_orders(ab).filter(|(a, _)| *a < n) {
-                push(a, c, k, value * state.velocity(b, k));
-            }
+            let Some(b) = other(ab, a) else { continue };
+            push(c, k, state.samples.at(value, k) * state.velocity(b, k));
         }
     }
-}
-
-/// A pair in both orders, once if they are the same.
-fn both_orders([a, b]: [usize; 2]) -> impl Iterator<Item = (usize, usize)> {
-    debug_assert_eq!(other([a, b], a), Some(b));
-    std::iter::once((a, b)).chain((a != b).then_some((b, a)))
 }

@@ -134,8 +134,8 @@ impl DoubledAction<'_, f64> {
     /// −∂p_a at both ends, in the rows of d^a there: the weak form's boundary terms are −p_a d^a.
     fn visit_ends(&self, state: &BranchState<f64>, push: &mut impl FnMut(usize, usize, f64)) {
         let points = self.sbp.points();
-        for k in [0, points - 1] {
-            self.slopes_of_momenta(state, k, &mut |a, b, column, slope| {
+        for (k, a) in [0, points - 1].into_iter().flat_map(|k| (0..self.bars.len()).map(move |a| (k, a))) {
+            self.slopes_of_momentum(a, state, k, &mut |b, column, slope| {
                 push(a * points + k, b * points + column, -slope);
             });
         }
