@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares two builds of one bench, run in turns: the ratio of the shortest times, after over before.
+"""Compares two builds of the bench `solve`, run in turns: the ratio of the shortest times, after over before.
 
     scripts/interleave.py BEFORE AFTER [--only TEXT] [--rounds N]
 

@@ -1,5 +1,5 @@
-//! Cases: the built-in ones, short ways to write one, and advice that fits. `tests/cmd/` has the list of the built-in
-//! ones, and what may have been meant.
+//! Cases: the built-in ones, and advice that fits. `tests/cmd/` has the list of the built-in ones, short ways to write
+//! one, and what may have been meant.
 
 use std::fs;
 
@@ -36,37 +36,6 @@ fn gamma_at_the_end_of_a_scene_may_be_expected() {
     let eta = (-0.8_f64).acos();
     let met = folder.succeeds(&format!("{check}{}", 125.0_f64.sqrt() * (eta + eta.sin())));
     assert!(met.contains("gamma_final = 34.637") && met.contains("r_final = "), "{met}");
-}
-
-#[test]
-fn a_formula_can_be_a_word_and_t_begins_at_zero() {
-    let folder = Folder::new();
-    let text = "potential.formula = \"0.5*x^4\"\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\n\
-                grid.n_gamma = 32\nscheme.sbp = \"SBP21\"\n";
-    folder.write("short.toml", text);
-    folder.succeeds("run short.toml --out short");
-    folder.succeeds("run quartic --out long");
-    for key in ["t_final", "x_final"] {
-        let [short, long] = ["short", "long"].map(|out| folder.summary(out)[key].as_f64().unwrap());
-        assert!((short - long).abs() < 1e-13);
-    }
-    // The effective case is the same case, and a mistake is found inside the word.
-    folder.succeeds("run short/case.toml --out again");
-    assert_eq!(folder.summary("again")["x_final"], folder.summary("short")["x_final"]);
-    folder.write("wrong.toml", text.replace("x^4", "y^4"));
-    folder.refuses(&[("check wrong.toml", 2, "wrong.toml:1:26 … unknown name 'y'")]);
-}
-
-#[test]
-fn an_accuracy_needs_no_grid_a_formula_no_quotes_and_a_case_no_title() {
-    let folder = Folder::new();
-    let text = "potential.formula = \"0\"\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\n\
-                particle.c = 3.0\nsolver.accuracy = 1e-8\n";
-    folder.write("mine.toml", text);
-    let output = folder.succeeds("run mine.toml --set potential.formula=1-cos(x)");
-    assert!(output.starts_with("mine: trusted, "), "{output}");
-    let effective = folder.read("results/mine/case.toml");
-    assert!(effective.contains("1-cos(x)") && !effective.contains("title"), "{effective}");
 }
 
 #[test]

@@ -88,17 +88,13 @@ fn a_row_without_a_result_is_a_row_with_a_reason() {
     let folder = Folder::new();
     // At x = −3 the start is behind the horizon; from −0.5 the motion gets there.
     let vary = "--vary initial.x=-3,-0.5,3 --vary grid.n_gamma=32,2";
-    let told = folder.succeeds(&format!("run linear --set grid.gamma_f=4 {vary} --out out"));
-    assert!(told.contains("rows     6: 1 converged, 4 invalid-case, 1 outside-domain"), "{told}");
+    folder.succeeds(&format!("run linear --set grid.gamma_f=4 {vary} --out out"));
     let table = folder.table("out/runs.csv");
     assert_eq!(table.column("exit_code"), ["2", "2", "4", "2", "0", "2"], "{table:?}");
     let [messages, t] = ["message", "t"].map(|name| table.column(name));
     let words = ["g00", "", "leaves the domain", "", "", "n_gamma"];
     assert!(messages.iter().zip(words).all(|(message, words)| message.contains(words)), "{messages:?}");
     assert!(messages[4].is_empty() && t[2].is_empty() && !t[4].is_empty());
-    // A table without any solution.
-    folder.fails("run linear --set grid.gamma_f=4 --vary initial.x=-0.9,-0.8 --out none", 3);
-    assert_eq!(folder.table("none/runs.csv").rows.len(), 2);
     // A solved row that should not be believed says so.
     let doubtful = folder.run("run quartic --vary grid.gamma_f=1,100 --out doubtful --set grid.n_gamma=1001");
     assert!(stderr(&doubtful).contains("1 of the solved rows are doubtful"), "{}", stderr(&doubtful));

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use geodesic_ivp::case::Case;
 use geodesic_ivp::case::builtin::{self, Group};
-use geodesic_ivp::case::{Case, KEYS};
 
 use super::pages::Page;
 use crate::common::{Folder, ROOT, stderr};
@@ -68,16 +68,4 @@ fn every_file_in_the_folders_is_built_in_and_described() {
         }
     }
     assert!(builtin::NAMES.is_sorted_by_key(|name| (builtin::group(name), *name)), "in order, group by group");
-}
-
-/// The message about an unknown key lists the keys that it knows.
-#[test]
-fn the_known_keys_are_those_of_a_case() {
-    for table in ["particle", "initial", "grid", "scheme", "solver", "expect"] {
-        let text = format!("potential.free = {}\n[{table}]\nzzz = 1\n", "{}");
-        let error = Case::parse("case", &text, &[]).unwrap_err();
-        let listed: Vec<&str> = error.message.split('`').skip(1).step_by(2).skip(1).collect();
-        let known = KEYS.iter().filter_map(|key| key.name.strip_prefix(table)?.strip_prefix('.'));
-        known.for_each(|key| assert!(listed.contains(&key), "{table}.{key} {listed:?}"));
-    }
 }

@@ -88,10 +88,3 @@ fn the_readme_links_every_page() {
         assert!(linked.contains(&page.name().as_str()), "README.md does not link to {}", page.name());
     }
 }
-
-#[test]
-fn anchors_are_made_as_a_forge_makes_them() {
-    assert_eq!(anchor("4. What the critical point is"), "4-what-the-critical-point-is");
-    assert_eq!(anchor("Overrides: `--set KEY=VALUE`"), "overrides---set-keyvalue");
-    assert_eq!(anchor("… a case of Q_t?"), "-a-case-of-q_t");
-}

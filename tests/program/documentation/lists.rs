@@ -112,15 +112,8 @@ fn expanded(columns: &str, names: &[(&str, &[&str])]) -> Vec<String> {
     all
 }
 
-#[test]
-fn columns_are_expanded() {
-    let names = [("<q>", &["t", "x"][..]), ("<c>", &["t"]), ("<name>", &[])];
-    let columns = expanded("gamma, <q> …, p_<c> and p_<c>_corrected …, delta_<q> …, delta_<name> …, end", &names);
-    assert_eq!(columns.join(","), "gamma,t,x,p_t,p_t_corrected,delta_t,delta_x,end");
-}
-
-/// There are a case of x in all commands, and scenes in one window, so that there is no column window: a charge and an
-/// invariant; a coordinate that conformal adds; a force; a sum and the other system.
+/// There are a case of x and a scene in all commands, and runs of scenes in one window, so that there is no column
+/// window: a charge and an invariant; a coordinate that conformal adds; a force; a sum and the other system.
 #[test]
 fn columns_keys_and_files_are_those_that_the_pages_list() {
     let run = "--plot --sample-gamma 0:1:0.5 --set grid.windows=1 --set grid.gamma_f=1";
@@ -132,6 +125,14 @@ fn columns_keys_and_files_are_those_that_the_pages_list() {
         ("converge quartic --n-gamma 16,32", &["t", "x"], &["t"], &[]),
         ("work-precision quartic --methods RK4 --longest 0.001", &["t", "x"], &["t"], &[]),
         ("stability quartic --methods RK4 --gamma-f 1 --delta-gamma 0.1", &["t", "x"], &["t"], &[]),
+        (
+            "converge henon-heiles --n-gamma 32,64 --set grid.gamma_f=1 --set grid.windows=1",
+            &["t", "x", "y", "s"],
+            &["t", "s"],
+            &[],
+        ),
+        ("work-precision fish-eye --methods RK4 --longest 0.001", &["x", "y"], &[], &[]),
+        ("stability henon-heiles --methods RK4 --gamma-f 1 --delta-gamma 0.1", &["t", "x", "y", "s"], &["t", "s"], &[]),
         (&*format!("run kerr-inclined {run}"), &["t", "r", "theta", "phi"], &["t", "phi"], &["carter"]),
         (&*format!("run kerr-mino {run}"), &["t", "r", "theta", "phi", "tau"], &["t", "phi", "tau"], &["carter"]),
         (&*format!("run damped-oscillator {run}"), &["t", "x", "s"], &["s"], &[]),
@@ -145,16 +146,15 @@ fn columns_keys_and_files_are_those_that_the_pages_list() {
             assert!(files.contains(&name), "{name} is not in\n{files}");
             if name.ends_with(".csv") {
                 // A lift has s as its last coordinate, and the energy in the place of K.
-                let header = folder.first_line(&format!("out/{name}"));
-                assert_eq!(
-                    header.contains(",delta_energy"),
-                    name == "residuals.csv" && names.contains(&"s"),
-                    "{header}"
-                );
-                let header = header.replace(",delta_energy", ",delta_k");
+                let (header, is_lifted) = (folder.first_line(&format!("out/{name}")), names.contains(&"s"));
+                let has_energy = is_lifted && ["residuals.csv", "stability.csv"].contains(&name.as_str());
+                assert_eq!(header.contains(",delta_energy"), has_energy, "{header}");
+                let header = header.replace(",delta_energy_max", ",in Newton's law delta_energy_max");
+                let header = if name == "residuals.csv" { header.replace(",delta_energy", ",delta_k") } else { header };
                 let places = [("<q>", names), ("<c>", ignorable), ("<name>", invariants)];
                 let is_header = |row: &Vec<String>| expanded(&row[1], &places).join(",") == header;
-                let mut of_table = rows.iter().filter(|row| row.len() == 2 && row[0] == name);
+                let of_scene = format!("{name} of a scene");
+                let mut of_table = rows.iter().filter(|row| row.len() == 2 && (row[0] == name || row[0] == of_scene));
                 assert!(of_table.any(is_header), "{command}: {name} has {header}");
                 tables.insert(name);
             }
