@@ -1,4 +1,4 @@
-//! Runs to an accuracy, timed, with their true errors; and the instructions of older machines against the best ones.
+//! Runs to an accuracy, timed, with their true errors.
 //!
 //! Five motions: Hénon–Heiles to γ = 1000, the quartic well to 1 and to 1000, an orbit around a black hole to 2000 and
 //! an inclined one around a rotating hole to 400. Each is run bare, with the promise, and with everything: promised,
@@ -14,9 +14,8 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use geodesic_ivp::case::{Case, builtin};
-use geodesic_ivp::engine::{Accuracy, Engine, Failure};
+use geodesic_ivp::engine::{Accuracy, Engine, Failure, POINTS};
 use geodesic_ivp::geometry::{Geometry, Start};
-use geodesic_ivp::number::vector::Level;
 
 /// Runs of which the fastest counts, and seconds that they may take.
 const RUNS: usize = 200;
@@ -69,7 +68,6 @@ struct Measured {
     seconds: f64,
     windows: usize,
     sweeps: usize,
-    end: Vec<f64>,
     /// The error at the end, relative to sizes.
     error: f64,
     estimate: Option<f64>,
@@ -110,7 +108,7 @@ fn measure(scene: &Scene, accuracy: f64, (_, wanted, is_complete): Mode) -> Resu
         }
     }
     let error = exact.iter().map(|&(a, q)| (end[a] - q).abs() / sizes[a]).fold(0.0, f64::max);
-    Ok(Measured { seconds, windows, sweeps, end, error, estimate: engine.error_estimate() })
+    Ok(Measured { seconds, windows, sweeps, error, estimate: engine.error_estimate() })
 }
 
 fn table(scene: &Scene) {
@@ -118,7 +116,7 @@ fn table(scene: &Scene) {
         for mode in MODES {
             print!("{:<14} {accuracy:.0e} {:<10} ", scene.0, mode.0);
             match measure(scene, accuracy, mode) {
-                Ok(Measured { seconds, windows, sweeps, error, estimate, .. }) => {
+                Ok(Measured { seconds, windows, sweeps, error, estimate }) => {
                     let estimate = estimate.map_or(String::new(), |estimate| format!("  estimate {estimate:.1e}"));
                     let (time, sweeps) = (1e6 * seconds, sweeps as f64 / windows as f64);
                     println!("{time:>9.2} us {windows:>5} windows {sweeps:>5.1} sweeps  error {error:.1e}{estimate}");
@@ -129,34 +127,9 @@ fn table(scene: &Scene) {
     }
 }
 
-/// Times of older instructions in units of the best ones, and by how much ends differ.
-fn levels(scene: &Scene) {
-    let (geometry, start) = geometry_and_start(scene);
-    let [best, avx2, scalar] = [Level::Best, Level::Avx2, Level::Scalar].map(|level| {
-        level.limit();
-        let measured = measure(scene, 1e-6, MODES[2]).expect("this much is reached");
-        let windows = (1.5 * measured.windows as f64) as usize;
-        let mut engine = Engine::equal(&geometry, &start, scene.2, windows, 16).expect("it is inside");
-        let mut last = Vec::new();
-        while let Some(window) = engine.next().expect("windows are short") {
-            last = window.end().positions();
-        }
-        (measured.seconds, [measured.end, last].concat())
-    });
-    Level::Best.limit();
-    let than_best = |(seconds, end): (f64, Vec<f64>)| {
-        let off = best.1.iter().zip(&end).map(|(a, b)| (a - b).abs() / a.abs().max(1.0)).fold(0.0, f64::max);
-        (seconds / best.0, off)
-    };
-    let ((avx2, off_avx2), (scalar, off)) = (than_best(avx2), than_best(scalar));
-    print!("{:<14} AVX2 takes {avx2:.2} times as long, and ends differ by {off_avx2:.0e}; ", scene.0);
-    println!("scalar {scalar:.2}, {off:.0e}");
-}
-
 fn main() {
     let name = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
     for scene in SCENES.iter().filter(|scene| name.as_ref().is_none_or(|name| scene.0.contains(name.as_str()))) {
         table(scene);
-        levels(scene);
     }
 }
