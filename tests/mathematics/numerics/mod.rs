@@ -5,7 +5,6 @@ mod action;
 mod curvature;
 mod elementary_functions;
 mod engine;
-mod engine_accuracy;
 mod engine_ends;
 mod engine_windows;
 mod field;
