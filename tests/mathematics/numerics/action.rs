@@ -121,8 +121,8 @@ fn check_gradient<G: Scene>(u: &[f64]) {
 }
 
 /// The system that Newton's method solves at equal branches, against differences of the gradient. E_IVP is odd in
-/// q₁ − q₂ where λ = μ = 0. So a step with all unknowns keeps equal branches equal, and is that of the system with half of
-/// them: along such a step all other equations go on to hold.
+/// q₁ − q₂ where λ = μ = 0. So a step with all unknowns keeps equal branches equal, and is that of the system with half
+/// of them: along such a step all other equations go on to hold.
 fn check_newton_matrix<G: Scene>(q: &[f64]) {
     with_actions::<G>(|action, is_regularised| {
         if !is_regularised {

@@ -6,7 +6,7 @@ use geodesic_ivp::number::vector::Twofold;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{Arithmetic, InitialGuess, WorldLine};
 
-use crate::common::{QUARTIC_POTENTIAL, g00, line_of, of_x, one, parsed, polynomial};
+use crate::common::{QUARTIC_POTENTIAL, line_of, one, parsed};
 
 /// Scenes whose equations are of first or second order, with one-forms, forces, and a metric that is not diagonal.
 pub(super) const SCENES: [(&str, &str); 6] = [
@@ -122,18 +122,6 @@ fn difference(geometry: &Geometry, one: &Start, other: &Start) -> f64 {
     geometry.active().iter().map(off).fold(0.0, f64::max)
 }
 
-/// The end of a window of n nodes is of order 2n − 2.
-#[test]
-fn ends_converge_with_the_order_of_lobatto_iiic() {
-    let (geometry, start) = scene(HENON_HEILES);
-    let exact = end(&geometry, &start, 4.0, [32, 20]);
-    for (points, windows) in [(2, 200), (3, 40), (4, 20), (6, 6)] {
-        let error = |windows| difference(&geometry, &end(&geometry, &start, 4.0, [windows, points]), &exact);
-        let order = (error(windows) / error(2 * windows)).log2();
-        assert!((order - (2 * points - 2) as f64).abs() < 0.3, "{points} nodes: {order}");
-    }
-}
-
 /// With all momenta turned round the motion goes back to where it came from.
 #[test]
 fn motion_is_reversible() {
@@ -219,63 +207,19 @@ fn a_polynomial_is_solved_to_the_last_digits_and_so_are_formulas_of_it() {
     }
 }
 
-#[test]
-fn polynomials_of_any_length_and_rest_at_zero() {
-    let run = |potential: &str, [x, x_dot]: [f64; 2]| {
-        let t_dot = 2.0 / g00(&of_x(potential, 1.0, 1.0), x);
-        let (geometry, start) = one(potential, 1.0, [x, t_dot, x_dot]);
-        let end = end(&geometry, &start, 10.0, [40, 12]);
-        let k = |at: &Start| geometry.norm(&at.q, &geometry.velocities(&at.q, &at.p).unwrap());
-        ([end.q[0], end.q[1], end.p[1]], k(&end) - k(&start))
-    };
-    // Free motion is exact.
-    assert_eq!(run("0", [1.0, 0.1]).0, [20.0, 2.0, -0.1]);
-    let long = vec![0.1, 0.02, 0.2, 0.0, 0.03, 0.05, 0.02, 0.001, 0.003];
-    for degree in 1..long.len() {
-        let coefficients = long[..=degree].to_vec();
-        let (end, change) = run(&polynomial(&coefficients), [0.0, 0.0]);
-        // Zeros at the end do not count.
-        let longer = [coefficients, vec![0.0; 3]].concat();
-        assert_eq!(run(&polynomial(&longer), [0.0, 0.0]).0, end, "{degree}");
-        assert!(change.abs() < 1e-14 && end[1] != 0.0, "{degree}: {change:e}");
-    }
-    // Backwards in time, and no motion in time at all.
-    for (t_dot, expected) in [(-1.0, [-QUARTIC_END[0], QUARTIC_END[1]]), (0.0, [0.0, 1.1])] {
-        let (geometry, start) = one(QUARTIC_POTENTIAL, 1.0, [1.0, t_dot, 0.1]);
-        let end = end(&geometry, &start, 1.0, [4, 12]);
-        assert!((end.q[0] - expected[0]).abs() < 1e-12 && (end.q[1] - expected[1]).abs() < 1e-12, "{:?}", end.q);
-    }
-}
-
 /// Programs have as many values as they need: nine bodies in space have some seven hundred.
 #[test]
 fn nine_bodies_move_in_space() {
-    let name = |body: usize, axis: usize| format!("{}{body}", ["x", "y", "z"][axis]);
-    let square = |i: usize, j: usize| {
-        (0..3).map(|axis| format!("({} - {})^2", name(i, axis), name(j, axis))).collect::<Vec<_>>().join(" + ")
+    let body = |k: usize| {
+        let position = [0, 1, 2].map(|axis| ((5 * k + 7 * axis) as f64).sin() * 9.0);
+        format!("[[body]]\nname = 'b{k}'\nmass = {k}.0\nposition = {position:?}\nvelocity = [0.0, 0.0, 0.0]\n")
     };
-    let pairs = (1..=9).flat_map(|j| (1..j).map(move |i| format!("-{i}*{j}/sqrt({})", square(i, j))));
-    let formula: String = pairs.collect();
-    let bodies = || (1..=9).flat_map(|body| (0..3).map(move |axis| (body, axis)));
-    let list = |value: &dyn Fn(usize, usize) -> String| {
-        bodies().map(|(body, axis)| format!("{} = {}\n", name(body, axis), value(body, axis))).collect::<String>()
-    };
-    let place = |body: usize, axis: usize| format!("{:?}", ((5 * body + 7 * axis) as f64).sin() * 9.0);
-    let names: Vec<String> = bodies().map(|(body, axis)| format!("{:?}", name(body, axis))).collect();
-    let text = format!(
-        "[potential]\ncoordinates = [{}]\nformula = \"{formula}\"\n[particle]\nlaw = \"newtonian\"\n\
-         [particle.masses]\n{}[initial]\n{}{}[grid]\ngamma_f = 0.1\nwindows = 4\n\
-         [scheme]\nsbp = \"GLL12\"\nform = \"weak\"\n",
-        names.join(", "),
-        list(&|body, _| format!("{body}.0")),
-        list(&place),
-        bodies().map(|(body, axis)| format!("{}_dot = 0.0\n", name(body, axis))).collect::<String>(),
-    );
-    let line = line::<f64>(&text, "");
+    let bodies: String = (1..=9).map(body).collect();
+    let scheme = "grid = { gamma_f = 0.1, windows = 4 }\nscheme = { sbp = 'GLL12', form = 'weak' }\n";
+    let line = line::<f64>(&format!("pair.formula = '-m_1*m_2/r'\n{scheme}{bodies}"), "");
     assert_eq!(line.iterations.initial_guess, InitialGuess::Extrapolation);
-    let end = line.end();
     for axis in 0..3 {
-        let momentum: f64 = (0..9).map(|body| end.p[1 + 3 * body + axis]).sum();
+        let momentum: f64 = (0..9).map(|body| line.end().p[1 + 3 * body + axis]).sum();
         assert!(momentum.abs() < 1e-13, "{axis}: {momentum:e}");
     }
 }

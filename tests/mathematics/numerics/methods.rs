@@ -165,7 +165,8 @@ fn failures_are_told_apart() {
     assert_eq!(gauss.run(&quartic(1000.0), &output, Setting::steps(5)).unwrap_err(), Failure::NotConverged);
 }
 
-/// The start is among the points, and one that is asked for twice. That errors fall as they should is in `studies/orders.rs`.
+/// The start is among the points, and one that is asked for twice. That errors fall as they should is in
+/// `studies/orders.rs`.
 #[test]
 fn every_method_follows_every_motion_at_points_that_need_not_be_even() {
     let output = Output { intervals: 100, marks: vec![0, 1, 2, 7, 7, 50, 100] };

@@ -66,8 +66,8 @@ fn a_ball_bounces_when_parabolas_say() {
     }
 }
 
-/// The rows of an event are two of the same γ, with the velocities before and after it. ½ż² + 9.81 z is 9.81 e^2k behind
-/// the k-th bounce, and a charge on the way.
+/// The rows of an event are two of the same γ, with the velocities before and after it. ½ż² + 9.81 z is 9.81 e^2k
+/// behind the k-th bounce, and a charge on the way.
 #[test]
 fn a_world_line_has_the_state_before_and_after_an_event_and_charges_hold_between() {
     let run = solved(BALL, &[]).unwrap();

@@ -11,14 +11,17 @@ use crate::random_scenes::random::Random;
 type Units = [i32; 3];
 
 /// Potentials in X and Y, the positions without units, with positions and velocities: an energy surface with three
-/// hills, an ellipse, a well with two bottoms, a rising wave, an oscillator that is driven.
-const POTENTIALS: [(&str, [f64; 2], [f64; 2]); 5] = [
+/// hills, an ellipse, a well with two bottoms, a rising wave, an oscillator that is driven, and one with friction in a
+/// magnetic field.
+const POTENTIALS: [(&str, [f64; 2], [f64; 2]); 6] = [
     ("(X^2 + Y^2)/2 + X^2*Y - Y^3/3", [0.1, -0.2], [0.3, 0.1]),
     ("-1/sqrt(X^2 + Y^2)", [0.0, 1.0], [1.1, 0.0]),
     ("X^4/4 - X^2/2 + Y^2", [0.3, 0.0], [0.1, 0.0]),
     ("exp(-X) + Y^2/2", [0.5, 0.1], [0.0, 0.2]),
     ("X^2/2 + Y^2/2 - 0.3*X*cos(2*T)", [0.5, 0.0], [0.0, 0.2]),
+    (RUBBING, [0.5, 0.1], [0.0, 0.2]),
 ];
+const RUBBING: &str = "X^2/2 + Y^2";
 
 /// The text that follows `[initial]`, with the length of the run: accuracy, tolerance, and grids of all kinds.
 const SCHEMES: [&str; 8] = [
@@ -43,8 +46,16 @@ fn newtonian((potential, x, v): (&str, [f64; 2], [f64; 2]), scheme: &str, [a, b,
     let formula = replaced(&replaced(&replaced(potential, "X", "x", a), "Y", "y", a), "T", "t", b);
     let [x, y] = x.map(|x| in_units(x, a));
     let [u, v] = v.map(|v| in_units(v, a - b));
+    let more = format!(
+        ", one_form = {{ x = \"0.3*y*2^({})\" }}, force = {{ x = \"-0.2*(x_dot*2^({}) + (y_dot*2^({}))^2)*2^({})\" }}",
+        c - b,
+        b - a,
+        b - a,
+        c + a - 2 * b
+    );
+    let more = if potential == RUBBING { &more } else { "" };
     format!(
-        "potential = {{ coordinates = [\"x\", \"y\"], formula = \"({formula})*2^({})\" }}\n\
+        "potential = {{ coordinates = [\"x\", \"y\"], formula = \"({formula})*2^({})\"{more} }}\n\
          particle = {{ law = \"newtonian\", mass = {} }}\n\
          initial = {{ x = {x}, y = {y}, x_dot = {u}, y_dot = {v} }}\n{}\n",
         c + 2 * a - 2 * b,
