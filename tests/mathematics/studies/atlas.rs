@@ -12,12 +12,6 @@ use geodesic_ivp::study::stability::{Arena, Cell, CellStatus, Method, Pace, Plan
 use super::charted;
 use crate::common::{case, norm_of, one_and_scene, parsed, reference, start};
 
-/// The quartic case as a scene and as a case of one coordinate.
-pub(super) fn quartic(tangent: f64) -> [Case; 2] {
-    let start = format!("{{ x = 1.0, t_dot = {tangent:?}, x_dot = {:?} }}", 0.1 * tangent);
-    one_and_scene("x^4/2", &format!("initial = {start}\ngrid.n_gamma = 32\nscheme.sbp = 'SBP21'\n"))
-}
-
 /// The cells over the length 4.
 fn over_four(arena: &Arena, methods: Vec<Method>, spacing: f64) -> Vec<Cell> {
     charted(arena, methods, &[4.0], &[spacing]).cells
@@ -52,7 +46,8 @@ fn default_grids_go_with_the_pace_of_the_motion() {
 
 #[test]
 fn only_one_block_of_the_strong_form_has_a_last_node_that_is_told() {
-    let arenas = quartic(1.0).map(|case| Arena::new(&case, &[4.0]).unwrap());
+    let rest = "initial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\ngrid.n_gamma = 32\nscheme.sbp = 'SBP21'\n";
+    let arenas = one_and_scene("x^4/2", rest).map(|case| Arena::new(&case, &[4.0]).unwrap());
     let methods = vec![
         Method::Block(SbpName::Sbp21, Form::Strong),
         Method::Block(SbpName::Sbp21, Form::Weak),
@@ -183,26 +178,6 @@ fn a_reference_is_as_good_as_the_motion_is_small() {
     let needed = 1e-4 * 1e-4 / 1e8;
     let arena = Arena::new(&case, &[20.0]).unwrap();
     assert!(double.error_estimate() > needed && arena.reference_error() <= needed, "{:e}", double.error_estimate());
-}
-
-#[test]
-fn a_status_does_not_depend_on_the_unit_of_gamma() {
-    let methods: Vec<Method> =
-        Method::charted().into_iter().filter(|m| !m.is_adaptive() && m.unsuitable(true).is_none()).collect();
-    let of = |factor: f64| Arena::new(&quartic(factor)[1], &[20.0 / factor]).unwrap();
-    let map = |factor: f64| {
-        let spacings = [0.05, 0.1, 0.2].map(|spacing| spacing / factor);
-        charted(&of(factor), methods.clone(), &[20.0 / factor], &spacings).cells
-    };
-    let omega = |factor: f64| of(factor).omega() / factor;
-    assert!((omega(1e-5) / omega(1.0) - 1.0).abs() < 1e-3, "{} and {}", omega(1e-5), omega(1.0));
-    let one = map(1.0);
-    assert!(one.iter().any(|cell| cell.status == CellStatus::Accurate) && one.len() > 40);
-    for factor in [0.01, 100.0] {
-        for (here, there) in map(factor).iter().zip(&one) {
-            assert_eq!((&here.method, here.status), (&there.method, there.status), "{factor}: {here:?} {there:?}");
-        }
-    }
 }
 
 #[test]

@@ -8,7 +8,6 @@ use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Setup, solve};
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Method, Numbers, Plan, measure};
 
-use super::atlas::quartic;
 use super::charted;
 use crate::common::{case, parsed};
 
@@ -161,42 +160,6 @@ fn beyond_the_horizon_nothing_is_accurate() {
 }
 
 #[test]
-fn a_scene_of_one_coordinate_has_the_same_map() {
-    let (lengths, spacings) = ([1.0, 20.0, 100.0], [0.05, 0.2, 0.5]);
-    let [one, arena] = quartic(1.0).map(|case| Arena::new(&case, &lengths).unwrap());
-    // The references have different steps, and with them different points at which frequencies are looked at.
-    assert!((arena.omega() / one.omega() - 1.0).abs() < 1e-6, "{} {}", arena.omega(), one.omega());
-    let methods: Vec<Method> =
-        Method::charted().into_iter().filter(|method| method.unsuitable(true).is_none()).collect();
-    let [cells, alone] = [&arena, &one].map(|arena| charted(arena, methods.clone(), &lengths, &spacings).cells);
-    assert_eq!(cells.len(), alone.len());
-    let mut compared = 0;
-    for (here, there) in cells.iter().zip(&alone) {
-        assert_eq!(here.method, there.method);
-        assert!(here.n_gamma == there.n_gamma || here.method.is_adaptive(), "{here:?} {there:?}");
-        let (Some(a), Some(b)) = (&here.numbers, &there.numbers) else {
-            assert_eq!(here.status, there.status, "{here:?} {there:?}");
-            continue;
-        };
-        // Time is judged by slightly different sizes, so that a wrong phase may be borderline.
-        let phase = [CellStatus::Accurate, CellStatus::Inaccurate];
-        let same = here.status == there.status || phase.contains(&here.status) && phase.contains(&there.status);
-        assert!(same, "{here:?} {there:?}");
-        if here.status == CellStatus::Accurate {
-            let [x, y] = [error_of(a, X), error_of(b, X)];
-            // An accuracy is met by windows of two kinds, and the steps of adaptive methods start with another guess.
-            let share = if here.method.is_adaptive() { 1.0 } else { 0.5 };
-            assert!((x - y).abs() < 1e-9 + share * x.max(y), "{here:?} {there:?}");
-            if here.method.is_own() && here.method != Method::Accuracy {
-                assert!((x - y).abs() < 1e-9 && (a.delta_k_max - b.delta_k_max).abs() < 1e-9, "{here:?} {there:?}");
-                compared += 1;
-            }
-        }
-    }
-    assert!(compared > 30, "{compared}");
-}
-
-#[test]
 fn frequencies_and_sizes_of_a_scene_are_those_of_its_motion() {
     // Two oscillations that know nothing of each other: frequencies 1 and 2, amplitudes 0.1 and 3.
     let text = r#"
@@ -229,23 +192,30 @@ fn frequencies_and_sizes_of_a_scene_are_those_of_its_motion() {
     assert!(atlas.cells.iter().any(|cell| cell.status == CellStatus::Accurate));
 }
 
+/// Neither that of x nor that of γ.
 #[test]
 fn units_are_nobody_s_business() {
-    let map = |unit: f64| {
+    let arena = |unit: f64, rate: f64| {
         let potential = format!("potential={{formula={{expression=\"(x/l)^2/4\",parameters={{l={unit:e}}}}}}}");
-        let scene = case(&format!("{potential} initial.x={unit:e} grid.gamma_f={unit:e}"));
+        let initial = format!("initial={{t=0.0,x={unit:e},t_dot={rate:e},x_dot={:e}}}", 0.1 * rate);
+        let scene = case(&format!("{potential} {initial} grid.gamma_f={:e}", unit / rate));
+        Arena::new(&scene, &[unit / rate, 5.0 * unit / rate]).unwrap()
+    };
+    let map = |unit: f64, rate: f64| {
+        let of = |numbers: [f64; 2]| numbers.map(|number| number * unit / rate);
         let fixed =
             Method::charted().into_iter().filter(|method| !method.is_adaptive() && !method.label().contains("unreg"));
-        chart_of(&scene, fixed.collect(), &[unit, 5.0 * unit], &[0.05 * unit, 0.3 * unit]).cells
+        charted(&arena(unit, rate), fixed.collect(), &of([1.0, 5.0]), &of([0.05, 0.3])).cells
     };
-    let one = map(1.0);
+    let (one, omega) = (map(1.0, 1.0), arena(1.0, 1.0).omega());
     assert!(one.len() > 50 && one.iter().any(|cell| cell.status == CellStatus::Sawtooth));
-    for unit in [1e100, 1e-100] {
-        for (here, there) in map(unit).iter().zip(&one) {
-            assert_eq!((here.status, &here.method), (there.status, &there.method), "{unit:e}");
+    for (unit, rate) in [(1e100, 1.0), (1e-100, 1.0), (1.0, 1e-2), (1.0, 1e5)] {
+        assert!((arena(unit, rate).omega() * unit / rate / omega - 1.0).abs() < 1e-3, "{unit:e} {rate:e}");
+        for (here, there) in map(unit, rate).iter().zip(&one) {
+            assert_eq!((here.status, &here.method), (there.status, &there.method), "{unit:e} {rate:e}");
             let [here, there] = [here, there].map(|cell| cell.numbers.as_ref().map(|numbers| error_of(numbers, X)));
             let (here, there) = (here.unwrap_or(0.0) / unit, there.unwrap_or(0.0));
-            assert!((here - there).abs() < 1e-9, "{unit:e}: {here} and {there}");
+            assert!((here - there).abs() < 1e-9, "{unit:e} {rate:e}: {here} and {there}");
         }
     }
 }
