@@ -40,13 +40,6 @@ fn every_operator_has_its_order_in_both_forms() {
             assert!(slope > order - 0.35, "{sbp} {form}: {coarse:e}, {fine:e}, slope {slope}");
         }
     }
-    for n in [3, 4, 5, 6] {
-        let windows = if n < 5 { [16, 32] } else { [2, 4] };
-        let [coarse, fine] =
-            windows.map(|windows| error(&solved(&format!("GLL{n}"), ["weak", "physical-limit"], n, windows), &exact));
-        let (slope, order) = ((coarse / fine).log2(), (2 * n - 2) as f64);
-        assert!((slope - order).abs() < 0.6, "GLL{n}: {coarse:e}, {fine:e}, slope {slope}");
-    }
 }
 
 #[test]
