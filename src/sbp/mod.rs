@@ -180,8 +180,8 @@ impl<S: Real> SbpOperator<S> {
     pub fn row(&self, k: usize) -> impl Iterator<Item = (usize, S)> + '_ {
         let n = self.points();
         assert!(k < n, "row {k} of an operator on {n} points");
-        // A row is part of the left closure, of the interior stencil or of the right closure. To have one type of iterator
-        // for all of them, the parts that a row does not have are empty.
+        // A row is part of the left closure, of the interior stencil or of the right closure. To have one type of
+        // iterator for all of them, the parts that a row does not have are empty.
         let (width, s) = (self.closure_width, self.closure.len() / self.closure_width);
         let closure = |i: usize| &self.closure[i * width..][..width];
         let (left, middle, right): (&[S], &[S], &[S]) = match k {

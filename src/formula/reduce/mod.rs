@@ -58,8 +58,8 @@ struct Reducer<'g, S> {
     graph: &'g mut Graph<S>,
     /// At k, the variables of a level beyond k, a bit each.
     later: Vec<u64>,
-    /// The forms of the first nodes, where they are needed: a product, or the terms of a sum that may become a part of a
-    /// longer one.
+    /// The forms of the first nodes, where they are needed: a product, or the terms of a sum that may become a part of
+    /// a longer one.
     known: Vec<Vec<Product<S>>>,
     /// True once a number was beyond the range of numbers.
     is_lost: bool,

@@ -27,8 +27,8 @@ fn intervals(points: &[[Extended; 2]]) -> Vec<[Extended; 2]> {
 /// the interval that is missing, and the second one s‴ = 0 where N = 0.
 pub(super) fn even_derivatives(points: &[[Extended; 2]], kind: Kind) -> Vec<[Extended; 2]> {
     let (number, last) = (|value: f64| Extended::from(value), points.len() - 1);
-    // Columns are those from three before to three behind the diagonal, and then the right side. Unknowns are M and N of
-    // the first knot, then of the second one, and so on.
+    // Columns are those from three before to three behind the diagonal, and then the right side. Unknowns are M and N
+    // of the first knot, then of the second one, and so on.
     let mut rows = vec![[Extended::ZERO; 8]; 2 * points.len()];
     let mut add = |row: usize, factors: [(usize, Extended); 4], known: Extended| {
         factors.into_iter().for_each(|(unknown, factor)| rows[row][3 + unknown - row] += factor);
