@@ -81,7 +81,7 @@ pub(super) fn missing(root: &Field<'_>) -> Option<CaseError> {
     Some(table.error(message).with_hint((!needed.is_empty()).then(|| needed.join("\n"))))
 }
 
-/// What to do about missing keys.
+/// Remedies for missing keys.
 const REMEDIES: [(&[&str], &str); 5] = [
     (&["potential"], "[potential]: POTENTIALS"),
     (&["initial"], "[initial] needs x, t_dot (dt/dgamma) and either x_dot (dx/dgamma) or velocity (dx/dt)"),

@@ -148,7 +148,7 @@ fn position<'t>(section: &Field<'t>, name: &str) -> Result<Option<(String, Field
     section.read(name, |field| Ok((field.formula()?, field.clone())))
 }
 
-/// What is given of a coordinate.
+/// The position and the rate of a coordinate as they are given.
 fn given<'t>(section: &Field<'t>, name: &str) -> Result<Given<'t>, CaseError> {
     let velocity =
         section.read(&format!("{name}_dot"), |field| Ok((Rate::Velocity(field.formula()?), field.clone())))?;

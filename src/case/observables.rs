@@ -21,7 +21,7 @@ pub struct Event {
     pub direction: Direction,
     /// True if the first one ends the run.
     pub until: bool,
-    /// What it sets, with the formulas of that: the state is changed, and the run goes on from there.
+    /// The quantities that it sets, with their formulas: the state is changed, and the run goes on from there.
     pub set: Vec<(Quantity, String)>,
 }
 
@@ -105,7 +105,7 @@ impl Formulas<'_> {
         Ok(Event { name, when, direction, until, set })
     }
 
-    /// What an event sets.
+    /// The quantities that an event sets, with their formulas.
     fn set(&self, field: &Field<'_>) -> Result<Vec<(Quantity, String)>, CaseError> {
         let fields = field.fields();
         let set: Vec<(Quantity, String)> = (fields.iter())

@@ -16,7 +16,7 @@ use crate::number::Real;
 /// Help lists no more names than this.
 const MOST_NAMED: usize = 12;
 
-/// What names of the case's own stand for: in words, and as places of formulas.
+/// The meaning of names of the case's own: in words, and as places of formulas.
 type Kind = (&'static str, fn(String) -> Place);
 pub(super) const PARAMETER: Kind = ("a parameter", Place::Parameter);
 pub(super) const DEFINITION: Kind = ("a definition", Place::Definition);

@@ -194,7 +194,7 @@ fn set(root: &mut Table, setting: &str) -> Result<(), String> {
     if value.is_empty() {
         return Err("the value is missing".to_owned());
     }
-    // What cannot be another kind of value needs no quotes: a word, and a formula.
+    // A word, and a formula, need no quotes where they cannot be another kind of value.
     let is_quoted = value.starts_with(['"', '\'', '[', '{']);
     let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) || (is_formula(key.trim()) && !is_quoted);
     let value: Value = match value.parse() {
