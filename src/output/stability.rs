@@ -9,8 +9,8 @@ use crate::study::stability::{
     ACCURATE, Arena, Atlas, Cell, CellStatus, DIVERGED, DRIFTING, Limit, Method, Plan, ROUGHER, SAWTOOTH,
 };
 
-/// `stability.csv`, one row per cell. Numbers that do not apply, were not measured or are not finite are left empty. The
-/// columns of one coordinate have its charge and its error in the middle. Those of a scene have the errors of all
+/// `stability.csv`, one row per cell. Numbers that do not apply, were not measured or are not finite are left empty.
+/// The columns of one coordinate have its charge and its error in the middle. Those of a scene have the errors of all
 /// coordinates, the charges and the energy at the end.
 pub fn stability_table<'a>(arena: &'a Arena, cells: &'a [Cell]) -> StudyTable<'a, Cell> {
     let whole = |value: Option<usize>| value.map(|value| value.to_string()).unwrap_or_default();

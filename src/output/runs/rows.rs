@@ -133,8 +133,8 @@ pub(super) fn line_of<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<u8> {
 }
 
 /// Writes the rows of `order`, each with the place of its source, to tables: the first has the rows, and the second, if
-/// there is one, their events. A source has a file for each. The rows are counted in the summary. Returns the cells of a
-/// column, if one is wanted, in their order.
+/// there is one, their events. A source has a file for each. The rows are counted in the summary. Returns the cells of
+/// a column, if one is wanted, in their order.
 pub(super) fn write<W: Write>(
     sources: &mut [&mut Vec<RowFile>],
     order: impl Iterator<Item = (usize, usize)>,
