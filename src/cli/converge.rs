@@ -70,7 +70,6 @@ pub(super) struct ConvergeArgs {
     #[command(flatten)]
     pub(super) study: StudyArgs,
 
-    /// Also print slopes against 1/N, as the paper fits them
     #[arg(long, short, help_heading = RESULTS)]
     pub(super) verbose: bool,
 }

@@ -78,6 +78,7 @@ enum Command {
     #[command(
         mut_arg("case", |case| with_default(case, "linear and quartic")),
         mut_arg("plot", |plot| plot.help("Also draw the errors and their fits")),
+        mut_arg("verbose", |verbose| verbose.help("Also print slopes against 1/N, as the paper fits them")),
         after_help = "Example:\n  geodesic-ivp converge quartic --n-gamma 16,32,64 --sbp SBP21"
     )]
     Converge(converge::ConvergeArgs),
