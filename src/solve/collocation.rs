@@ -81,10 +81,14 @@ fn integral<S: Real>(
             row.fill(0.0);
             rough.row(k).for_each(|(column, d)| row[column + lower - k] += h_rough * d);
         });
-        solved.map_err(|Singular| Failure::without_iterate(Status::Singular))?;
-        let (change, size) = (scale * S::from(max_abs(&right)), max_abs(&u));
+        let (largest, size) = (max_abs(&right), max_abs(&u));
+        if solved.is_err() || (S::IS_EXTENDED && !largest.is_finite()) {
+            return Err(Failure::without_iterate(Status::Singular));
+        }
+        let change = scale * S::from(largest);
         let is_last = if S::IS_EXTENDED { change <= tolerance * size } else { round == 1 };
-        if S::IS_EXTENDED && !is_last && !gains(change, before) {
+        let goes_on = (is_last || gains(change, before)) && round < window.settings.max_iterations;
+        if S::IS_EXTENDED && !goes_on {
             let rounding = ROUNDING_UNITS * derivative.sbp.row_sum() * S::EPSILON.to_f64() * size.to_f64();
             let is_rounding = scale.to_f64() <= rounding;
             return if is_rounding { Ok(u) } else { Err(Failure::without_iterate(Status::PrecisionNotReached)) };
