@@ -31,8 +31,8 @@ pub(super) struct LocalErrors {
 }
 
 impl<const N: usize> Solver<'_, N> {
-    /// Measures a window of length `h`, if it is to be measured, and leaves the error of each unknown at the end with its
-    /// row, and those of ignorable coordinates.
+    /// Measures a window of length `h`, if it is to be measured, and leaves the error of each unknown at the end with
+    /// its row, and those of ignorable coordinates.
     #[inline(always)]
     pub(super) fn measure<S: Simd>(&mut self, s: S, h: f64) -> LocalErrors {
         let Self { system, rows, inverse_ignorable, ignorable_errors, highest_modes, .. } = self;
