@@ -14,7 +14,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use geodesic_ivp::case::{Case, builtin};
-use geodesic_ivp::engine::{Accuracy, Engine, Failure, POINTS};
+use geodesic_ivp::engine::{Accuracy, Engine, Failure};
 use geodesic_ivp::geometry::{Geometry, Start};
 
 /// Runs of which the fastest counts, and seconds that they may take.
