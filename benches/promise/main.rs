@@ -10,10 +10,11 @@
 //! cargo bench --bench promise [-- DRAWS [SEED [FAMILY]]]
 //! ```
 //!
-//! draws so many runs of every family, or of one, half in random units. 120 draws take a minute. Refusals, broken promises and estimates below the error are printed with what draws them again. The table
-//! has, by families and by decades of the accuracy, the numbers of runs, of undecided ones, of broken promises, of
-//! estimates that are too low and of attempts that were begun again, then accuracy/error (least and median),
-//! estimate/error (least, median and 90 %), and refusals. The exit code is 1 if a promise is broken.
+//! draws so many runs of every family, or of one, half in random units. 120 draws take a minute. Refusals, broken
+//! promises and estimates below the error are printed with what draws them again. The table has, by families and by
+//! decades of the accuracy, the numbers of runs, of undecided ones, of broken promises, of estimates that are too low
+//! and of attempts that were begun again, then accuracy/error (least and median), estimate/error (least, median and 90
+//! %), and refusals. The exit code is 1 if a promise is broken.
 
 #[path = "../verdict/random.rs"]
 mod random;

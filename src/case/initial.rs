@@ -96,7 +96,9 @@ pub(super) fn read<'t>(
         check_positions(&section, geometry, has_time)?;
         names.iter().map(|name| self::given(&section, name)).collect::<Result<_, _>>()?
     } else {
-        section.finish(&["t"]).map_err(|error| error.with_help("position and velocity are those of [[body]]"))?;
+        section
+            .finish(&["from", "t"])
+            .map_err(|error| error.with_help("position and velocity are those of [[body]]"))?;
         let time = Given { position: position(&section, "t")?, rate: None };
         [&[time], scenery.start.as_slice(), &[Given::default()]].concat()
     };

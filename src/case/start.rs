@@ -135,7 +135,8 @@ fn form<S: Real>(matrix: &[Vec<S>], a: &[S], b: &[S]) -> (S, S) {
     terms.fold((S::ZERO, S::ZERO), |(sum, size), term| (sum + term, size + term.abs()))
 }
 
-/// The velocities, unless the metric has no inverse for them, where `given` are momenta of some coordinates and velocities of the others.
+/// The velocities, unless the metric has no inverse for them, where `given` are momenta of some coordinates and
+/// velocities of the others.
 fn velocities<S: Real>(matrix: &[Vec<S>], one_form: &[S], is_momentum: &[bool], given: &[S]) -> Option<Vec<S>> {
     let unknown: Vec<usize> = (0..given.len()).filter(|&a| is_momentum[a]).collect();
     let known: Vec<usize> = (0..given.len()).filter(|&a| !is_momentum[a]).collect();

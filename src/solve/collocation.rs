@@ -55,8 +55,9 @@ fn of_active<S: Real>(window: &Problem<'_, S>, rough: &Problem<'_, f64>, guess: 
     Ok(Solved { q: in_s(linearised.q), p: in_s(linearised.p), steps, history: root.history })
 }
 
-/// The integral over γ by the operator of `window`: u on the nodes with du/dγ = r and u = 0 at the start, where `h_rate` is h r at a node, with iterative refinement: one round for `f64`, as many
-/// as the digits need otherwise. `rough` is the window in `f64`.
+/// The integral over γ by the operator of `window`: u on the nodes with du/dγ = r and u = 0 at the start, where
+/// `h_rate` is h r at a node, with iterative refinement: one round for `f64`, as many as the digits need otherwise.
+/// `rough` is the window in `f64`.
 fn integral<S: Real>(
     window: &Problem<'_, S>,
     rough: &Problem<'_, f64>,

@@ -174,9 +174,9 @@ enum NotFound<L, E> {
     Missed(Option<L>),
 }
 
-/// Looks for the run whose excess is 0, where a longer run has the larger excess: by Newton's method with the slope that
-/// comes with it or, where none is known, by secants, kept inside the bracket found so far. A length that has no solution (a horizon on the way) is
-/// an upper bound like one that is too long.
+/// Looks for the run whose excess is 0, where a longer run has the larger excess: by Newton's method with the slope
+/// that comes with it or, where none is known, by secants, kept inside the bracket found so far. A length that has no
+/// solution (a horizon on the way) is an upper bound like one that is too long.
 fn search<S: Real, L, E>(
     Search { guess, limit, digits, digits_of_runs, scale }: Search<S>,
     mut solve_to: impl FnMut(S) -> Result<L, E>,
@@ -196,9 +196,7 @@ fn search<S: Real, L, E>(
             // No upper bound yet: the run is longer than any tried.
             length = if above.is_finite() { (below + above).half() } else { below + below };
         }
-        if length > limit {
-            length = limit;
-        }
+        length = if length > limit { limit } else { length };
         if length <= below || length >= above || !length.is_finite() {
             break;
         }

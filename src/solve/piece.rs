@@ -103,7 +103,8 @@ impl<S: Real> Piece<S> {
     }
 }
 
-/// The multipliers of the strong form in the physical limit, in the order of its layout; p*_a is `end` at the last node.
+/// The multipliers of the strong form in the physical limit, in the order of its layout; p*_a is `end` at the last
+/// node.
 fn multipliers<S: Real>(window: &Problem<'_, S>, q: &[&[S]], p: &[Vec<S>], end: &[S]) -> Vec<S> {
     let (layout, last, geometry) = (window.layout(), window.points() - 1, window.geometry);
     let mut multipliers = vec![S::ZERO; layout.multiplier_range().len()];

@@ -210,7 +210,7 @@ theta = 0 | the metric is degenerate at the start | [initial]
 @ norm = "timelike"
 norm = "timelik" | unknown name 'timelik' | t
 @ p_t = "e"
-p_t = 0.5 | no real r_dot gives K = 1 | { r_dot = "+" }
+p_t = "0*e + 0.5" | no real r_dot gives K = 1 | { r_dot = "+" }
 @ gamma_f = 100
 gamma_f = "a - a" | must be another value than gamma_i | "a - a"
 "#;
