@@ -12,7 +12,7 @@ use std::{env, fs};
 
 use geodesic_ivp::case::builtin;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::output::{Chart, Look, Mark, Scale, Series};
+use geodesic_ivp::output::{Chart, Mark, Scale, Series, Style};
 use geodesic_ivp::{Case, Solution, solve};
 
 /// The quartic case with the weak form of SBP42, and settings.
@@ -46,7 +46,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         y_label: "|ΔQ_t|".to_owned(),
         y_scale: Scale::Log,
         series: vec![
-            Series::new("RK4 on the geodesic equations", Mark::LINE, runge_kutta(100.0, 2000)).with_look(Look::NEUTRAL),
+            Series::new("RK4 on the geodesic equations", Mark::LINE, runge_kutta(100.0, 2000))
+                .with_look(Style::NEUTRAL),
             Series::new("SBP42, weak form, the same 2001 nodes", Mark::LINE, long.gamma().zip(own).collect()),
         ],
         ..Chart::default()

@@ -75,7 +75,7 @@ fn study(seed: u64, family: usize) -> Option<Studied> {
     let reach = draw.between(3.0, 12.0);
     let is_in_units = draw.sign() < 0.0;
     let (text, q, v) = if is_in_units { in_units(drawn, &mut draw) } else { drawn };
-    let geometry = Geometry::new(&text).ok()?.around(&q).ok()?;
+    let geometry = Geometry::new(&text).ok()?.with_domain_of(&q).ok()?;
     let p = geometry.momenta(&q, &v);
     let start = Start { q_dot: geometry.velocities(&q, &p).ok()?, q: q.clone(), p };
     let (time, _) = time_and_sizes(&geometry, &start, 1e300);

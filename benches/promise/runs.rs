@@ -50,7 +50,7 @@ impl Run {
             }
         }
         // Such a run is doubtful, and promises nothing.
-        if engine.unproved() > 0 {
+        if engine.unresolved() > 0 {
             return Err("Unproved".to_owned());
         }
         run.estimate = engine.error_estimate().unwrap_or(0.0);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use geodesic_ivp::case::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
+use geodesic_ivp::diagnostics::verdict::{CoordinateError, Grade, Verdict, VerdictInput};
 use geodesic_ivp::solve;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::errors::run_error;
@@ -103,7 +103,7 @@ fn nodes(line: &WorldLine, origin: Option<(usize, f64)>) -> Vec<Node> {
     nodes
 }
 
-fn compare(facts: &Facts, truth: &Truth, nodes: &[Node]) -> Found {
+fn compare(facts: &VerdictInput, truth: &Truth, nodes: &[Node]) -> Found {
     let mut errors = vec![0.0_f64; truth.uncertain.len()];
     for node in nodes {
         let exact = truth.at(node.gamma);

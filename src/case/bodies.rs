@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::CaseError;
 use super::initial::{Given, Rate};
-use super::names::{self, Taken};
+use super::names::{self, NameTable};
 use super::reader::Field;
 use super::scenery::{PARAMETER, Places, Scenery};
 use crate::geometry::{GeometryText, Law, Place, PotentialText, value_of};
@@ -54,7 +54,7 @@ pub(super) fn read<'t>(field: &Field<'t>, pair: Field<'t>) -> Result<Scenery<'t>
         let message = format!("'{}' must have {dimension} numbers, as those of the first body", position.path);
         return Err(position.error(message));
     }
-    let mut taken = Taken::new(&[&["t".to_owned()], coordinates.as_slice()].concat());
+    let mut taken = NameTable::new(&[&["t".to_owned()], coordinates.as_slice()].concat());
     let (mut places, mut parameters) = (Places::default(), Vec::new());
     places.keep_named(&pair.table("parameters"), PARAMETER, &mut taken, &mut parameters)?;
     if let Some((_, own)) = places.0.iter().find(|(_, field)| ["r", "m_1", "m_2"].contains(&field.key.as_str())) {

@@ -101,7 +101,7 @@ pub(super) fn placed(
 
 /// The geometry around a point, which has to lie inside its domain.
 fn around<S: Real>(geometry: Geometry<S>, initial: &Initial<'_>, q: &[S]) -> Result<Geometry<S>, CaseError> {
-    geometry.clone().around(q).map_err(|error| outside(&error, &geometry, initial, q))
+    geometry.clone().with_domain_of(q).map_err(|error| outside(&error, &geometry, initial, q))
 }
 
 /// The words for a mistake in the position.

@@ -1,7 +1,7 @@
 //! `[metric]`.
 
 use super::CaseError;
-use super::names::{self, Taken};
+use super::names::{self, NameTable};
 use super::reader::Field;
 use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
 use super::source::is_used;
@@ -17,7 +17,7 @@ pub(super) fn read(section: Field<'_>) -> Result<Scenery<'_>, CaseError> {
         Some(preset) => preset.text(),
         None => metric(&section, [&coordinates, &components], &mut places)?,
     };
-    let mut taken = Taken::new(&text.coordinates);
+    let mut taken = NameTable::new(&text.coordinates);
     places.keep_named(&section.table("parameters"), PARAMETER, &mut taken, &mut text.parameters)?;
     places.keep_named(&section.table("definitions"), DEFINITION, &mut taken, &mut text.definitions)?;
     text.one_form = places.keep_by_coordinate(&section.table("one_form"), &text.coordinates, Place::OneForm)?;

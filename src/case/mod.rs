@@ -140,7 +140,9 @@ impl Case {
                 scenery::compiled(&self.geometry_text, self.is_of_x).expect("a valid case has valid formulas");
             let tau = self.geometry_text.tau().map(|_| S::ZERO);
             let q: Vec<S> = self.initial.q.iter().map(|q| self.value(q)).chain(tau).collect();
-            geometry.around(&q).unwrap_or_else(|outside| panic!("a valid case starts inside its domain: {outside:?}"))
+            geometry
+                .with_domain_of(&q)
+                .unwrap_or_else(|outside| panic!("a valid case starts inside its domain: {outside:?}"))
         })
     }
 

@@ -18,9 +18,9 @@ const IDENTIFIER: &str = "a name is a letter or underscore, then letters, digits
 
 /// The names that have a meaning already, and what they mean.
 #[derive(Default)]
-pub(super) struct Taken(BTreeMap<String, &'static str>);
+pub(super) struct NameTable(BTreeMap<String, &'static str>);
 
-impl Taken {
+impl NameTable {
     /// Takes the names that the coordinates give a meaning to.
     pub(super) fn new(coordinates: &[String]) -> Self {
         let mut taken = BTreeMap::from([("norm".to_owned(), "the norm K")]);

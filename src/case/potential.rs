@@ -1,7 +1,7 @@
 //! `[potential]` and `[particle]`.
 
 use super::CaseError;
-use super::names::{self, Taken};
+use super::names::{self, NameTable};
 use super::reader::Field;
 use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
 use crate::geometry::{GeometryText, Law, Place, PotentialText};
@@ -30,7 +30,7 @@ pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
         None if law == Law::Newtonian && force(root).is_some() => ("0".to_owned(), None),
         None => return Err(section.error("no potential is given").with_help(POTENTIALS)),
     };
-    let mut taken = Taken::new(&[&["t".to_owned()], names.as_slice()].concat());
+    let mut taken = NameTable::new(&[&["t".to_owned()], names.as_slice()].concat());
     let mut text = PotentialText { coordinates: names, expression, law, ..PotentialText::default() };
     for section in [&section, &section.table("formula")] {
         places.keep_named(&section.table("parameters"), PARAMETER, &mut taken, &mut text.parameters)?;

@@ -6,7 +6,7 @@
 
 use super::CaseError;
 use super::initial::{Given, StartData};
-use super::names::{self, Taken};
+use super::names::{self, NameTable};
 use super::reader::Field;
 use super::start::{self, NoStart};
 use crate::formula::functions;
@@ -38,7 +38,7 @@ impl<'t> Places<'t> {
         &mut self,
         section: &Field<'t>,
         (kind, place): Kind,
-        taken: &mut Taken,
+        taken: &mut NameTable,
         formulas: &mut Vec<(String, String)>,
     ) -> Result<(), CaseError> {
         for field in section.fields() {

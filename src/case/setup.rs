@@ -31,7 +31,7 @@ impl Case {
             return geometry;
         }
         let reversed = Geometry::backward(&self.geometry_text).expect("a valid case has valid formulas");
-        reversed.around(q).expect("a valid case starts inside its domain")
+        reversed.with_domain_of(q).expect("a valid case starts inside its domain")
     }
 
     /// True if γ falls: to γ_f below γ_i, or to a t_f on the other side of the start.
@@ -91,7 +91,7 @@ impl Case {
     pub(crate) fn with_parameters(&self, values: &[(usize, f64)], q: &[f64]) -> Option<Self> {
         let mut case = self.clone();
         case.geometry_text.set_parameters(values);
-        case.compiled = scenery::compiled(&case.geometry_text, self.is_of_x).ok()?.around(q).ok()?;
+        case.compiled = scenery::compiled(&case.geometry_text, self.is_of_x).ok()?.with_domain_of(q).ok()?;
         Some(case)
     }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, TomlError, Value};
 
 use super::CaseError;
-use crate::geometry::mentions;
+use crate::geometry::uses;
 
 /// The text of a case and its name, to which errors refer.
 pub(super) struct Source {
@@ -82,7 +82,7 @@ fn is_of_x(root: &Table) -> bool {
 fn is_of_time(potential: &dyn TableLike) -> bool {
     let formula = potential.get("formula");
     let inner = formula.and_then(Item::as_table_like).and_then(|table| table.get("expression"));
-    inner.or(formula).and_then(Item::as_str).is_some_and(|text| mentions(text, "t"))
+    inner.or(formula).and_then(Item::as_str).is_some_and(|text| uses(text, "t"))
 }
 
 const BODIES: &str = "bodies move by Newton's law in the energy of their pairs, [pair] formula";
@@ -229,7 +229,7 @@ fn is_mentioned(name: &str, item: &Item) -> bool {
     match item {
         Item::ArrayOfTables(tables) => tables.iter().any(|table| within(table)),
         Item::Value(Value::Array(array)) => array.iter().any(|value| is_mentioned(name, &Item::Value(value.clone()))),
-        Item::Value(Value::String(text)) => mentions(text.value(), name),
+        Item::Value(Value::String(text)) => uses(text.value(), name),
         _ => item.as_table_like().is_some_and(within),
     }
 }

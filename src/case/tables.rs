@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::CaseError;
-use super::names::Taken;
+use super::names::NameTable;
 use super::reader::Field;
 use crate::geometry::GeometryText;
 use crate::number::spline::{Kind, Outside, Table, TableError};
@@ -11,7 +11,7 @@ use crate::number::{Extended, Real};
 
 /// Reads `[tables]`. Their names must differ from all others in formulas of the scene.
 pub(super) fn read(section: &Field<'_>, scene: &GeometryText) -> Result<Vec<(String, Table)>, CaseError> {
-    let mut taken = Taken::new(&scene.coordinates());
+    let mut taken = NameTable::new(&scene.coordinates());
     taken.extend(scene.parameters(), "a parameter");
     taken.extend(scene.definitions(), "a definition");
     let read = |field: Field<'_>| {

@@ -38,7 +38,7 @@ pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     }
     if !all.is_empty() {
         let summaries: Vec<(&str, String)> = all.iter().map(|(name, swept)| (*name, swept.summary.clone())).collect();
-        output.tell(case.quiet, &json_object(&summaries), || readable(&all, !case.set.is_empty(), args.verbose))?;
+        output.tell(case.quiet, &json_object(&summaries), || summary_text(&all, !case.set.is_empty(), args.verbose))?;
     }
     Ok(ExitCode::from(code))
 }
@@ -53,7 +53,7 @@ fn lines(name: &'static str, swept: &Swept, is_changed: bool) -> impl Iterator<I
     })
 }
 
-fn readable(all: &[(&'static str, Swept)], is_changed: bool, is_verbose: bool) -> String {
+fn summary_text(all: &[(&'static str, Swept)], is_changed: bool, is_verbose: bool) -> String {
     let lines: Vec<Line> = all.iter().flat_map(|(name, swept)| lines(name, swept, is_changed)).collect();
     let difference = |line: &Line| Some((line.paper? - line.slope.fit.as_ref()?.slope_vs_inverse_n).abs());
     let title = match lines.iter().filter_map(difference).reduce(f64::max) {

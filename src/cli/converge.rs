@@ -176,7 +176,7 @@ fn sweep_in<S: Arithmetic>(target: Target, case: &Case, args: &ConvergeArgs, nam
     Ok(Swept {
         placed: Placed::new(files, &summary, finished)?,
         summary,
-        text: readable(&title, &convergence, &slopes, args),
+        text: summary_text(&title, &convergence, &slopes, args),
         slopes,
         reference_error: convergence.reference.error_estimate,
         solved: convergence.points.iter().any(|point| point.errors.is_some()),
@@ -292,7 +292,7 @@ pub(super) fn table(lines: &[Line], is_verbose: bool) -> String {
 }
 
 /// The slopes for people: first the orders, then a line for each error.
-fn readable<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], args: &ConvergeArgs) -> String {
+fn summary_text<S>(title: &str, convergence: &Convergence<S>, slopes: &[Slope], args: &ConvergeArgs) -> String {
     let lines: Vec<Line> = slopes.iter().map(|slope| Line::new(slope.clone(), args.study.case.unchanged())).collect();
     let mut text = wrapped(&format!("{title}: the order is {}", orders(slopes)), 2) + &table(&lines, args.verbose);
     for point in convergence.points.iter().filter(|point| point.errors.is_none()) {

@@ -35,9 +35,9 @@ const STOPPED: u8 = 2;
 /// The main thread looks for an interrupt so often.
 const WATCH: Duration = Duration::from_millis(20);
 
-/// From this call on, an interrupt ends the program with exit code 130: at once, or by way of [`beside_it`].
-pub(super) fn listen() -> anyhow::Result<()> {
-    watch(interrupt).context("cannot listen for interrupts")
+/// From this call on, an interrupt ends the program with exit code 130: at once, or by way of [`run_interruptible`].
+pub(super) fn install() -> anyhow::Result<()> {
+    watch(interrupt).context("cannot install for interrupts")
 }
 
 fn interrupt() {
@@ -65,7 +65,7 @@ fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
 /// interrupt came before `work` ended. Then `work` is left running, and another interrupt ends the program at once.
 ///
 /// A system without room for the threads of a study ends the program with exit code 1.
-pub(super) fn beside_it<T: Send + 'static>(
+pub(super) fn run_interruptible<T: Send + 'static>(
     work: impl FnOnce(&(dyn Fn(T) + Sync)) + Send + 'static,
     mut hear: impl FnMut(T),
 ) -> bool {
@@ -87,7 +87,7 @@ pub(super) fn beside_it<T: Send + 'static>(
     true
 }
 
-/// Starts the threads that studies compute with. What computes with them before [`beside_it`] calls this first.
+/// Starts the threads that studies compute with. What computes with them before [`run_interruptible`] calls this first.
 pub(super) fn start_threads() {
     static STARTED: Once = Once::new();
     STARTED.call_once(|| {
@@ -111,7 +111,8 @@ mod tests {
 
     #[test]
     fn a_panic_of_the_work_is_one_of_the_program() {
-        let panics = std::panic::catch_unwind(|| beside_it(|_: &(dyn Fn(()) + Sync)| panic!("on purpose"), |()| {}));
+        let panics =
+            std::panic::catch_unwind(|| run_interruptible(|_: &(dyn Fn(()) + Sync)| panic!("on purpose"), |()| {}));
         assert!(panics.is_err());
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE]].concat())?;
     join(&mut parts, tables.iter().map(|name| files.writer(name)).collect(), &mut summary)?;
     files.write_text(CASE, &parts[0].case)?;
-    let text = vary::readable(summary.title.as_deref().unwrap_or("Many runs"), &summary, "");
+    let text = vary::summary_text(summary.title.as_deref().unwrap_or("Many runs"), &summary, "");
     let json = summary.to_json();
     let placed = Placed::new(files, &json, None)?;
     args.output.tell(args.quiet, &json, || text + &placed.written)?;

@@ -158,7 +158,7 @@ fn execute(command: Command) -> anyhow::Result<ExitCode> {
         Command::Check(_) | Command::Merge(_) => memory::require_room(false)?,
         Command::Init(_) | Command::Completions { .. } | Command::Man => {}
     }
-    interrupt::listen()?;
+    interrupt::install()?;
     match command {
         Command::Run(args) => run::run(*args),
         Command::Converge(args) => converge::converge(&args),

@@ -41,13 +41,13 @@ pub(super) struct OutArgs {
 }
 
 impl OutArgs {
-    /// Prints the summary of a command as the options ask for it: as `json`, as `readable`, or not at all if it is to
+    /// Prints the summary of a command as the options ask for it: as `json`, as `summary_text`, or not at all if it is to
     /// be quiet.
-    pub(super) fn tell(&self, quiet: bool, json: &str, readable: impl FnOnce() -> String) -> anyhow::Result<()> {
+    pub(super) fn tell(&self, quiet: bool, json: &str, summary_text: impl FnOnce() -> String) -> anyhow::Result<()> {
         match (self.json, quiet) {
             (true, _) => write_data(json.as_bytes()),
             (false, true) => Ok(()),
-            (false, false) => write(&readable()),
+            (false, false) => write(&summary_text()),
         }
     }
 

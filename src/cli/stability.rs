@@ -75,7 +75,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         draw(&files, &title, arena, plan, &atlas)?;
     }
     let summary = stability_summary((case.title.as_deref(), case.warnings()), arena, plan, &atlas);
-    let text = readable(&title, arena, plan, &atlas, &left_out);
+    let text = summary_text(&title, arena, plan, &atlas, &left_out);
     let finished = atlas.interrupted.then(|| format!("{} cells", atlas.cells.len()));
     study.finish(files, (&summary, &text), finished, || ending(&atlas))
 }
@@ -163,7 +163,7 @@ fn heading(status: CellStatus) -> &'static str {
     }
 }
 
-fn readable(title: &str, arena: &Arena, plan: &Plan, atlas: &Atlas, left_out: &[Method]) -> String {
+fn summary_text(title: &str, arena: &Arena, plan: &Plan, atlas: &Atlas, left_out: &[Method]) -> String {
     let count = |status: CellStatus, method: Option<&Method>| {
         let is_one = |cell: &&Cell| cell.status == status && method.is_none_or(|method| cell.method == *method);
         atlas.cells.iter().filter(is_one).count()

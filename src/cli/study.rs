@@ -10,7 +10,7 @@ use geodesic_ivp::reference::ReferenceEnds;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CaseArgs;
-use super::interrupt::{INTERRUPTED, Interrupted, beside_it};
+use super::interrupt::{INTERRUPTED, Interrupted, run_interruptible};
 use super::lines::{broken, row};
 use super::out::{OutArgs, RESULTS};
 use super::report;
@@ -142,7 +142,7 @@ pub(super) fn prepared<P: Send + Sync + 'static>(
     prepare: impl FnOnce() -> anyhow::Result<P> + Send + 'static,
 ) -> anyhow::Result<(OutputSet, Arc<P>)> {
     let mut found = None;
-    let interrupted = beside_it(move |tell| tell(prepare()), |ready| found = Some(ready));
+    let interrupted = run_interruptible(move |tell| tell(prepare()), |ready| found = Some(ready));
     match found.filter(|_| !interrupted).ok_or(Interrupted)? {
         Ok(ready) => Ok((files, Arc::new(ready))),
         Err(error) if error.is::<ReferenceEnds>() => Err(files.commit(&|_| false).err().unwrap_or(error)),
@@ -159,7 +159,7 @@ pub(super) fn computed<P: Send + Sync + 'static, T: Send + 'static>(
     hear: impl FnMut(T),
 ) -> bool {
     let prepared = Arc::clone(prepared);
-    let interrupted = beside_it(move |tell| compute(&prepared, tell), hear);
+    let interrupted = run_interruptible(move |tell| compute(&prepared, tell), hear);
     bar.finish_and_clear();
     interrupted
 }

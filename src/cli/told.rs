@@ -172,10 +172,10 @@ impl<S: Real> Told<'_, S> {
     /// The findings between the nodes, if the run looked there.
     fn between(&self) -> Option<String> {
         let gaps = self.judged.gaps.as_ref()?;
-        let (count, unproved) = (gaps.count, gaps.unproved);
-        let found = match unproved {
+        let (count, unresolved) = (gaps.count, gaps.unresolved);
+        let found = match unresolved {
             0 => format!("nothing hides in the {count} gaps between nodes"),
-            _ => format!("{unproved} of {count} gaps between nodes are not explained"),
+            _ => format!("{unresolved} of {count} gaps between nodes are not explained"),
         };
         Some(format!("{found}, beside an accuracy of {:.0e}", gaps.accuracy))
     }

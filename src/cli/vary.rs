@@ -150,7 +150,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
         files.write_text(MAP, &pictures::scan(of, column, varied, &cells).to_svg())?;
     }
     files.write_text(CASE, &identity.case)?;
-    let text = readable(&args.case.headed(runs.first().title.as_deref()), &summary, &varied(runs));
+    let text = summary_text(&args.case.headed(runs.first().title.as_deref()), &summary, &varied(runs));
     let json = summary.to_json();
     let placed = Placed::new(files, &json, None)?;
     journal.remove()?;
@@ -273,7 +273,7 @@ fn varied(runs: &ManyRuns) -> String {
 
 /// The lines for people: first how many rows have which verdict, then how many have which status. The line `varied` is
 /// between them.
-pub(super) fn readable(title: &str, summary: &RunsSummary, varied: &str) -> String {
+pub(super) fn summary_text(title: &str, summary: &RunsSummary, varied: &str) -> String {
     let RunsSummary { rows, solved, doubtful, .. } = summary;
     let (trusted, refused) = (solved - doubtful, rows - solved);
     let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();

@@ -112,7 +112,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         draw(&title, &arenas, &measured, &along, &files)?;
     }
     let summary = work_precision_summary(case.title.as_deref(), &arenas, &measured, &ratios);
-    let text = readable(&title, &arenas, &measured, &ratios);
+    let text = summary_text(&title, &arenas, &measured, &ratios);
     let finished = measured.interrupted.then(|| format!("{} settings", measured.rows.len()));
     study.finish(files, (&summary, &text), finished, || 0)
 }
@@ -203,7 +203,7 @@ fn draw(
 
 /// The table for people: first who leads, then for each error the fastest setting of this program, the fastest of the
 /// others, and how many times faster it is.
-fn readable(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[Ratio<'_>]) -> String {
+fn summary_text(title: &str, arenas: &[Arena], measured: &WorkPrecision, ratios: &[Ratio<'_>]) -> String {
     let mut text = wrapped(&format!("{title}: {}", lead(ratios)), 2);
     for arena in arenas {
         let of_length = || ratios.iter().filter(|ratio| ratio.gamma_f == arena.length());

@@ -138,9 +138,12 @@ impl<'r, S: Real> Fields<'r, S> {
     /// The deviation of Σ c^a p_a; of the motion, where γ falls, and not of the reversed one.
     pub(super) fn charge(&self, terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
         let (run, sign) = (self.run, |p: S| self.run.signed(p));
-        let sum = |p: &dyn Fn(usize) -> S| terms.iter().fold(S::ZERO, |sum, &(a, c)| sum + c * p(a));
-        let value = sum(&|a| run.place.start.p[a]);
-        let delta: Vec<S> = (0..run.nodes()).map(|node| sign(sum(&|a| self.momenta[a][node]) - value)).collect();
+        let value = terms.iter().fold(S::ZERO, |sum, &(a, c)| sum + c * run.place.start.p[a]);
+        let mut delta = self.zeros();
+        for &(a, c) in &terms {
+            delta.iter_mut().zip(&self.momenta[a]).for_each(|(sum, &p)| *sum += c * p);
+        }
+        delta.iter_mut().for_each(|delta| *delta = sign(*delta - value));
         let mut corrected = delta.clone();
         for &(a, c) in &terms {
             let place = Layout::new(run.q.len(), 0, Form::Strong).kappa(a);

@@ -11,7 +11,7 @@ use serde::{Serialize, Serializer};
 
 use super::origin;
 use super::verdict::Reason;
-use crate::engine::enclosure::{Enclosure, Path, UNSEEN, negligible_rates};
+use crate::engine::enclosure::{Enclosure, HIDDEN_SHARE, Path, tolerated_rates};
 use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::solve::{WindowNodes, WorldLine};
@@ -34,7 +34,7 @@ pub struct Gaps {
     pub count: usize,
     /// The number of those that are not explained.
     #[serde(rename = "gaps_unproved")]
-    pub unproved: usize,
+    pub unresolved: usize,
     /// All the others together move no coordinate by more than a tenth of this, relative to its size.
     #[serde(rename = "gaps_accuracy")]
     pub accuracy: f64,
@@ -101,7 +101,7 @@ impl Gaps {
                 describe(&states, rough, &distances, &mut enclosure.path);
                 let tolerances = || {
                     let states = states.iter().map(Vec::as_slice);
-                    negligible_rates(rough, &weights, states, length, UNSEEN * accuracy)
+                    tolerated_rates(rough, &weights, states, length, HIDDEN_SHARE * accuracy)
                 };
                 let longest = distances.iter().copied().fold(0.0, f64::max);
                 let found = enclosure.hidden(tolerances, SMALL / (share(1.0, longest) * count as f64)).into_iter();
@@ -120,7 +120,7 @@ impl Gaps {
         });
         let unexplained = &hidden[explained.count()..];
         let first = unexplained.iter().min_by_key(|hidden| (hidden.window, hidden.node));
-        Self { count, unproved: unexplained.len(), accuracy, first: first.map(|first| Gap::new(line, first)) }
+        Self { count, unresolved: unexplained.len(), accuracy, first: first.map(|first| Gap::new(line, first)) }
     }
 
     /// The reason to doubt a run with gaps that are not explained.
@@ -130,7 +130,7 @@ impl Gaps {
         let finding = format!(
             "in {} of {} gaps between nodes the formulas may do what the nodes do not see, first from gamma = \
              {from:.6} to {to:.6}, with {}",
-            self.unproved,
+            self.unresolved,
             self.count,
             places.collect::<Vec<_>>().join(", ")
         );

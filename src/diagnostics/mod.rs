@@ -30,7 +30,7 @@ pub use deviations::{ChargeDeviation, Deviation};
 pub use observed::WorkBalance;
 pub(crate) use observed::energy_off;
 pub use of_x::{NEGLIGIBLE, OfX};
-pub use reach::Reach;
+pub use reach::Extent;
 pub(crate) use reach::origin;
 pub use sawtooth::{Sawtooth, sawtooth};
 
@@ -76,7 +76,7 @@ pub struct Diagnostics<S: Real = f64> {
     /// The work balance of coordinates that only a force acts on.
     pub work: Vec<WorkBalance<S>>,
     /// The range of every coordinate.
-    pub reaches: Vec<Reach>,
+    pub reaches: Vec<Extent>,
     /// Largest distance between the branches in a coordinate, if the doubled system was solved.
     pub branch_distance: Option<S>,
     /// In a potential of x alone: the paper's bound, and how far the motion is from Newton's.
@@ -123,7 +123,7 @@ impl<S: Real> Diagnostics<S> {
             motion: if of_x.is_some() { 0.0 } else { fields.motion() },
             sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], line.windows.iter()))).collect(),
             work: work(&fields),
-            reaches: (0..n).map(|a| Reach::new(line, a)).collect(),
+            reaches: (0..n).map(|a| Extent::new(line, a)).collect(),
             branch_distance: line.is_doubled().then(|| line.branch_distance()),
             of_x,
             q_dot: fields.velocities,
@@ -153,7 +153,7 @@ impl<S: Real> Diagnostics<S> {
                 defect: one.defect + next.defect,
                 ..next
             }),
-            reaches: each(self.reaches, next.reaches, |one, next| Reach {
+            reaches: each(self.reaches, next.reaches, |one, next| Extent {
                 least: one.least.min(next.least),
                 most: one.most.max(next.most),
             }),

@@ -80,17 +80,19 @@ impl<S: Real> OfX<S> {
             depth: f64::NEG_INFINITY,
             free_particle: free_particle(line, t_dot, x_dot),
         };
-        let mut omega_squared = 0.0_f64;
+        // ω² = −dẍ/dx = ½ g00″ ṫ² − g00′² Q_t²/g00³.
+        let squares = (0..line.nodes()).map(g00).map(|[g00, first, second]| {
+            let t_dot = q_t / g00;
+            (t_dot * t_dot * (second.half() - first * first / g00)).to_f64()
+        });
+        found.omega = squares.fold(0.0, f64::max).sqrt();
         for view in line.views() {
             let nodes = view.window.nodes();
             found.spacing = found.spacing.max(view.window.sbp().spacing().to_f64());
             found.x_dot =
                 x_dot[view.window.exact()].iter().map(|x_dot| x_dot.to_f64().abs()).fold(found.x_dot, f64::max);
             for node in nodes.clone() {
-                let [g00, first, second] = g00(node);
-                // ω² = −dẍ/dx = ½ g00″ ṫ² − g00′² Q_t²/g00³.
-                let t_dot = q_t / g00;
-                omega_squared = omega_squared.max((t_dot * t_dot * (second.half() - first * first / g00)).to_f64());
+                let [g00, first, _] = g00(node);
                 found.g00 = found.g00.min(g00.to_f64() / c_squared.to_f64());
                 let w = if node + 1 == nodes.end { -view.end.p[1] } else { x_dot[node] };
                 if first != S::ZERO {
@@ -103,7 +105,7 @@ impl<S: Real> OfX<S> {
                 found.depth = found.depth.max((c_squared - g00).to_f64());
             }
         }
-        Some(Self { omega: omega_squared.sqrt(), ..found })
+        Some(found)
     }
 
     /// The sums and extremes over a run, from those over its first part, `self`, and its second part, `next`.

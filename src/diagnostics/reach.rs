@@ -10,14 +10,14 @@ pub(crate) fn origin<S: Real>(place: &Place<S>, a: usize) -> S {
 
 /// The least and the largest of some values; those of an ignorable coordinate count from the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reach {
+pub struct Extent {
     /// The least one.
     pub least: f64,
     /// The largest one.
     pub most: f64,
 }
 
-impl Reach {
+impl Extent {
     /// The range of coordinate `a` on the nodes of a world-line.
     pub fn new<S: Real>(line: &WorldLine<S>, a: usize) -> Self {
         let origin = origin(&line.place, a);
@@ -27,9 +27,8 @@ impl Reach {
     /// The range of these values.
     pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
-        for q in values {
-            (least, most) = (least.min(q), most.max(q));
-        }
+        // Iteration from inside goes window by window, which is faster.
+        values.for_each(|q| (least, most) = (least.min(q), most.max(q)));
         Self { least, most }
     }
 

@@ -5,10 +5,10 @@
 //! program *refuses* where it has no result at all.
 //!
 //! ```
-//! use geodesic_ivp::diagnostics::verdict::{CoordinateError, Facts, Grade, Verdict};
+//! use geodesic_ivp::diagnostics::verdict::{CoordinateError, VerdictInput, Grade, Verdict};
 //!
 //! let x = CoordinateError { name: "x".to_owned(), end: 2e-9, largest: 3e-9, size: 0.5, range: 0.1, shared: 0.5 };
-//! let facts = Facts { errors: Some(vec![x]), ..Facts::default() };
+//! let facts = VerdictInput { errors: Some(vec![x]), ..VerdictInput::default() };
 //! let verdict = Verdict::new(&facts);
 //! assert_eq!(verdict.grade, Grade::Trusted);
 //! assert_eq!(verdict.digits, Some(8));
@@ -133,7 +133,7 @@ impl CoordinateError {
 
 /// The facts that a verdict is made of.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Facts {
+pub struct VerdictInput {
     /// The errors of all coordinates; `None` if there was nothing to compare with.
     pub errors: Option<Vec<CoordinateError>>,
     /// The accuracy that windows were chosen for, if they were.
@@ -150,7 +150,7 @@ pub struct Facts {
     pub suspicions: Vec<Reason>,
 }
 
-impl Facts {
+impl VerdictInput {
     /// The reasons that speak of errors, of which `largest` is the largest one relative to the size of its coordinate.
     fn reasons(&self, errors: &[CoordinateError], largest: f64) -> Vec<Reason> {
         let remedy = if self.accuracy.is_some() { SMALLER_ACCURACY } else { FINER_GRID };
@@ -211,7 +211,7 @@ impl Verdict {
     }
 
     /// The verdict on a result.
-    pub fn new(facts: &Facts) -> Self {
+    pub fn new(facts: &VerdictInput) -> Self {
         let digits = if facts.digits == 0 { 16 } else { facts.digits };
         let errors = facts.errors.as_deref();
         let error = errors.map(|errors| largest(errors.iter().map(|error| error.share(error.largest))));
@@ -260,8 +260,8 @@ mod tests {
         CoordinateError { name: "x".to_owned(), end, largest: end, size, range: size, shared: size }
     }
 
-    fn is_trusted(error: CoordinateError, further: Facts) -> bool {
-        Verdict::new(&Facts { errors: Some(vec![error]), ..further }).grade == Grade::Trusted
+    fn is_trusted(error: CoordinateError, further: VerdictInput) -> bool {
+        Verdict::new(&VerdictInput { errors: Some(vec![error]), ..further }).grade == Grade::Trusted
     }
 
     #[test]
@@ -296,13 +296,13 @@ mod tests {
             (beside(5e-7), true),
             (beside(5e-6), false),
         ] {
-            assert_eq!(is_trusted(error.clone(), Facts::default()), is_small, "{error:?}");
+            assert_eq!(is_trusted(error.clone(), VerdictInput::default()), is_small, "{error:?}");
         }
     }
 
     #[test]
     fn what_is_not_known_and_what_is_contradicted_is_doubtful() {
-        let unknown = Verdict::new(&Facts::default());
+        let unknown = Verdict::new(&VerdictInput::default());
         assert_eq!((unknown.grade, unknown.error, unknown.digits), (Grade::Doubtful, None, None));
         for (estimate, found, own, trusted) in [
             (1e-9, 0.9e-9, 1e-15, true),
@@ -313,7 +313,7 @@ mod tests {
             (0.0, 1e3 * ROUNDING, 0.0, false),
         ] {
             let accuracy = Some(Accuracy::Promised(1e-8));
-            let facts = Facts { accuracy, reference: Some([found, own]), ..Facts::default() };
+            let facts = VerdictInput { accuracy, reference: Some([found, own]), ..VerdictInput::default() };
             assert_eq!(is_trusted(error(estimate, 1.0), facts), trusted, "{estimate} {found} {own}");
         }
         for (stepped_over, range, largest, trusted) in [
@@ -330,7 +330,7 @@ mod tests {
             (1e-9, 1.0, 1e-15, true),
         ] {
             let error = CoordinateError { range, ..error(largest, 1.0) };
-            let found = is_trusted(error, Facts { stepped_over, ..Facts::default() });
+            let found = is_trusted(error, VerdictInput { stepped_over, ..VerdictInput::default() });
             assert_eq!(found, trusted, "{stepped_over} {range} {largest}");
         }
     }

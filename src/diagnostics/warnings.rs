@@ -4,7 +4,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::verdict::{Reason, SMALLER_ACCURACY};
-use super::{Diagnostics, NEGLIGIBLE, OfX, Reach, Sawtooth};
+use super::{Diagnostics, Extent, NEGLIGIBLE, OfX, Sawtooth};
 use crate::engine::Accuracy;
 use crate::number::Real;
 use crate::sbp::symbol::largest_symbol;
@@ -39,7 +39,7 @@ const SPARE_DIGITS: i32 = 3;
 
 impl<S: Real> Sawtooth<S> {
     /// The warning that the motion in the coordinate `name`, in this range and with so many digits, has a sawtooth.
-    fn warning(&self, name: &str, reach: Reach, digits: u32) -> Option<Reason> {
+    fn warning(&self, name: &str, reach: Extent, digits: u32) -> Option<Reason> {
         let (sawtooth, sixth) = (self.amplitude?.to_f64(), self.sixth_difference?);
         let allowed = LARGE_SAWTOOTH * 0.5 * reach.range();
         // At rest there is nothing but rounding.

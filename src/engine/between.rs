@@ -9,7 +9,7 @@ mod tests;
 use pulp::{Simd, WithSimd};
 
 use super::POINTS;
-use super::enclosure::{Enclosure, UNSEEN, is_gentle, negligible_rates};
+use super::enclosure::{Enclosure, HIDDEN_SHARE, is_gentle, tolerated_rates};
 use super::knots::first_knot;
 use super::rule::Order;
 use super::solved::WindowNodes;
@@ -121,7 +121,7 @@ impl<'g> Between<'g> {
             let mut state: Vec<f64> = solver.start.q.iter().map(|q| q.high).chain(momenta.iter().copied()).collect();
             active.iter().zip(&solver.start.p).for_each(|(&a, p)| state[n + a] = p.high);
             let weights: Vec<f64> = (0..n).map(|a| solver.inverse_size(solver.number_of(a))).collect();
-            negligible_rates(geometry, &weights, [&state[..]], length, UNSEEN * accuracy)
+            tolerated_rates(geometry, &weights, [&state[..]], length, HIDDEN_SHARE * accuracy)
         };
         // A window can be shortened, and is not looked at more closely.
         enclosure.hidden(tolerances, f64::INFINITY).iter().any(|(_, change)| *change > 1.0)

@@ -210,7 +210,7 @@ pub trait Windows {
 
     /// Number of windows so far between whose nodes something may hide, however short they are. Windows of one length
     /// are not looked at.
-    fn unproved(&self) -> usize {
+    fn unresolved(&self) -> usize {
         0
     }
 }

@@ -9,7 +9,7 @@ use crate::sbp::collocation::{Collocation, Family};
 
 /// A scene at this point, with these momenta.
 fn scene(text: &GeometryText, q: &[f64], p: &[f64]) -> (Geometry, Start) {
-    let geometry: Geometry = Geometry::new(text).unwrap().around(q).unwrap();
+    let geometry: Geometry = Geometry::new(text).unwrap().with_domain_of(q).unwrap();
     let q_dot = geometry.velocities(q, p).unwrap();
     (geometry, Start { q: q.to_vec(), q_dot, p: p.to_vec() })
 }

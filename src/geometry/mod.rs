@@ -57,7 +57,7 @@ pub use presets::{PRESETS, Preset};
 pub use rates::Rates;
 pub(crate) use structure::other;
 pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
-pub(crate) use text::mentions;
+pub(crate) use text::uses;
 pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
 
 use std::sync::Arc;
@@ -127,7 +127,7 @@ impl<S: Real> Geometry<S> {
     ///
     /// # Errors
     /// [`OutsideGeometry`] if a determinant is zero or not finite there.
-    pub fn around(mut self, q: &[S]) -> Result<Self, OutsideGeometry> {
+    pub fn with_domain_of(mut self, q: &[S]) -> Result<Self, OutsideGeometry> {
         if self.c_squared.is_none() {
             self.signs.fill(S::ZERO);
         }

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::expressions::plus;
 use super::presets::Preset;
-use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, mentions};
+use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, uses};
 use crate::formula::{self, Graph, Known, Names, NodeId};
 use crate::number::Real;
 
@@ -134,7 +134,7 @@ fn append(
         return Err(GeometryError::Circular(circle.collect()));
     }
     path.push(k);
-    for used in (0..named.len()).filter(|&used| mentions(&named[k].1, &named[used].0)) {
+    for used in (0..named.len()).filter(|&used| uses(&named[k].1, &named[used].0)) {
         append(used, named, order, path)?;
     }
     path.pop();

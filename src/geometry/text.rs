@@ -165,7 +165,7 @@ impl GeometryText {
     pub fn hold(&mut self, mut names: Vec<String>) {
         let parameters = self.parameters();
         names.retain(|name| parameters.iter().any(|(parameter, _)| parameter == name));
-        let is_next = |text: &str, names: &[String]| names.iter().any(|name| mentions(text, name));
+        let is_next = |text: &str, names: &[String]| names.iter().any(|name| uses(text, name));
         while let Some((next, _)) =
             parameters.iter().find(|(name, text)| !names.contains(name) && is_next(text, &names))
         {
@@ -183,7 +183,7 @@ impl GeometryText {
 }
 
 /// Returns true if `name` occurs in the text as a word of its own.
-pub(crate) fn mentions(text: &str, name: &str) -> bool {
+pub(crate) fn uses(text: &str, name: &str) -> bool {
     text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
 }
 

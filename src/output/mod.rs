@@ -29,7 +29,7 @@ mod summary;
 pub mod tables;
 mod work_precision;
 
-pub use chart::{Chart, Kind, Look, Map, Mark, Panel, Scale, Series, Shape, Sign};
+pub use chart::{Chart, Kind, Map, Mark, Panel, Scale, Series, Shape, Sign, Style};
 pub use convergence::{convergence_summary, convergence_table, slopes_table};
 pub use files::{CASE, OutputSet, Refused, SUMMARY, Target, refused, refused_by_system};
 pub use json::json_object;

@@ -47,7 +47,7 @@ fn difference<S: Real>(geometry: &Geometry<S>, start: &Start<S>, steps: &Steps<S
 
 /// The geometry with the domain that the start lies in.
 fn around<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Result<Geometry<S>, ReferenceEnds> {
-    let around = geometry.clone().around(&start.q);
+    let around = geometry.clone().with_domain_of(&start.q);
     around.map_err(|_| ReferenceEnds::new(geometry, EndReason::OutsideDomain, S::ZERO, &start.q))
 }
 

@@ -15,12 +15,9 @@ const NARROW: &str = concat!(
 const AT_ROUNDING: f64 = 1e-13;
 
 impl NoSolution {
-    /// Returns the remedy to try next. Where the program chooses the windows there is no n_gamma to raise.
+    /// Returns the remedy to try next.
     pub fn advice(&self) -> &'static str {
         use Status::*;
-        let (is_of_x, reasons) = (self.domain.is_of_x(), &self.reasons);
-        let is_chosen =
-            self.adaptive || matches!(self.status, AccuracyNotReached | EvaluationLimit | TooManyNodes | EventsPileUp);
         match self.status {
             Converged => "",
             OutsideDomain if matches!(self.domain, Domain::G00(g00) if g00.is_nan()) => {
@@ -30,45 +27,32 @@ impl NoSolution {
             OutsideDomain if matches!(self.domain, Domain::Overflow(_)) => {
                 "end the run before this gamma, or choose units in which t, x, V and their rates are nearer to 1"
             }
-            _ if is_chosen && !reasons.towards_zero.is_empty() => {
+            AccuracyNotReached | EvaluationLimit | TooManyNodes | EventsPileUp => self.advice_to_an_accuracy(),
+            _ if self.adaptive => self.advice_to_an_accuracy(),
+            _ => self.advice_on_a_grid(),
+        }
+    }
+
+    /// The remedy where the program chooses the windows, so that there is no n_gamma to raise.
+    fn advice_to_an_accuracy(&self) -> &'static str {
+        use Status::*;
+        let (is_of_x, reasons) = (self.domain.is_of_x(), &self.reasons);
+        match self.status {
+            _ if !reasons.towards_zero.is_empty() => {
                 "end the run before, at an earlier gamma or by grid.until: no motion follows from the formulas there"
             }
-            AccuracyNotReached if reasons.narrow.is_some() => NARROW,
-            MaxIterations | Stalled if !is_chosen && self.residual < AT_ROUNDING => {
-                "the residual is at the level of rounding, so more iterations would not help: the grid hardly \
-                 determines the motion; raise n_gamma or windows, or give solver.accuracy in place of [scheme] and \
-                 n_gamma"
+            OutsideDomain if is_of_x => {
+                "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay \
+                 away from the horizon, or raise c"
             }
-            OutsideDomain => match (is_of_x, is_chosen) {
-                (true, true) => {
-                    "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that \
-                     stay away from the horizon, or raise c"
-                }
-                (true, false) => {
-                    "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that \
-                     stay away from the horizon, or raise c; if the potential is harmless there, the step is too \
-                     coarse: raise n_gamma or windows"
-                }
-                (false, true) if reasons.event.is_some() => "look at the formulas of its set there",
-                (false, true) => {
-                    "end the run before this gamma, choose initial data that stay away from the place, or coordinates \
-                     in which the metric is regular there"
-                }
-                (false, false) => {
-                    "end the run before this gamma, choose initial data that stay away from the place, or coordinates \
-                     in which the metric is regular there; if the geometry is harmless there, the step is too coarse: \
-                     raise n_gamma or windows"
-                }
-            },
-            EndTimeNotReached => match (is_of_x, is_chosen) {
-                (true, true) => "give gamma_f or an earlier t_f: t hardly grows any more, or jumps over it",
-                (true, false) => {
-                    "raise n_gamma or windows, so that every turn of the motion is resolved, or give gamma_f or an \
-                     earlier t_f"
-                }
-                (false, true) => "give gamma_f or an end that is reached earlier",
-                (false, false) => "give gamma_f or an end that is reached earlier, or raise n_gamma or windows",
-            },
+            OutsideDomain if reasons.event.is_some() => "look at the formulas of its set there",
+            OutsideDomain => {
+                "end the run before this gamma, choose initial data that stay away from the place, or coordinates in \
+                 which the metric is regular there"
+            }
+            EndTimeNotReached if is_of_x => "give gamma_f or an earlier t_f: t hardly grows any more, or jumps over it",
+            EndTimeNotReached => "give gamma_f or an end that is reached earlier",
+            AccuracyNotReached if reasons.narrow.is_some() => NARROW,
             AccuracyNotReached => {
                 "ask for a larger solver.accuracy, or a shorter run; solver.tolerance in its place goes to the end, \
                  and says until where positions are good"
@@ -85,19 +69,47 @@ impl NoSolution {
             EvaluationLimit if is_of_x => {
                 "end the run before this gamma, or look at V there: it changes on a scale that windows cannot resolve"
             }
-            PrecisionNotReached if is_chosen => "ask for fewer digits, or a shorter run",
-            PrecisionNotReached => {
-                "ask for fewer solver.digits; if f64 is in difficulties too (solver.digits = 16), raise n_gamma or \
-                 windows so that every turn of the motion is resolved"
-            }
-            _ if is_chosen && is_of_x => {
+            PrecisionNotReached => "ask for fewer digits, or a shorter run",
+            _ if is_of_x => {
                 "end the run before this gamma, or look at V there: it is not smooth enough for an accuracy; far from \
                  1, choose units nearer to it"
             }
-            _ if is_chosen => {
+            _ => {
                 "end the run before this gamma, or look at the scene there: it is not smooth enough for an accuracy, \
                  or a jump of a force holds it, as friction does (an event with until ends the run at rest); far from \
                  1, choose units nearer to it"
+            }
+        }
+    }
+
+    /// The remedy where the case gives the grid.
+    fn advice_on_a_grid(&self) -> &'static str {
+        use Status::*;
+        let is_of_x = self.domain.is_of_x();
+        match self.status {
+            MaxIterations | Stalled if self.residual < AT_ROUNDING => {
+                "the residual is at the level of rounding, so more iterations would not help: the grid hardly \
+                 determines the motion; raise n_gamma or windows, or give solver.accuracy in place of [scheme] and \
+                 n_gamma"
+            }
+            OutsideDomain if is_of_x => {
+                "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay \
+                 away from the horizon, or raise c; if the potential is harmless there, the step is too coarse: raise \
+                 n_gamma or windows"
+            }
+            OutsideDomain => {
+                "end the run before this gamma, choose initial data that stay away from the place, or coordinates in \
+                 which the metric is regular there; if the geometry is harmless there, the step is too coarse: raise \
+                 n_gamma or windows"
+            }
+            EndTimeNotReached if is_of_x => {
+                "raise n_gamma or windows, so that every turn of the motion is resolved, or give gamma_f or an \
+                 earlier t_f"
+            }
+            EndTimeNotReached => "give gamma_f or an end that is reached earlier, or raise n_gamma or windows",
+            PrecisionNotReached => {
+                "ask for fewer solver.digits; if f64 is in difficulties too (solver.digits = 16), raise n_gamma or \
+                 windows so that every turn of the motion is resolved"
             }
             MaxIterations => {
                 "raise solver.max_iterations, or n_gamma or windows so that every turn of the motion is resolved"

@@ -115,7 +115,8 @@ mod tests {
                 components: components.to_vec(),
                 ..MetricText::default()
             };
-            let geometry: Geometry = Geometry::new(&GeometryText::Metric(text)).unwrap().around(&[0.0, from]).unwrap();
+            let geometry: Geometry =
+                Geometry::new(&GeometryText::Metric(text)).unwrap().with_domain_of(&[0.0, from]).unwrap();
             let before = from + 0.1 * (from - to).signum();
             leap(&geometry, &[vec![0.0, 1.0, 2.0], vec![before, from, to]]).map(|outside| outside.index)
         };

@@ -1,8 +1,8 @@
 //! The verdict on a run.
 
 use super::errors::RunError;
-use crate::diagnostics::verdict::{CoordinateError, Facts, largest};
-use crate::diagnostics::{Diagnostics, Reach};
+use crate::diagnostics::verdict::{CoordinateError, VerdictInput, largest};
+use crate::diagnostics::{Diagnostics, Extent};
 use crate::number::Real;
 use crate::solve::WorldLine;
 
@@ -14,10 +14,10 @@ pub fn facts_of_run<S: Real>(
     diagnostics: &Diagnostics<S>,
     error: Option<&RunError>,
     reference: Option<&RunError>,
-) -> Facts {
+) -> VerdictInput {
     let (geometry, reaches) = (line.geometry(), &diagnostics.reaches);
     // A run to an accuracy has found sizes itself.
-    let size = |(a, reach): (usize, &Reach)| line.sizes.get(a).copied().unwrap_or(reach.size());
+    let size = |(a, reach): (usize, &Extent)| line.sizes.get(a).copied().unwrap_or(reach.size());
     let sizes: Vec<f64> = reaches.iter().enumerate().map(size).collect();
     // t and x of the paper have units of their own.
     let shared = if diagnostics.of_x.is_some() { sizes.clone() } else { geometry.shared(&line.place.start.q, &sizes) };
@@ -39,7 +39,7 @@ pub fn facts_of_run<S: Real>(
         let shares = error.largest.iter().zip(&line.sizes).filter(|(_, size)| **size > 0.0);
         [largest(shares.map(|(error, size)| error / size)), error.judge.relative_error()]
     };
-    Facts {
+    VerdictInput {
         errors,
         accuracy: line.accuracy,
         good_until: line.good_until.map(|until| line.gamma_at(S::from(until)).to_f64()),

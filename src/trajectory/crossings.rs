@@ -8,9 +8,9 @@
 
 use std::cmp::Ordering;
 
+use super::extrema::Extrema;
 use super::legendre::{Tables, expansion};
 use super::sampler::least;
-use super::shape::Shape;
 use super::{Sample, Sampler, slack};
 use crate::geometry::{Direction, Observable};
 use crate::number::Real;
@@ -47,14 +47,14 @@ pub fn crossings<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<
 #[derive(Debug)]
 pub struct EventSearch<'w, S: Real = f64> {
     watches: &'w mut [Watch<S>],
-    walk: Option<Walk<S>>,
+    progress: Option<Progress<S>>,
     tables: Tables<S>,
 }
 
 impl<'w, S: Real> EventSearch<'w, S> {
     /// A search for changes of sign of the formulas of `watches` in their directions.
     pub fn new(watches: &'w mut [Watch<S>]) -> Self {
-        Self { watches, walk: None, tables: Tables::default() }
+        Self { watches, progress: None, tables: Tables::default() }
     }
 
     /// Goes on with other formulas of what is watched.
@@ -69,12 +69,12 @@ impl<'w, S: Real> EventSearch<'w, S> {
             return;
         }
         if line.window_count == line.windows.len() {
-            self.walk = Some(Walk::new(line, self.watches));
-        } else if let (Some(walk), true) = (&mut self.walk, line.begins_piece()) {
-            let Walk { found, missed, .. } = std::mem::replace(walk, Walk::new(line, self.watches));
-            (walk.from, walk.found, walk.missed) = (found.len(), found, missed);
+            self.progress = Some(Progress::new(line, self.watches));
+        } else if let (Some(progress), true) = (&mut self.progress, line.begins_piece()) {
+            let Progress { found, missed, .. } = std::mem::replace(progress, Progress::new(line, self.watches));
+            (progress.from, progress.found, progress.missed) = (found.len(), found, missed);
         }
-        let Self { watches, walk: Some(walk), tables } = self else { return };
+        let Self { watches, progress: Some(progress), tables } = self else { return };
         let mut sampler = Sampler::new(line);
         for window in 0..line.windows.len() {
             let (cells, points) = sampler.curve(window).cells();
@@ -84,15 +84,15 @@ impl<'w, S: Real> EventSearch<'w, S> {
                 let inner = expansion.nodes.iter().map(|&node| ends[0] + node * (ends[1] - ends[0]));
                 let mut places: Vec<S> = inner.collect();
                 places[points - 1] = ends[1];
-                let cell = Cell { window, ends, places, is_first: !walk.is_begun };
-                walk.is_begun = true;
-                let samples: Vec<_> = cell.places.iter().map(|&place| sampler.in_window(window, place)).collect();
+                let interval = Interval { window, ends, places, is_first: !progress.is_begun };
+                progress.is_begun = true;
+                let samples: Vec<_> = interval.places.iter().map(|&place| sampler.in_window(window, place)).collect();
                 for (watch, watched) in watches.iter_mut().enumerate() {
-                    let values: Vec<S> = samples.iter().map(|sample| value(watched, sample, walk.norm)).collect();
-                    let shape = Shape::new(&expansion.coefficients(&values));
-                    walk.pass(&mut sampler, &cell, (watch, watched), &values, &shape);
+                    let values: Vec<S> = samples.iter().map(|sample| value(watched, sample, progress.norm)).collect();
+                    let extrema = Extrema::new(&expansion.coefficients(&values));
+                    progress.pass(&mut sampler, &interval, (watch, watched), &values, &extrema);
                     if index == last {
-                        walk.ends[watch] = [values[points - 1], shape.slope(1.0), (ends[1] - ends[0]).half()];
+                        progress.ends[watch] = [values[points - 1], extrema.slope(1.0), (ends[1] - ends[0]).half()];
                     }
                 }
             }
@@ -101,27 +101,27 @@ impl<'w, S: Real> EventSearch<'w, S> {
 
     /// Every change of sign in the parts that were seen, which the run ends behind, in the order of γ.
     pub fn found(self) -> Vec<Crossing<S>> {
-        self.walk.map_or_else(Vec::new, Walk::in_order)
+        self.progress.map_or_else(Vec::new, Progress::in_order)
     }
 
     /// The piece that was seen last ends, where the events `acted` change the state. `watches` has the indices
     /// of all that may do so.
     pub fn act(&mut self, line: &WorldLine<S>, acted: &[usize], watches: &[Option<usize>]) {
         self.close(line);
-        let Some(walk) = &mut self.walk else { return };
+        let Some(progress) = &mut self.progress else { return };
         let Some(end) = end_of(line) else { return };
         // Events that act are met at the ends of pieces only, and there to the last bits.
         let is_met = |crossing: &Crossing<S>| watches.contains(&Some(crossing.watch));
-        let of_piece: Vec<Crossing<S>> = walk.found.drain(walk.from..).collect();
+        let of_piece: Vec<Crossing<S>> = progress.found.drain(progress.from..).collect();
         let inside = |crossing: &&Crossing<S>| is_met(crossing) && crossing.sample.gamma != end.gamma;
-        walk.missed += of_piece.iter().filter(inside).count();
-        walk.found.extend(of_piece.into_iter().filter(|crossing| !is_met(crossing)));
-        walk.found.extend(acted.iter().map(|&watch| Crossing { watch, sample: end.clone() }));
+        progress.missed += of_piece.iter().filter(inside).count();
+        progress.found.extend(of_piece.into_iter().filter(|crossing| !is_met(crossing)));
+        progress.found.extend(acted.iter().map(|&watch| Crossing { watch, sample: end.clone() }));
     }
 
     /// The number of changes of sign at which an event should have acted, and has not.
     pub fn missed(&self) -> usize {
-        self.walk.as_ref().map_or(0, |walk| walk.missed)
+        self.progress.as_ref().map_or(0, |progress| progress.missed)
     }
 
     /// Every change of sign that was found, in the order of γ. `last` is the last part of the run that was seen.
@@ -132,21 +132,22 @@ impl<'w, S: Real> EventSearch<'w, S> {
 
     /// Looks at the end of a piece.
     fn close(&mut self, last: &WorldLine<S>) {
-        let (Some(walk), Some(end)) = (&mut self.walk, end_of(last)) else { return };
-        for crossing in &mut walk.found[walk.from..] {
-            if (end.gamma - crossing.sample.gamma).abs() <= walk.nowhere {
+        let (Some(progress), Some(end)) = (&mut self.progress, end_of(last)) else { return };
+        for crossing in &mut progress.found[progress.from..] {
+            if (end.gamma - crossing.sample.gamma).abs() <= progress.nowhere {
                 crossing.sample = end.clone();
             }
         }
         // A formula that is zero at the end changes its sign there, whatever rounding says.
         for (watch, watched) in self.watches.iter().enumerate() {
-            let [value, slope, half] = walk.ends[watch];
+            let [value, slope, half] = progress.ends[watch];
             let is_positive = slope > S::ZERO;
-            let is_change =
-                slope != S::ZERO && walk.signs[watch] == Some(!is_positive) && watched.direction.counts(is_positive);
-            if is_change && walk.is_at_zero(half, value, slope) {
-                walk.found.push(Crossing { watch, sample: end.clone() });
-                walk.signs[watch] = Some(is_positive);
+            let is_change = slope != S::ZERO
+                && progress.signs[watch] == Some(!is_positive)
+                && watched.direction.counts(is_positive);
+            if is_change && progress.is_at_zero(half, value, slope) {
+                progress.found.push(Crossing { watch, sample: end.clone() });
+                progress.signs[watch] = Some(is_positive);
             }
         }
     }
@@ -167,7 +168,7 @@ fn order<S: Real>(a: &S, b: &S) -> Ordering {
 }
 
 /// A piece of a window on which the curve is one polynomial.
-struct Cell<S> {
+struct Interval<S> {
     window: usize,
     /// γ at its ends, counted from the start of the window.
     ends: [S; 2],
@@ -179,7 +180,7 @@ struct Cell<S> {
 
 /// The state of a search along a world-line.
 #[derive(Debug)]
-struct Walk<S> {
+struct Progress<S> {
     is_begun: bool,
     is_backward: bool,
     norm: S,
@@ -189,7 +190,7 @@ struct Walk<S> {
     nowhere: S,
     /// True if each formula was positive where it was not zero last.
     signs: Vec<Option<bool>>,
-    /// The value and the slope of each formula at the end of the last cell, and half of that cell's length.
+    /// The value and the slope of each formula at the end of the last interval, and half of that interval's length.
     ends: Vec<[S; 3]>,
     found: Vec<Crossing<S>>,
     /// The index of the first of these in the current piece.
@@ -198,7 +199,7 @@ struct Walk<S> {
     missed: usize,
 }
 
-impl<S: Real> Walk<S> {
+impl<S: Real> Progress<S> {
     /// The findings, in the order of the run.
     fn in_order(mut self) -> Vec<Crossing<S>> {
         self.found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
@@ -225,23 +226,25 @@ impl<S: Real> Walk<S> {
         }
     }
 
-    /// Finds the changes of sign in a cell, where the formula has these values at its points.
+    /// Finds the changes of sign in an interval, where the formula has these values at its points.
     fn pass(
         &mut self,
         sampler: &mut Sampler<'_, S>,
-        cell: &Cell<S>,
+        interval: &Interval<S>,
         (watch, watched): (usize, &mut Watch<S>),
         values: &[S],
-        shape: &Shape<S>,
+        extrema: &Extrema<S>,
     ) {
-        let (norm, direction, least) = (self.norm, watched.direction, least(sampler.line, cell.window));
-        let mut at = |place: S| value(watched, &sampler.in_window(cell.window, place), norm);
-        let marks = cell.marks(values, shape, &mut at);
+        let (norm, direction, least) = (self.norm, watched.direction, least(sampler.line, interval.window));
+        let mut at = |place: S| value(watched, &sampler.in_window(interval.window, place), norm);
+        let marks = interval.marks(values, extrema, &mut at);
         let start = self.starts[watch];
-        if cell.is_first && !self.is_at_zero((cell.ends[1] - cell.ends[0]).half(), start, shape.slope(-1.0)) {
+        if interval.is_first
+            && !self.is_at_zero((interval.ends[1] - interval.ends[0]).half(), start, extrema.slope(-1.0))
+        {
             self.signs[watch] = Some(start > S::ZERO);
         }
-        // The start of a cell is the end of the one before, whose sign counts.
+        // The start of an interval is the end of the one before, whose sign counts.
         let mut before = [marks[0][0], carried(self.signs[watch], marks[0][1])];
         let mut roots = Vec::new();
         for &[place, here] in marks[1..].iter().filter(|mark| mark[1] != S::ZERO && !mark[1].is_nan()) {
@@ -253,32 +256,32 @@ impl<S: Real> Walk<S> {
             self.signs[watch] = Some(is_positive);
             before = [place, here];
         }
-        let in_window = |place| Crossing { watch, sample: sampler.in_window(cell.window, place) };
+        let in_window = |place| Crossing { watch, sample: sampler.in_window(interval.window, place) };
         self.found.extend(roots.into_iter().map(in_window));
     }
 
-    /// Returns true if a formula with this value and slope at an end of a cell of twice the length `half` is zero there
+    /// Returns true if a formula with this value and slope at an end of an interval of twice the length `half` is zero there
     /// but for rounding.
     fn is_at_zero(&self, half: S, value: S, slope: S) -> bool {
         value == S::ZERO || value.abs() * half <= slope.abs() * self.nowhere
     }
 }
 
-impl<S: Real> Cell<S> {
-    /// Places with values of the formula, in order: the points of the cell, and the extrema of the polynomial through
+impl<S: Real> Interval<S> {
+    /// Places with values of the formula, in order: the points of the interval, and the extrema of the polynomial through
     /// its values there.
-    fn marks(&self, values: &[S], shape: &Shape<S>, at: &mut impl FnMut(S) -> S) -> Vec<[S; 2]> {
+    fn marks(&self, values: &[S], extrema: &Extrema<S>, at: &mut impl FnMut(S) -> S) -> Vec<[S; 2]> {
         let [first, last] = self.ends;
         let points = self.places.iter().zip(values).map(|(&place, &value)| [place, value]);
         let mut marks: Vec<[S; 2]> = points.collect();
-        let extrema = shape.extrema().into_iter().map(|z| first + S::from(0.5 * (z + 1.0)) * (last - first));
+        let extrema = extrema.extrema().into_iter().map(|z| first + S::from(0.5 * (z + 1.0)) * (last - first));
         marks.extend(extrema.map(|place| [place, at(place)]));
         marks.sort_by(|a, b| order(&a[0], &b[0]));
         marks
     }
 }
 
-/// The value at the start of a cell, with the sign that the end of the cell before had.
+/// The value at the start of an interval, with the sign that the end of the interval before had.
 fn carried<S: Real>(sign: Option<bool>, value: S) -> S {
     match sign {
         Some(true) if value <= S::ZERO => S::MIN_POSITIVE,

@@ -25,9 +25,9 @@
 
 mod crossings;
 mod curve;
+mod extrema;
 mod legendre;
 mod sampler;
-mod shape;
 mod stream;
 
 pub use crossings::{Crossing, EventSearch, Watch, crossings};

@@ -102,7 +102,7 @@ impl Adaptive<'_> {
         if hides && can_be_shorter {
             self.attempt.control.hides(rung);
         } else {
-            self.attempt.unproved += usize::from(hides);
+            self.attempt.unresolved += usize::from(hides);
         }
         hides && can_be_shorter
     }

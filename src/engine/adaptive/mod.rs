@@ -65,7 +65,7 @@ pub(super) struct Attempt {
     /// True once the error was carried over the last window.
     is_followed: bool,
     /// Number of windows in which something may hide.
-    unproved: usize,
+    unresolved: usize,
     /// Number of windows that were solved.
     windows: usize,
     /// The last one, as it was accepted.
@@ -338,7 +338,7 @@ impl Windows for Adaptive<'_> {
         self.attempt.failed_at.clone().unwrap_or_else(|| (self.gamma_at_end(), self.solver.end.positions()))
     }
 
-    fn unproved(&self) -> usize {
-        self.attempt.unproved
+    fn unresolved(&self) -> usize {
+        self.attempt.unresolved
     }
 }

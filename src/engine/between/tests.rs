@@ -106,7 +106,7 @@ fn scene(formula: &str, q: &[f64], v: &[f64], value: f64) -> (Geometry, Start) {
 struct Run {
     end: Vec<f64>,
     windows: usize,
-    unproved: usize,
+    unresolved: usize,
 }
 
 fn run(mut engine: Engine<'_>) -> Result<Run, Failure> {
@@ -115,7 +115,7 @@ fn run(mut engine: Engine<'_>) -> Result<Run, Failure> {
         windows = window.index + 1;
         ControlFlow::Continue(())
     })?;
-    Ok(Run { end: engine.place().1, windows, unproved: engine.unproved() })
+    Ok(Run { end: engine.place().1, windows, unresolved: engine.unresolved() })
 }
 
 fn promised((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> Result<Run, Failure> {
@@ -172,12 +172,12 @@ fn barriers_at_random_places_are_met() {
         let barrier = Barrier { height, width, normal, offset, is_point };
         let scene = scene(&format!("{height:?}*exp(-({square})/{width:?}^2)"), &q[..d], &v[..d], 0.0);
         match promised(&scene, 16.0, accuracy) {
-            Ok(Run { end, unproved, .. }) => {
+            Ok(Run { end, unresolved, .. }) => {
                 let truth = barrier.truth(q, v, 16.0);
                 let off = end[1..].iter().zip(truth).map(|(found, truth)| (found - truth).abs() / truth.abs().max(1.0));
                 let off = off.fold(0.0, f64::max);
                 assert!(off <= accuracy + 1e-11 + 1e-14 / width, "{number} {barrier:?} {v:?} {accuracy:e}: {off:e}");
-                assert_eq!(unproved, 0, "{number} {barrier:?}");
+                assert_eq!(unresolved, 0, "{number} {barrier:?}");
                 count += 1;
             }
             Err(failure) => assert_eq!(failure, Failure::Rounding, "{number} {barrier:?} {accuracy:e}"),
@@ -198,7 +198,7 @@ fn poles_are_not_certain() {
     for (number, scene) in scenes.iter().enumerate() {
         for accuracy in [1e-4, 1e-6, 1e-8] {
             if let Ok(run) = promised(scene, 4.0, accuracy) {
-                assert!((1..=run.windows).contains(&run.unproved), "{number} {accuracy:e}: {run:?}");
+                assert!((1..=run.windows).contains(&run.unresolved), "{number} {accuracy:e}: {run:?}");
             }
         }
     }
@@ -214,7 +214,7 @@ fn windows((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) ->
             windows.between = None;
         }
         let run = run(Engine(Box::new(windows))).unwrap();
-        assert_eq!(run.unproved, 0);
+        assert_eq!(run.unresolved, 0);
         run.windows
     })
 }

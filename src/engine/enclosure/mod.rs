@@ -53,7 +53,7 @@ const STEP: f64 = 2.0;
 const ANGLE: f64 = 1.5;
 
 /// The part of an accuracy that may come from what is too small to be seen.
-pub(crate) const UNSEEN: f64 = 0.1;
+pub(crate) const HIDDEN_SHARE: f64 = 0.1;
 
 /// A program with the registers in which it is enclosed.
 struct Enclosed {
@@ -231,7 +231,7 @@ pub(super) fn is_gentle(kind: Kind, lo: f64, hi: f64) -> bool {
 /// By how much rates may change on all of the way, `length`, without moving a coordinate by more than a `share` of its
 /// size, in the order of the program's outputs. `weights` are one over the size of every coordinate. Momenta count by
 /// what they make of velocities in `states`, each of them q^a and then p_a of all coordinates.
-pub(crate) fn negligible_rates<'s>(
+pub(crate) fn tolerated_rates<'s>(
     geometry: &Geometry,
     weights: &[f64],
     states: impl IntoIterator<Item = &'s [f64]>,

@@ -5,7 +5,7 @@ use svg::node::element::Path;
 
 use super::page::{At, LABEL, MARGIN, Page, SAMPLE, SMALL, TEXT, WIDTH, extent, px};
 use super::series::hex;
-use super::{Look, RADIUS};
+use super::{RADIUS, Style};
 
 /// Panels side by side.
 const ACROSS: usize = 4;
@@ -77,7 +77,7 @@ pub struct Panel {
     /// Heading.
     pub title: String,
     /// The look of its method in other pictures, and whether symbols are open there.
-    pub look: Option<(Look, bool)>,
+    pub look: Option<(Style, bool)>,
     /// Number of columns.
     pub columns: usize,
     /// The cells: column, row counted from below, and index of the kind.
@@ -245,7 +245,7 @@ mod tests {
         let signs = [Sign::EMPTY, Sign::RING, Sign::ZIGZAG, Sign::SLASH, Sign::CROSS, Sign::BAR, Sign::SQUARE];
         let kind =
             |(k, sign): (usize, Sign)| Kind { label: format!("kind {k} <"), fill: [200 - 25 * k as u8; 3], sign };
-        let look = Look { colour: [1, 2, 3], shape: crate::output::chart::Shape::Diamond };
+        let look = Style { colour: [1, 2, 3], shape: crate::output::chart::Shape::Diamond };
         let panel = Panel {
             title: "panel".into(),
             look: Some((look, false)),

@@ -7,7 +7,7 @@ mod series;
 mod thin;
 
 pub use map::{Kind, Map, Panel, Sign};
-pub use series::{Look, Mark, Series, Shape};
+pub use series::{Mark, Series, Shape, Style};
 
 use svg::node::element::Polyline;
 
@@ -159,7 +159,7 @@ impl Chart {
 }
 
 /// Draws a series: its lines, and its symbols, of which some may be open.
-fn draw(page: &mut Page, mark: Mark, look: Look, (runs, full, open): (&[Vec<At>], &[At], &[At]), radius: f64) {
+fn draw(page: &mut Page, mark: Mark, look: Style, (runs, full, open): (&[Vec<At>], &[At], &[At]), radius: f64) {
     if let Some((width, dashes)) = mark.line {
         for run in runs.iter().filter(|run| !run.is_empty()) {
             let mut run = thin::line(run);

@@ -7,7 +7,7 @@ use svg::Document;
 use svg::node::Node;
 use svg::node::element::{Element, Marker, Path, Polyline, Rectangle};
 
-use super::series::{Look, Shape};
+use super::series::{Shape, Style};
 
 pub(super) const WIDTH: f64 = 720.0;
 pub(super) const MARGIN: f64 = 16.0;
@@ -107,7 +107,7 @@ impl Page {
     }
 
     /// Draws symbols at these places.
-    pub(super) fn symbols(&mut self, look: Look, radius: f64, is_open: bool, places: &[At]) {
+    pub(super) fn symbols(&mut self, look: Style, radius: f64, is_open: bool, places: &[At]) {
         if places.is_empty() {
             return;
         }
@@ -229,7 +229,7 @@ fn parts(text: &str) -> Vec<(f64, &str)> {
 }
 
 /// A symbol around the origin, filled or open.
-fn symbol(look: Look, radius: f64, is_open: bool) -> Path {
+fn symbol(look: Style, radius: f64, is_open: bool) -> Path {
     // The point in a direction, given in turns, and at a distance, given in radii.
     let corner = |turn: f64, distance: f64| {
         let (sin, cos) = (TAU * turn).sin_cos();
@@ -297,7 +297,7 @@ mod tests {
 
     #[test]
     fn every_shape_is_another_picture() {
-        let look = |shape| Look { colour: [1, 2, 3], shape };
+        let look = |shape| Style { colour: [1, 2, 3], shape };
         let picture = |(shape, is_open): (Shape, bool)| symbol(look(shape), 3.4, is_open).to_string();
         let kinds = Shape::ALL.into_iter().flat_map(|shape| [(shape, true), (shape, false)]);
         assert_eq!(kinds.map(picture).collect::<BTreeSet<_>>().len(), 2 * Shape::ALL.len());

@@ -34,14 +34,14 @@ impl Mark {
 
 /// The colour and the shape that something has in every picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Look {
+pub struct Style {
     /// Red, green, blue.
     pub colour: [u8; 3],
     /// The shape of its symbols.
     pub shape: Shape,
 }
 
-impl Look {
+impl Style {
     /// Grey, as for a reference.
     pub const NEUTRAL: Self = Self { colour: [128, 128, 128], shape: Shape::Circle };
     /// Pale grey, as for a band behind others.
@@ -96,7 +96,7 @@ pub struct Series {
     /// How its points are drawn.
     pub mark: Mark,
     /// Its colour and the shape of its symbols; those of a series without are the next ones of a palette.
-    pub look: Option<Look>,
+    pub look: Option<Style>,
     /// Abscissae and ordinates, in the order in which a line joins them.
     pub points: Vec<(f64, f64)>,
 }
@@ -109,15 +109,15 @@ impl Series {
 
     /// The same series with a look of its own.
     #[must_use]
-    pub fn with_look(self, look: Look) -> Self {
+    pub fn with_look(self, look: Style) -> Self {
         Self { look: Some(look), ..self }
     }
 }
 
 /// The looks of the series of a chart.
-pub(super) fn looks(series: &[Series]) -> Vec<Look> {
+pub(super) fn looks(series: &[Series]) -> Vec<Style> {
     let mut palette = PALETTE.into_iter().cycle().zip(Shape::ALL.into_iter().take(4).cycle());
-    let mut next = || palette.next().map_or(Look::NEUTRAL, |(colour, shape)| Look { colour, shape });
+    let mut next = || palette.next().map_or(Style::NEUTRAL, |(colour, shape)| Style { colour, shape });
     series.iter().map(|series| series.look.unwrap_or_else(&mut next)).collect()
 }
 
@@ -128,8 +128,8 @@ mod tests {
     #[test]
     fn a_series_with_a_look_takes_no_colour_of_the_palette() {
         let series = || Series::new("", Mark::LINE, Vec::new());
-        let looks = looks(&[series(), series().with_look(Look::NEUTRAL), series()]);
+        let looks = looks(&[series(), series().with_look(Style::NEUTRAL), series()]);
         let colours: Vec<[u8; 3]> = looks.iter().map(|look| look.colour).collect();
-        assert_eq!(colours, [PALETTE[0], Look::NEUTRAL.colour, PALETTE[1]]);
+        assert_eq!(colours, [PALETTE[0], Style::NEUTRAL.colour, PALETTE[1]]);
     }
 }

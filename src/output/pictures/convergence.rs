@@ -2,7 +2,7 @@
 
 use super::look;
 use crate::case::Form;
-use crate::output::chart::{Chart, Look, Mark, Series};
+use crate::output::chart::{Chart, Mark, Series, Style};
 use crate::study::convergence::{Convergence, Slope};
 
 /// With more schemes than this in one picture, the legend gives the fits and they are not drawn as lines.
@@ -56,7 +56,7 @@ pub fn errors<S>(of: &str, convergence: &Convergence<S>, slopes: &[Slope]) -> Ch
     for (order, (h, error), coarsest) in guides {
         // A factor of four below the data, so that the guide can be told from the fit.
         let points = vec![(h, error / 4.0), (coarsest, error / 4.0 * (coarsest / h).powi(order))];
-        series.push(Series::new(format!("slope {order}"), Mark::DOTTED, points).with_look(Look::NEUTRAL));
+        series.push(Series::new(format!("slope {order}"), Mark::DOTTED, points).with_look(Style::NEUTRAL));
     }
     let title = "How errors fall with the step: the steeper, the higher the order";
     Chart::new(title, of, ["step Δγ", "error"], series).log_log()

@@ -7,7 +7,7 @@
 
 use crate::case::{Form, SbpName};
 use crate::methods::{PEERS, Peer};
-use crate::output::chart::{Look, Mark, Shape};
+use crate::output::chart::{Mark, Shape, Style};
 use crate::study::Method;
 
 const STRONG: [u8; 3] = [213, 94, 0];
@@ -54,40 +54,40 @@ fn depth_of_element(nodes: usize) -> f64 {
 }
 
 /// The look of a scheme in one block or, for a spectral element, with one element per window.
-pub(super) fn of_scheme(sbp: SbpName, form: Form) -> Look {
+pub(super) fn of_scheme(sbp: SbpName, form: Form) -> Style {
     let (colour, shape) = match (sbp, form) {
         (SbpName::Gll(_), Form::Weak) => (SPECTRAL, Shape::Triangle),
         (SbpName::Gll(_), Form::Strong) => (STRONG, Shape::Triangle),
         (_, Form::Strong) => (STRONG, Shape::Circle),
         (_, Form::Weak) => (WEAK, Shape::Square),
     };
-    Look { colour: darker(colour, depth(sbp)), shape }
+    Style { colour: darker(colour, depth(sbp)), shape }
 }
 
 /// The look of a method.
-pub(super) fn of_method(method: &Method) -> Look {
+pub(super) fn of_method(method: &Method) -> Style {
     let coloured =
-        |colour: [u8; 3], nodes: usize, shape: Shape| Look { colour: darker(colour, depth_of_element(nodes)), shape };
+        |colour: [u8; 3], nodes: usize, shape: Shape| Style { colour: darker(colour, depth_of_element(nodes)), shape };
     match method {
         Method::Block(sbp, form) => of_scheme(*sbp, *form),
         // The same scheme, but in windows.
-        Method::Windows(sbp, form) => Look { shape: Shape::Nabla, ..of_scheme(*sbp, *form) },
-        Method::Unregularised(sbp) => Look { shape: Shape::Cross, ..of_scheme(*sbp, Form::Strong) },
+        Method::Windows(sbp, form) => Style { shape: Shape::Nabla, ..of_scheme(*sbp, *form) },
+        Method::Unregularised(sbp) => Style { shape: Shape::Cross, ..of_scheme(*sbp, Form::Strong) },
         Method::Elements(nodes) => coloured(SPECTRAL, *nodes, Shape::Triangle),
         Method::March(nodes) => coloured(MARCH, *nodes, Shape::Diamond),
-        Method::Accuracy => Look { colour: ACCURACY, shape: Shape::Star },
-        Method::Tolerance => Look { colour: TOLERANCE, shape: Shape::Star },
+        Method::Accuracy => Style { colour: ACCURACY, shape: Shape::Star },
+        Method::Tolerance => Style { colour: TOLERANCE, shape: Shape::Star },
         Method::Peer(peer) => of_peer(*peer),
         Method::Other(name) => of_stranger(name),
     }
 }
 
 /// The look of a method to compare with: those of one curve are ever darker.
-fn of_peer(peer: &'static dyn Peer) -> Look {
+fn of_peer(peer: &'static dyn Peer) -> Style {
     let curve = peer.about().curve;
     let (_, colour, step, shape) = GREYS.into_iter().find(|(of, ..)| *of == curve).expect("every curve has a look");
     let place = kin(curve).position(|other| other == peer).unwrap_or(0);
-    Look { colour: darker(colour, step * place as f64), shape }
+    Style { colour: darker(colour, step * place as f64), shape }
 }
 
 /// The methods of a curve.
@@ -97,18 +97,18 @@ fn kin(curve: &str) -> impl Iterator<Item = &'static dyn Peer> {
 
 /// The look of a method that another program measured. If this program has a method of that name, the shape is the same
 /// and the grey is another one.
-fn of_stranger(name: &str) -> Look {
+fn of_stranger(name: &str) -> Style {
     let lower = name.to_lowercase();
     let namesake = PEERS.into_iter().find(|peer| lower.contains(&peer.name().to_lowercase()));
     let sum: usize = name.bytes().map(usize::from).sum();
     let shape = namesake.map_or([Shape::Cross, Shape::Plus][sum % 2], |peer| of_peer(peer).shape);
     // These greys lie between those of the built-in methods with the same shapes.
     let tone = 80 + 10 * (sum % 3) as u8;
-    Look { colour: [tone; 3], shape }
+    Style { colour: [tone; 3], shape }
 }
 
 /// The look of the curve that combines a method and its kin.
-pub(super) fn of_curve(method: &Method) -> Look {
+pub(super) fn of_curve(method: &Method) -> Style {
     of_method(&match method {
         Method::Block(_, form) => Method::Block(SbpName::Sbp42, *form),
         Method::Elements(_) => Method::Elements(16),
@@ -151,7 +151,7 @@ pub(super) mod tests {
     }
 
     /// All methods of both studies, with their looks, and whether they are of this program.
-    fn all() -> Vec<(String, Look, bool)> {
+    fn all() -> Vec<(String, Style, bool)> {
         let methods = Method::timed().into_iter().chain(strangers()).chain(Method::charted());
         methods.map(|method| (method.label(), of_method(&method), method.is_own())).collect()
     }
@@ -186,13 +186,13 @@ pub(super) mod tests {
 
     #[test]
     fn curves_of_a_picture_differ_in_shape_or_in_grey() {
-        let alike = |a: Look, b: Look| a.shape == b.shape && (grey(a.colour) - grey(b.colour)).abs() < 10.0;
+        let alike = |a: Style, b: Style| a.shape == b.shape && (grey(a.colour) - grey(b.colour)).abs() < 10.0;
         // The curves of speed against accuracy: those of this program are filled, others are open.
         for is_own in [true, false] {
             let methods = Method::timed().into_iter().chain(strangers()).filter(|method| method.is_own() == is_own);
             let curves: std::collections::BTreeMap<_, _> =
                 methods.map(|method| (method.curve(), of_curve(&method))).collect();
-            let curves: Vec<Look> = curves.into_values().collect();
+            let curves: Vec<Style> = curves.into_values().collect();
             for (k, &one) in curves.iter().enumerate() {
                 assert!(curves[..k].iter().all(|&other| !alike(one, other)), "{one:?} among {curves:?}");
             }

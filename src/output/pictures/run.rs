@@ -2,10 +2,10 @@
 //! paper.
 
 use crate::case::Form;
-use crate::diagnostics::{Diagnostics, Reach};
+use crate::diagnostics::{Diagnostics, Extent};
 use crate::geometry::{ConservedSum, Observable};
 use crate::number::Real;
-use crate::output::chart::{Chart, Look, Mark, Scale, Series, Shape};
+use crate::output::chart::{Chart, Mark, Scale, Series, Shape, Style};
 use crate::output::tables::Part;
 use crate::reference::ReferenceTrajectory;
 use crate::solve::WorldLine;
@@ -24,7 +24,7 @@ const ALIKE: f64 = 6.0;
 /// Steps that differ by more than this are drawn on a logarithmic scale.
 const MANY_STEPS: f64 = 30.0;
 /// The start and the end of an orbit, which both show where they are one place.
-const ENDS: Look = Look { colour: [0, 0, 0], shape: Shape::Circle };
+const ENDS: Style = Style { colour: [0, 0, 0], shape: Shape::Circle };
 /// Steps that differ by less are equal.
 const EVEN: f64 = 1.0 + 1e-6;
 
@@ -64,7 +64,7 @@ pub fn time_mesh<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &Diagn
         Form::Weak => "(D̄t)(γ)",
     };
     let points = at_nodes(solution, tangent[0].iter().copied());
-    let Reach { least, most } = Reach::of(points.iter().map(|point| point.1));
+    let Extent { least, most } = Extent::of(points.iter().map(|point| point.1));
     let title = if least > 0.0 && most > 1.005 * least {
         format!("The time mesh: steps in t differ by a factor of {:.2}", most / least)
     } else {
@@ -87,7 +87,7 @@ pub fn trajectory<S: Real>(
         series.push(Series::new("geodesic (reference)", Mark::LINE, points));
     }
     let points = time_parametrised.iter().map(|&(elapsed, x)| (t_i + elapsed, x)).collect();
-    series.push(Series::new("x(t) with time as parameter", Mark::DASHED, points).with_look(Look::NEUTRAL));
+    series.push(Series::new("x(t) with time as parameter", Mark::DASHED, points).with_look(Style::NEUTRAL));
     let points = solution.t().zip(solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
     series.push(Series::new("nodes", Mark::POINTS, points));
     Chart::new("Where the nodes lie on the trajectory x(t)", of, ["t", "x"], series)
@@ -137,7 +137,7 @@ impl<S: Real> PlotAxes<S> {
 
     fn chart(&self, title: &str, of: &str, series: Vec<Series>) -> Chart {
         let points = || series.iter().flat_map(|series| &series.points);
-        let ratio = Reach::of(points().map(|p| p.0)).range() / Reach::of(points().map(|p| p.1)).range();
+        let ratio = Extent::of(points().map(|p| p.0)).range() / Extent::of(points().map(|p| p.1)).range();
         let [x_label, y_label] = self.labels.each_ref().map(|label| written(label, self.parameter));
         let is_isometric = self.are_places() && (1.0 / ALIKE..=ALIKE).contains(&ratio);
         Chart { is_isometric, ..Chart::new(title, of, [&x_label, &y_label], series) }
@@ -197,7 +197,7 @@ pub fn orbit<S: Real>(of: &str, parts: &[Part<'_, S>], orbits: &[(String, PlotAx
         ends.extend(points.last().copied());
         series.push(Series::new(name.clone(), Mark::LINE, points));
     }
-    let mark = |shape: Shape| Look { shape, ..ENDS };
+    let mark = |shape: Shape| Style { shape, ..ENDS };
     series.push(Series::new("start", Mark::OPEN_POINTS, starts).with_look(mark(Shape::Circle)));
     series.push(Series::new("end", Mark::POINTS, ends).with_look(mark(Shape::Cross)));
     let axes = &orbits[0].1;
@@ -219,7 +219,7 @@ pub fn section<S: Real>(
 ) -> Chart {
     let (mut axes, norm) = (axes.clone(), parts.first().map_or(S::ZERO, |(line, _)| norm(line)));
     let (x, y): (Vec<f64>, Vec<f64>) = points(parts, &mut axes, LEAST_POINTS).into_iter().unzip();
-    let grains = [x, y].map(|values| ROUNDING * Reach::of(values.into_iter()).range());
+    let grains = [x, y].map(|values| ROUNDING * Extent::of(values.into_iter()).range());
     let events: Vec<(f64, f64)> = crossings.iter().map(|crossing| axes.point(&crossing.sample, norm)).collect();
     let (mut x, mut y): (Vec<f64>, Vec<f64>) = events.into_iter().unzip();
     level(&mut x, grains[0]);
@@ -236,7 +236,7 @@ pub fn section<S: Real>(
 /// Makes values equal whose differences are below `grain`, and zero if they are below it themselves: the events of an
 /// axis along which they all lie differ by rounding, which is not to be seen.
 fn level(values: &mut [f64], grain: f64) {
-    if Reach::of(values.iter().copied()).range() > grain {
+    if Extent::of(values.iter().copied()).range() > grain {
         return;
     }
     let first = values.first().copied().filter(|first| first.abs() > grain).unwrap_or(0.0);
@@ -311,7 +311,7 @@ pub fn mesh<S: Real>(of: &str, parts: &[Part<'_, S>]) -> Chart {
     let (mut series, mut texts, mut widest) = (Vec::new(), Vec::new(), 1.0);
     for (name, steps) in [("γ", Some(in_gamma)), ("t", in_t)] {
         let Some(steps) = steps else { continue };
-        let Reach { least, most } = Reach::of(steps.iter().map(|step| step.1.abs()));
+        let Extent { least, most } = Extent::of(steps.iter().map(|step| step.1.abs()));
         let ratio = most / least;
         widest = f64::max(widest, ratio);
         texts.push(match ratio <= EVEN {

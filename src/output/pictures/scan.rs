@@ -1,6 +1,6 @@
 //! The map of many runs over two keys that vary: a column of their table by colour.
 
-use crate::diagnostics::Reach;
+use crate::diagnostics::Extent;
 use crate::output::chart::{Kind, Map, Panel, Sign};
 
 /// From the least to the largest value, light to dark: the perceptually uniform map viridis, backwards.
@@ -69,7 +69,7 @@ fn words(values: &[String]) -> Kinds {
 }
 
 fn shades(numbers: &[Option<f64>]) -> Kinds {
-    let Reach { least, most } = Reach::of(numbers.iter().flatten().copied());
+    let Extent { least, most } = Extent::of(numbers.iter().flatten().copied());
     let is_logarithmic = least > 0.0 && most > MANY_DECADES * least;
     let scale = |value: f64| if is_logarithmic { value.ln() } else { value };
     let [from, to] = [least, most].map(scale);

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use super::look;
-use crate::output::chart::{Chart, Look, Mark, Series};
+use crate::output::chart::{Chart, Mark, Series, Style};
 use crate::study::work_precision::{DriftPoint, Row, front};
 
 /// The quantity on the ordinate, which measures the work.
@@ -53,7 +53,7 @@ pub fn work_precision<'a>(
     for row in &rows {
         curves.entry(row.method.curve()).or_default().push(row);
     }
-    let mut series = vec![Series::new("front of all methods", Mark::BAND, best(&rows)).with_look(Look::PALE)];
+    let mut series = vec![Series::new("front of all methods", Mark::BAND, best(&rows)).with_look(Style::PALE)];
     // A method without any result has no curve and no entry in the legend.
     curves.retain(|_, rows| rows.iter().any(|row| row.rank().is_some()));
     for ((_, label), rows) in &curves {

@@ -279,7 +279,7 @@ impl<'s, S: Real> March<'s, S> {
         }
         line.error_estimate = self.engine.error_estimate();
         (line.sizes, line.good_until) = (self.engine.sizes(), self.engine.good_until());
-        line.windows_unproved = Some(self.engine.unproved());
+        line.windows_unproved = Some(self.engine.unresolved());
         line.iterations.count = self.engine.sweeps();
         line
     }

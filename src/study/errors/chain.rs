@@ -1,7 +1,7 @@
 //! The error of a run with events that act, by a second one.
 
 use super::between::own_windows;
-use super::compare::clock;
+use super::compare::end_coordinate;
 use super::{Judge, RunError};
 use crate::engine::GOOD_DIGITS;
 use crate::number::Real;
@@ -53,10 +53,10 @@ pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], mar
             }
         }
     }
-    if let Some(clock) = clock(&end.setup, last) {
-        let (q_dot, late) = (last.end().q_dot, found.end[clock]);
-        let pace = |a: usize| (q_dot[a] / q_dot[clock]).to_f64().abs();
-        let off = |(a, off): (usize, &f64)| if a == clock { 0.0 } else { *off + late * pace(a) };
+    if let Some(end_coordinate) = end_coordinate(&end.setup, last) {
+        let (q_dot, late) = (last.end().q_dot, found.end[end_coordinate]);
+        let pace = |a: usize| (q_dot[a] / q_dot[end_coordinate]).to_f64().abs();
+        let off = |(a, off): (usize, &f64)| if a == end_coordinate { 0.0 } else { *off + late * pace(a) };
         found.see(found.end.iter().enumerate().map(off).collect::<Vec<_>>());
     }
     let estimate = relative(&found.largest) + own;

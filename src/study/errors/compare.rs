@@ -2,7 +2,7 @@
 
 use super::between::{Between, fractions};
 use super::{Judge, RunError};
-use crate::diagnostics::{Reach, origin};
+use crate::diagnostics::{Extent, origin};
 use crate::engine::{Accuracy, Engine};
 use crate::number::Real;
 use crate::reference::ReferenceTrajectory;
@@ -18,7 +18,7 @@ const ACCURACY: f64 = 1e-13;
 const WINDOWS: (usize, usize) = (1, 10_000);
 
 /// The coordinate whose value ended the run, if one did.
-pub(super) fn clock<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<usize> {
+pub(super) fn end_coordinate<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<usize> {
     match setup.limit {
         Limit::Value { coordinate, .. } if line.ended_by.is_none() => Some(coordinate),
         _ => None,
@@ -35,12 +35,12 @@ pub(super) struct Points<'l, S> {
     /// dq^a/dγ at the end.
     q_dot: Vec<S>,
     /// The coordinate whose value ended the run, if one did. The last point is compared at that value.
-    clock: Option<usize>,
+    end_coordinate: Option<usize>,
 }
 
 impl<'l, S: Real> Points<'l, S> {
     /// The samples before `line`, and its nodes.
-    pub(super) fn new(line: &'l WorldLine<S>, samples: &[Sample<S>], clock: Option<usize>) -> Self {
+    pub(super) fn new(line: &'l WorldLine<S>, samples: &[Sample<S>], end_coordinate: Option<usize>) -> Self {
         let first = line.gamma_from_start().next().unwrap_or(S::ZERO);
         let from_start = |sample: &Sample<S>| line.signed(sample.gamma - line.gamma_i);
         let mut before: Vec<&Sample<S>> = samples.iter().filter(|sample| from_start(sample) < first).collect();
@@ -56,7 +56,7 @@ impl<'l, S: Real> Points<'l, S> {
             rows: (0..line.geometry().dimension()).map(row).collect(),
             q_dot: line.end_inside().q_dot,
             line,
-            clock,
+            end_coordinate,
         }
     }
 
@@ -65,7 +65,7 @@ impl<'l, S: Real> Points<'l, S> {
         let place = &self.line.place;
         let far = |(a, row): (usize, &Vec<S>)| {
             let origin = origin(place, a);
-            Reach::of(row.iter().map(|&q| (q - origin).to_f64())).size()
+            Extent::of(row.iter().map(|&q| (q - origin).to_f64())).size()
         };
         place.geometry.shared(&place.start.q, &self.rows.iter().enumerate().map(far).collect::<Vec<_>>())
     }
@@ -74,27 +74,28 @@ impl<'l, S: Real> Points<'l, S> {
     /// world-line with `q_dot` there. Where the value of a coordinate ended the run, points with that value are
     /// compared: the pace of the world-line on the way there changes by about half of what it differs at both ends.
     fn at_end(&self, off: Vec<f64>, q_dot: &[f64]) -> Vec<f64> {
-        let Some(clock) = self.clock else { return off };
+        let Some(end_coordinate) = self.end_coordinate else { return off };
         let at = |a: usize| {
-            let pace = q_dot[a] / q_dot[clock];
-            (off[a] - off[clock] * pace).abs() + 0.5 * off[clock].abs() * (self.pace(a, clock) - pace).abs()
+            let pace = q_dot[a] / q_dot[end_coordinate];
+            (off[a] - off[end_coordinate] * pace).abs()
+                + 0.5 * off[end_coordinate].abs() * (self.pace(a, end_coordinate) - pace).abs()
         };
-        (0..off.len()).map(|a| if a == clock { 0.0 } else { at(a) }).collect()
+        (0..off.len()).map(|a| if a == end_coordinate { 0.0 } else { at(a) }).collect()
     }
 
-    /// dq^a by the change of the coordinate `clock`, at the end.
-    fn pace(&self, a: usize, clock: usize) -> f64 {
-        (self.q_dot[a] / self.q_dot[clock]).to_f64()
+    /// dq^a by the change of the coordinate `end_coordinate`, at the end.
+    fn pace(&self, a: usize, end_coordinate: usize) -> f64 {
+        (self.q_dot[a] / self.q_dot[end_coordinate]).to_f64()
     }
 
     /// The errors of a judge that is off by this share of these sizes. In a run that ends at a value of a coordinate,
     /// all of the error is in the others.
     fn own(&self, share: f64, sizes: &[f64]) -> Vec<f64> {
         let mut errors: Vec<f64> = sizes.iter().map(|size| share * size).collect();
-        if let Some(clock) = self.clock {
-            let late = std::mem::take(&mut errors[clock]);
-            let others = errors.iter_mut().enumerate().filter(|(a, _)| *a != clock);
-            others.for_each(|(a, own)| *own += late * self.pace(a, clock).abs());
+        if let Some(end_coordinate) = self.end_coordinate {
+            let late = std::mem::take(&mut errors[end_coordinate]);
+            let others = errors.iter_mut().enumerate().filter(|(a, _)| *a != end_coordinate);
+            others.for_each(|(a, own)| *own += late * self.pace(a, end_coordinate).abs());
         }
         errors
     }

@@ -12,7 +12,7 @@ mod compare;
 pub(crate) use chain::chain_error;
 
 use self::between::own_windows;
-use self::compare::{Points, clock};
+use self::compare::{Points, end_coordinate};
 use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::{Setup, WorldLine};
@@ -108,14 +108,14 @@ impl RunError {
 /// The error of the run of `setup`, of which only its last part, `line`, and `samples` of all of it may be kept; `None`
 /// if no second solve reaches the end.
 pub fn run_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    let clock = clock(setup, line);
+    let end_coordinate = end_coordinate(setup, line);
     if let Some(estimate) = line.error_estimate {
         let mut found = RunError::none(line.sizes.len());
         found.see(line.sizes.iter().map(|size| estimate * size));
-        clock.into_iter().for_each(|clock| found.end[clock] = 0.0);
+        end_coordinate.into_iter().for_each(|end_coordinate| found.end[end_coordinate] = 0.0);
         return Some(RunError { stepped_over: own_windows(setup, line), ..found });
     }
-    let points = Points::new(line, samples, clock);
+    let points = Points::new(line, samples, end_coordinate);
     let found = points.with_second_solve(&setup.rough);
     let is_beyond = |error: &RunError| {
         let sizes = points.sizes();
@@ -127,5 +127,5 @@ pub fn run_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Samp
 
 /// The same against a Taylor reference of as many digits; `None` if that does not reach the end.
 pub fn reference_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    Points::new(line, samples, clock(setup, line)).with_taylor(&setup.rough)
+    Points::new(line, samples, end_coordinate(setup, line)).with_taylor(&setup.rough)
 }

@@ -38,7 +38,7 @@ fn potentials() -> [Problem; 3] {
 /// Two active coordinates, separable; one of three; and two of four with an off-diagonal component.
 fn scenes() -> [Problem; 3] {
     let scene = |geometry: Geometry, start: Start, length: f64| Problem {
-        space: geometry.around(&start.q).unwrap().into(),
+        space: geometry.with_domain_of(&start.q).unwrap().into(),
         start,
         length,
         g00: None,
@@ -141,7 +141,7 @@ fn symplectic_methods_keep_k_bounded_and_runge_kutta_lets_it_drift() {
 fn failures_are_told_apart() {
     let hole = geometry(&preset("schwarzschild", &[]));
     let fall = start(&hole, &[0.0, 3.0, 0.0], &[3.0, -1.0, 0.0]);
-    let fall = Problem { space: hole.around(&fall.q).unwrap().into(), start: fall, length: 20.0, g00: None };
+    let fall = Problem { space: hole.with_domain_of(&fall.q).unwrap().into(), start: fall, length: 20.0, g00: None };
     let ends = [Failure::OutsideDomain, Failure::TooManySteps, Failure::Diverged, Failure::NotConverged];
     let output = Output::even(5);
     for (problem, is_scene) in

@@ -61,7 +61,7 @@ fn blocks_of_the_metric() {
     assert_eq!(mistake(three), GeometryError::Degenerate(vec![0, 1, 2]));
     // A determinant that vanishes for every x, though no term of it does, is found where the scene starts.
     let hidden: Geometry = geometry(&metric(&["x", "y"], &[("x x", "x"), ("x y", "x"), ("y y", "x")]));
-    assert_eq!(hidden.around(&[1.5, 0.0]).unwrap_err().block, Some(0));
+    assert_eq!(hidden.with_domain_of(&[1.5, 0.0]).unwrap_err().block, Some(0));
     let names: Vec<String> = (0..=MOST_COUPLED).map(|k| format!("x{k}")).collect();
     let coupled = |count: usize| MetricText {
         coordinates: names[..count].to_vec(),

@@ -80,12 +80,12 @@ fn barriers_between_the_nodes_are_found() {
         for error in ERRORS {
             let gaps = Gaps::new(&line, &case.geometry(), error);
             assert_eq!(gaps.count, line.nodes() - line.windows.len());
-            assert!(gaps.unproved > 0, "{}: {gaps:?}", case.to_toml());
+            assert!(gaps.unresolved > 0, "{}: {gaps:?}", case.to_toml());
             let first = gaps.first.unwrap();
             let names: Vec<&str> = first.coordinates.iter().map(|(name, _)| name.as_str()).collect();
             assert_eq!(names[..], ["t", "x", "y"][..if run < 210 { 2 } else { 3 }]);
             assert!(first.gamma[0] < first.gamma[1]);
-            if run < 210 && passes && gaps.unproved == 1 {
+            if run < 210 && passes && gaps.unresolved == 1 {
                 let [from, to] = first.coordinates[1].1;
                 assert!(from - width < place && place < to + width, "{place}: {first:?}");
             }
@@ -111,7 +111,7 @@ fn nothing_hides_in_the_shipped_cases() {
         };
         // Two of them have no solution.
         let Some(gaps) = found else { continue };
-        assert!(gaps.unproved == 0 && gaps.first.is_none() && gaps.reason().is_none(), "{name}: {gaps:?}");
+        assert!(gaps.unresolved == 0 && gaps.first.is_none() && gaps.reason().is_none(), "{name}: {gaps:?}");
         assert!(gaps.count > 30, "{name}");
         looked_at += 1;
     }
@@ -129,7 +129,7 @@ fn a_hill_that_the_nodes_follow_is_no_reason_to_doubt() {
             let case = on_a_line(height, width, 5.0, [-0.6, 0.6], &self::grid(grid));
             for error in [None, Some(1e-10), Some(1e-3)] {
                 let gaps = gaps_of::<f64>(&case, error).unwrap();
-                assert_eq!(gaps.unproved, 0, "{grid:?} {height} {width}: {gaps:?}");
+                assert_eq!(gaps.unresolved, 0, "{grid:?} {height} {width}: {gaps:?}");
             }
         }
     }
@@ -147,23 +147,23 @@ fn a_barrier_is_found_in_any_precision_and_system() {
             true => gaps_of::<Extended>(&case, None),
             false => gaps_of::<f64>(&case, None),
         };
-        assert_eq!(gaps.unwrap().unproved, 1, "{setting}");
+        assert_eq!(gaps.unwrap().unresolved, 1, "{setting}");
     }
     let text = format!(
         "potential = {{ coordinates = [\"x\", \"y\"], formula = \"exp(-((x-2.3)/1e-3)^2)\" }}\n\
          initial = {{ x = -0.6, y = 0.0, t_dot = 1.0, x_dot = 0.6, y_dot = 0.1 }}\nsolver.system = \"doubled\"\n{grid}"
     );
     let case = parsed(&text, &[]);
-    assert_eq!(gaps_of::<f64>(&case, None).unwrap().unproved, 1);
+    assert_eq!(gaps_of::<f64>(&case, None).unwrap().unresolved, 1);
 }
 
 /// The largest height at which a feature is explained, where every height above is too large.
-fn critical(unproved: impl Fn(f64) -> usize) -> f64 {
+fn critical(unresolved: impl Fn(f64) -> usize) -> f64 {
     let (mut below, mut above) = (1e-24_f64, 1e3_f64);
-    assert!(unproved(below) == 0 && unproved(above) > 0);
+    assert!(unresolved(below) == 0 && unresolved(above) > 0);
     while above > 1.001 * below {
         let height = (below * above).sqrt();
-        if unproved(height) == 0 { below = height } else { above = height }
+        if unresolved(height) == 0 { below = height } else { above = height }
     }
     below
 }
@@ -179,7 +179,7 @@ fn what_may_hide_counts_with_the_length_of_its_gap_and_of_the_run() {
         let place = x_dot * length * 7.4 / (nodes - 1) as f64 - 0.6;
         critical(|height| {
             let case = on_a_line(height, 1e-5, place, [-0.6, x_dot], &grid);
-            gaps_of::<f64>(&case, Some(error)).map_or(1, |gaps| gaps.unproved)
+            gaps_of::<f64>(&case, Some(error)).map_or(1, |gaps| gaps.unresolved)
         })
     };
     let first = explained(64.0, 65, 0.01, 1e-6);
@@ -212,7 +212,7 @@ fn what_may_hide_in_a_scene_counts_in_the_units_of_its_coordinates() {
                 unit * 0.001
             );
             let case = parsed(&text, &[]);
-            gaps_of::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
+            gaps_of::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unresolved)
         })
     };
     let first = explained(1.0, 0.0, 0.0, 1.0);
@@ -243,7 +243,7 @@ fn what_hides_beyond_the_nodes_where_a_path_turns_is_found() {
         let case = parsed(&format!("{potential}\ninitial = {{ {start}{more} }}\n{rest}"), &[]);
         let gaps = gaps_of::<f64>(&case, Some(1e-6)).unwrap();
         let first = gaps.first.as_ref().unwrap_or_else(|| panic!("{gaps:?}"));
-        assert!(gaps.unproved == 1 && (first.gamma[0] - 0.2).abs() < 1e-12, "{gaps:?}");
+        assert!(gaps.unresolved == 1 && (first.gamma[0] - 0.2).abs() < 1e-12, "{gaps:?}");
         assert!(first.coordinates[1].1.iter().all(|x| (0.99..0.9965).contains(x)), "{gaps:?}");
     }
 }
@@ -270,7 +270,7 @@ fn the_order_of_coordinates_and_origins_do_not_count() {
                 metric.join(", ")
             );
             let case = parsed(&text, &[]);
-            gaps_of::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unproved)
+            gaps_of::<f64>(&case, Some(1e-6)).map_or(1, |gaps| gaps.unresolved)
         })
     };
     let first = explained(["t", "x", "y"], 0.0);

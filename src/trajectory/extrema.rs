@@ -14,13 +14,13 @@ const BISECTIONS: usize = 40;
 
 /// A polynomial on [−1, 1] as a Legendre series, relative to its scale, in `f64`.
 #[derive(Debug)]
-pub(super) struct Shape<S> {
+pub(super) struct Extrema<S> {
     scale: S,
     coefficients: Vec<f64>,
     derivative: Vec<f64>,
 }
 
-impl<S: Real> Shape<S> {
+impl<S: Real> Extrema<S> {
     /// The polynomial with these Legendre coefficients, divided by the largest of them.
     pub(super) fn new(coefficients: &[S]) -> Self {
         let scale = coefficients.iter().fold(S::ZERO, |most, c| most.max(c.abs()));
@@ -90,8 +90,9 @@ mod tests {
     fn extrema_are_where_the_slope_vanishes() {
         let expansion: Expansion<f64> = Expansion::new(24);
         let z: Vec<f64> = expansion.nodes.iter().map(|s| 2.0 * s - 1.0).collect();
-        let of =
-            |f: &dyn Fn(f64) -> f64| Shape::new(&expansion.coefficients(&z.iter().map(|&z| f(z)).collect::<Vec<_>>()));
+        let of = |f: &dyn Fn(f64) -> f64| {
+            Extrema::new(&expansion.coefficients(&z.iter().map(|&z| f(z)).collect::<Vec<_>>()))
+        };
         let wave = of(&|z| (5.0 * z).sin());
         let expected: Vec<f64> = [-1.5, -0.5, 0.5, 1.5].map(|k| k * std::f64::consts::PI / 5.0).to_vec();
         let found = wave.extrema();
