@@ -91,7 +91,8 @@ use std::ops::{ControlFlow, Deref, DerefMut};
 use self::adaptive::{Adaptive, Target};
 use self::march::March;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
-use crate::sbp::collocation::{Collocation, Family};
+use crate::sbp::collocation::Collocation;
+use crate::sbp::legendre::Family;
 
 /// The most nodes of a window.
 pub const MOST_POINTS: usize = 24;

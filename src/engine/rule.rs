@@ -1,7 +1,8 @@
 //! Tables of a collocation for the lanes of a window.
 
 use crate::number::vector::{Matrix, Nodes, Twofold, Weights};
-use crate::sbp::collocation::{Collocation, legendre};
+use crate::sbp::collocation::Collocation;
+use crate::sbp::legendre::legendre;
 
 /// A guess continues the polynomials of the window before. Their higher modes are rounding errors where windows resolve
 /// the motion well, and grow like (3 + √8)^k up to the end of the next window.

@@ -5,7 +5,8 @@ use super::sizes::Sizes;
 use super::window::{Known, Solver};
 use crate::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Start};
 use crate::number::vector::Twofold;
-use crate::sbp::collocation::{Collocation, Family};
+use crate::sbp::collocation::Collocation;
+use crate::sbp::legendre::Family;
 
 /// A scene at this point, with these momenta.
 fn scene(text: &GeometryText, q: &[f64], p: &[f64]) -> (Geometry, Start) {

@@ -3,11 +3,9 @@
 use std::collections::HashMap;
 
 use super::Function;
+pub(crate) use super::operation::NodeId;
 use super::operation::Operation;
 use crate::number::Real;
-
-/// Index of a node in its [`Graph`].
-pub(crate) type NodeId = usize;
 
 /// A value of the graph; operands are earlier nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -1,7 +1,9 @@
 //! The operations of graphs and programs.
 
 use super::Function;
-use super::graph::NodeId;
+
+/// Index of a node in its [`Graph`](super::Graph).
+pub(crate) type NodeId = usize;
 
 /// An operation on earlier values, each given by the index of a node of a graph or of a register of a program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -3,8 +3,8 @@
 //! Where the Hamiltonian H(q, p) is known, they are q̇^a = ∂H/∂p_a and, without a force, ṗ_a = −∂H/∂q^a.
 
 use super::inverse::Inverse;
-use super::parts::Parts;
-use crate::formula::{Graph, Level, NodeId};
+use super::parts::{Parts, plus};
+use crate::formula::{Level, NodeId};
 use crate::number::Real;
 
 /// Expressions in the variables q^a, then n that stand in none of them (where velocities were), then p_a.
@@ -118,10 +118,4 @@ pub(super) fn force<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -
         sum = parts.graph.add(sum, force);
     }
     sum
-}
-
-/// sum + a b.
-pub(super) fn plus<S: Real>(graph: &mut Graph<S>, sum: NodeId, [a, b]: [NodeId; 2]) -> NodeId {
-    let product = graph.multiply(a, b);
-    graph.add(sum, product)
 }

@@ -1,8 +1,8 @@
 //! The Lagrangian and the force of a scene as programs: their components with derivatives, and what follows from them.
 
-use super::expressions::{force, plus};
+use super::expressions::force;
 use super::inverse::Inverse;
-use super::parts::Parts;
+use super::parts::{Parts, plus};
 use super::structure::{ForceTerm, Samples, Source, Structure, Term};
 use crate::formula::{Graph, NodeId, Program};
 use crate::number::Real;

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::expressions::plus;
 use super::presets::Preset;
 use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, uses};
 use crate::formula::{self, Graph, Known, Names, NodeId};
@@ -168,6 +167,12 @@ fn parameters<S: Real>(texts: &[(String, String)]) -> Result<Names<S>, GeometryE
 /// [`GeometryError::Formula`] if there is a mistake in it, or [`GeometryError::NotFinite`].
 pub fn value_of<S: Real>(text: &str, parameters: &[(String, String)]) -> Result<S, GeometryError> {
     constant(text, &self::parameters(parameters)?, Place::Parameter(String::new()))
+}
+
+/// sum + a b.
+pub(super) fn plus<S: Real>(graph: &mut Graph<S>, sum: NodeId, [a, b]: [NodeId; 2]) -> NodeId {
+    let product = graph.multiply(a, b);
+    graph.add(sum, product)
 }
 
 impl<S: Real> Parts<S> {

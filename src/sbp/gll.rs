@@ -14,7 +14,7 @@
 
 use std::sync::OnceLock;
 
-use super::collocation::{Family, approximate_node};
+use super::legendre::{Family, approximate_node};
 use crate::number::{Constants, Extended, Real};
 
 /// Smallest number of nodes of a rule: its two ends.

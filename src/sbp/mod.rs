@@ -20,6 +20,7 @@
 pub mod coefficients;
 pub mod collocation;
 pub mod gll;
+pub(crate) mod legendre;
 mod name;
 mod regularised;
 pub mod symbol;

@@ -36,6 +36,7 @@ mod grid;
 mod guess;
 mod memory;
 mod newton;
+mod pair;
 mod piece;
 mod run;
 mod setup;

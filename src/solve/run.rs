@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::failure::NoSolution;
 use super::grid::{Window, WindowOperator};
-use super::piece::{Pair, Piece, Problem};
+use super::pair::Pair;
+use super::piece::{Piece, Problem};
 use super::setup::{Settings, Setup, System};
 use super::status::{InitialGuess, Iterations};
 use super::world_line::{Place, WorldLine};

@@ -9,8 +9,8 @@ use super::partition;
 use crate::action::Form;
 use crate::geometry::{Geometry, Point, Start};
 use crate::number::Real;
-use crate::sbp::collocation::legendre;
 use crate::sbp::gll::MOST_NODES;
+use crate::sbp::legendre::legendre;
 use crate::solve::{WindowNodes, WorldLine};
 
 /// Most Picard sweeps. Each gains two digits or more where the window resolves the motion.

@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 
 use super::legendre::series;
 use crate::number::Real;
-use crate::sbp::collocation::legendre;
 use crate::sbp::gll::MOST_NODES;
+use crate::sbp::legendre::legendre;
 
 /// Places for each coefficient of a polynomial between which zeros of its derivative are looked for.
 const PROBES: usize = 4;

@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 
 use crate::number::{Real, sum};
-use crate::sbp::collocation::legendre;
 use crate::sbp::gll::LobattoRule;
+use crate::sbp::legendre::legendre;
 
 /// Conversion between nodal values on one rule and coefficients of Legendre polynomials. Both matrices are stored in
 /// the order of access, so that products vectorise.

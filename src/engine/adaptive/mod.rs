@@ -22,7 +22,8 @@ use super::window::{Known, Solver};
 use super::{Accuracy, Failure, GOOD_DIGITS, Handed, OfState, POINTS, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
-use crate::sbp::collocation::{Collocation, Family};
+use crate::sbp::collocation::Collocation;
+use crate::sbp::legendre::Family;
 
 /// The windows of a run.
 pub(super) struct Adaptive<'g> {
