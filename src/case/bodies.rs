@@ -6,10 +6,10 @@
 use std::ops::Range;
 
 use super::CaseError;
-use super::initial::{Given, Rate};
 use super::names::{self, NameTable};
 use super::reader::Field;
 use super::scenery::{PARAMETER, Places, Scenery};
+use super::start_data::{Given, Rate};
 use crate::geometry::{GeometryText, Law, Place, PotentialText, value_of};
 
 /// The mass of a body without mass, in units of the largest one: it moves nothing, and no digit shows it.

@@ -30,6 +30,7 @@ mod initial;
 mod keys;
 mod limits;
 mod metric;
+mod missing;
 mod mistakes;
 mod names;
 mod observables;
@@ -41,6 +42,7 @@ mod settings;
 mod setup;
 mod source;
 mod start;
+mod start_data;
 mod tables;
 mod warnings;
 
@@ -52,12 +54,12 @@ pub use crate::geometry::Direction;
 pub use crate::sbp::SbpName;
 pub use crate::solve::System;
 pub use error::CaseError;
-pub use initial::{Rate, Sign, StartData};
 pub use keys::{KEYS, Key, SCENE_KEYS};
 pub use limits::on_grid;
 pub use observables::{Axes, Event};
 pub use settings::{Expect, Grid};
 pub use source::{key_of, overridden};
+pub use start_data::{Rate, Sign, StartData};
 
 use crate::geometry::{Geometry, GeometryText, Start, value_of};
 use crate::number::Real;
@@ -127,6 +129,11 @@ impl PartialEq for Case {
 }
 
 impl Case {
+    /// The names of its events, in order.
+    pub fn event_names(&self) -> Vec<&str> {
+        self.events.iter().map(|event| event.name.as_str()).collect()
+    }
+
     /// The names of all coordinates, in order, with those that the space-time adds itself.
     pub fn coordinates(&self) -> Vec<String> {
         self.geometry_text.coordinates()

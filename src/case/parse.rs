@@ -3,7 +3,7 @@
 use super::observables::{self, Formulas};
 use super::reader::Field;
 use super::source::Source;
-use super::{Case, CaseError, check, hint, initial, mistakes, rounding, settings, tables};
+use super::{Case, CaseError, check, initial, missing, mistakes, rounding, settings, tables};
 use crate::geometry::GeometryText;
 use crate::number::Extended;
 use crate::solve::Continuation;
@@ -32,7 +32,7 @@ impl Case {
         let case = read();
         // All that a case of the paper lacks is named at once.
         let is_incomplete = case.as_ref().err().is_none_or(lacks);
-        let missing = (source.is_of_x && is_incomplete).then(|| hint::missing(&root));
+        let missing = (source.is_of_x && is_incomplete).then(|| missing::missing(&root));
         missing.flatten().map_or(case, Err)
     }
 

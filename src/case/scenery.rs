@@ -5,10 +5,10 @@
 //! for K > 0 and 1 for K < 0, and dtau/dγ = √|K|.
 
 use super::CaseError;
-use super::initial::{Given, StartData};
 use super::names::{self, NameTable};
 use super::reader::Field;
 use super::start::{self, NoStart};
+use super::start_data::{Given, StartData};
 use crate::formula::functions;
 use crate::geometry::{Geometry, GeometryError, GeometryText, Law, Observable, Place, Preset, Start, Tau, value_of};
 use crate::number::Real;

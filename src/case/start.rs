@@ -8,7 +8,7 @@
 //!
 //! If one rate u is to be found from K, q̇ = α + β u, and K = (βᵀGβ) u² + 2 (αᵀGβ) u + αᵀGα.
 
-use super::initial::{Rate, Sign, StartData};
+use super::start_data::{Rate, Sign, StartData};
 use crate::geometry::{Geometry, Start, value_of};
 use crate::number::Real;
 

@@ -9,9 +9,8 @@ use geodesic_ivp::study::convergence::Quantity;
 use geodesic_ivp::study::convergence::paper::{BASE_CASES, published};
 
 use super::converge::{COMMAND, ConvergeArgs, Line, Swept, sweep_into, table};
-use super::interrupt::Interrupted;
 use super::lines::row;
-use super::report;
+use super::report::{self, Interrupted};
 
 /// Sweeps the base cases, writes the files of each into a folder of its name, and prints one table.
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {

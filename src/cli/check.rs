@@ -10,6 +10,7 @@ use geodesic_ivp::study::run::{NoRun, Run, Wanted, run};
 use geodesic_ivp::{Case, CaseError, Status};
 
 use super::lines::{COLUMNS, broken};
+use super::report::ExpectationNotMet;
 use super::{CaseArgs, memory, out, report};
 
 #[derive(Debug, Args)]
@@ -21,11 +22,6 @@ pub(super) struct CheckArgs {
     #[arg(long)]
     run: bool,
 }
-
-/// The error of a solved case that differs from its `[expect]` table: one phrase for each difference.
-#[derive(Debug, thiserror::Error)]
-#[error("the case does not meet its [expect] table: {}", .0.join("; "))]
-pub(super) struct ExpectationNotMet(pub(super) Vec<String>);
 
 pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
     let case = args.case.read()?;

@@ -13,10 +13,10 @@ use geodesic_ivp::study::convergence::paper::published;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 
 use super::lines::{listed, row, wrapped};
+use super::memory;
 use super::out::RESULTS;
 use super::report;
 use super::study::{self, Placed, StudyArgs};
-use super::{CaseArgs, base_cases, memory};
 
 pub(super) const COMMAND: &str = "converge";
 const CONVERGENCE: &str = "convergence.csv";
@@ -86,10 +86,11 @@ fn range(text: &str) -> Result<(usize, usize), String> {
 }
 
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
-    let CaseArgs { case: Some(_), quiet, .. } = args.study.case else { return base_cases::converge(args) };
     let case = args.study.case.read_for_study()?;
     let swept = sweep_into(args.study.output.target(&args.study.case, COMMAND)?, &case, args, "")?;
-    args.study.output.tell(quiet, &swept.summary, || format!("{}{}", swept.text, swept.placed.written))?;
+    args.study
+        .output
+        .tell(args.study.case.quiet, &swept.summary, || format!("{}{}", swept.text, swept.placed.written))?;
     Ok(ExitCode::from(swept.code()))
 }
 

@@ -9,8 +9,6 @@ use geodesic_ivp::reference::{ReferenceTrajectory, time_parametrised};
 use geodesic_ivp::solve::Place;
 use geodesic_ivp::study::run::Run;
 
-use super::run::event_names;
-
 /// Draws the pictures of a run.
 pub(super) fn draw<S: Real>(files: &OutputSet, title: &str, case: &Case, run: &Run<S>) -> anyhow::Result<()> {
     let line = &run.line;
@@ -45,7 +43,7 @@ fn pictures<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
         pictures::mesh(title, &parts),
     ];
     if !case.events.is_empty() {
-        drawn.push(pictures::section(title, &parts, &orbits[0].1, &event_names(case), events));
+        drawn.push(pictures::section(title, &parts, &orbits[0].1, &case.event_names(), events));
     }
     if case.is_of_x {
         drawn.extend(pictures_of_x(title, case, run));

@@ -16,15 +16,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 
-use super::report;
-
-/// The exit code of an interrupted command.
-pub(super) const INTERRUPTED: u8 = 130;
-
-/// The error of a study that was interrupted before it had anything to write. The files of an earlier one stay.
-#[derive(Debug, thiserror::Error)]
-#[error("interrupted before anything was finished: no file was written")]
-pub(super) struct Interrupted;
+use super::report::{self, INTERRUPTED};
 
 /// The state of the program: an interrupt ends it unless a computation is [`WATCHED`], which it leaves [`STOPPED`].
 static STATE: AtomicU8 = AtomicU8::new(IDLE);

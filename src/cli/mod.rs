@@ -15,6 +15,7 @@ mod out;
 mod report;
 mod run;
 mod samples;
+mod share;
 mod stability;
 mod study;
 mod told;
@@ -160,7 +161,9 @@ fn execute(command: Command) -> anyhow::Result<ExitCode> {
     }
     interrupt::install()?;
     match command {
-        Command::Run(args) => run::run(*args),
+        Command::Run(args) if !args.vary.vary.is_empty() => vary::vary(&args.continued()),
+        Command::Run(args) => run::run(&args.continued()),
+        Command::Converge(args) if args.study.case.case.is_none() => base_cases::converge(&args),
         Command::Converge(args) => converge::converge(&args),
         Command::WorkPrecision(args) => work_precision::work_precision(&args),
         Command::Stability(args) => stability::stability(&args),

@@ -8,8 +8,18 @@ pub(super) use geodesic_ivp::output::{refused, refused_by_system};
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
-use super::check::ExpectationNotMet;
-use super::interrupt::{INTERRUPTED, Interrupted};
+/// The exit code of an interrupted command.
+pub(super) const INTERRUPTED: u8 = 130;
+
+/// The error of a study that was interrupted before it had anything to write. The files of an earlier one stay.
+#[derive(Debug, thiserror::Error)]
+#[error("interrupted before anything was finished: no file was written")]
+pub(super) struct Interrupted;
+
+/// The error of a solved case that differs from its `[expect]` table: one phrase for each difference.
+#[derive(Debug, thiserror::Error)]
+#[error("the case does not meet its [expect] table: {}", .0.join("; "))]
+pub(super) struct ExpectationNotMet(pub(super) Vec<String>);
 
 /// The remedy for a reference that ends early, and the exit code.
 fn of_reference(reason: EndReason) -> (&'static str, u8) {

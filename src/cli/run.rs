@@ -24,8 +24,8 @@ use toml_edit::Value;
 use super::drawn::{draw, picture_names};
 use super::out::{OutArgs, RESULTS};
 use super::samples::SampleArgs;
+use super::share::VaryArgs;
 use super::told::Told;
-use super::vary::{VaryArgs, vary};
 use super::{CaseArgs, memory, out, report};
 
 const TRAJECTORY: &str = "trajectory.csv";
@@ -107,13 +107,17 @@ fn whole(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|&count| count > 0).ok_or_else(|| "expected a whole number, 1 or more".to_owned())
 }
 
-pub(super) fn run(mut args: RunArgs) -> anyhow::Result<ExitCode> {
-    if let Some(from) = args.from.take() {
-        args.case.set.push(format!("initial.from={}", Value::from(from.display().to_string())));
+impl RunArgs {
+    /// The same, in which the run that is continued is an override.
+    pub(super) fn continued(mut self) -> Self {
+        if let Some(from) = self.from.take() {
+            self.case.set.push(format!("initial.from={}", Value::from(from.display().to_string())));
+        }
+        self
     }
-    if !args.vary.vary.is_empty() {
-        return vary(&args);
-    }
+}
+
+pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if args.more.is_empty() {
         return run_case(&args.case.read()?, &args);
     }
@@ -248,7 +252,7 @@ fn until_failure<S: Arithmetic>(case: &Case, setup: &Setup<S>, files: &OutputSet
     if has_rows && !case.events.is_empty() {
         let names = setup.place.geometry.names();
         let digits = setup.settings.digits;
-        files.write_table(EVENTS, |out| write_events(out, names, &event_names(case), &events, digits))?;
+        files.write_table(EVENTS, |out| write_events(out, names, &case.event_names(), &events, digits))?;
     }
     Ok(has_rows)
 }
@@ -311,10 +315,6 @@ fn explained<S: Real>(none: NoRun<S>, args: &RunArgs, setup: &Setup<S>) -> anyho
     }
 }
 
-pub(super) fn event_names(case: &Case) -> Vec<&str> {
-    case.events.iter().map(|event| event.name.as_str()).collect()
-}
-
 /// A table of a run: its name, and how it is written.
 type Table<'a, S> = (&'static str, Box<dyn Fn(&File, &Run<S>) -> csv::Result<()> + Sync + 'a>);
 
@@ -343,7 +343,7 @@ fn tables<'a, S: Real>(case: &'a Case, args: &'a RunArgs) -> Vec<Table<'a, S>> {
             (
                 EVENTS,
                 Box::new(|out, Run { line, events, .. }| {
-                    write_events(out, line.geometry().names(), &event_names(case), events, line.digits)
+                    write_events(out, line.geometry().names(), &case.event_names(), events, line.digits)
                 }),
             ),
         ),

@@ -10,10 +10,10 @@ use geodesic_ivp::reference::ReferenceEnds;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CaseArgs;
-use super::interrupt::{INTERRUPTED, Interrupted, run_interruptible};
+use super::interrupt::run_interruptible;
 use super::lines::{broken, row};
 use super::out::{OutArgs, RESULTS};
-use super::report;
+use super::report::{self, INTERRUPTED, Interrupted};
 
 /// Arguments of every study of schemes.
 #[derive(Debug, Args)]

@@ -12,7 +12,6 @@ use geodesic_ivp::study::errors::{Judge, RunError};
 use geodesic_ivp::study::run::{Judged, Run};
 
 use super::lines::{is_readable, listed, row, short, unbroken, wrapped};
-use super::run::event_names;
 
 /// A number with more digits that are right needs no error beside it.
 const SURE_DIGITS: i32 = 7;
@@ -163,7 +162,7 @@ impl<S: Real> Told<'_, S> {
 
     /// The number of times that each event was met.
     fn events(&self) -> Option<String> {
-        let names = event_names(self.case);
+        let names = self.case.event_names();
         let count = |watch: usize| self.run.events.iter().filter(|crossing| crossing.watch == watch).count();
         let told = names.iter().enumerate().map(|(watch, name)| format!("{name} {}", count(watch)));
         (!names.is_empty()).then(|| listed(told))

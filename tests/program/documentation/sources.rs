@@ -90,7 +90,7 @@ fn modules_import_only_what_is_below_them() {
     assert!(files.len() > 100 && seen > 200, "{} files, {seen} imports were found", files.len());
 }
 
-/// Returns what a file of the engine imports from others of it: the first words of `use super::…`, but for names that
+/// Returns what a file of a room imports from others of it: the first words of `use super::…`, but for names that
 /// modules hand on.
 fn neighbours(text: &str, file: &str) -> BTreeSet<String> {
     let mut found = BTreeSet::new();
@@ -126,18 +126,21 @@ fn circle(mut graph: BTreeMap<String, BTreeSet<String>>) -> Vec<String> {
 }
 
 #[test]
-fn files_of_the_engine_import_each_other_in_one_direction() {
-    let files = sources("src/engine").into_iter().map(|(file, text)| (file.replace(".rs", ""), text));
-    // Modules only name their parts, and define what all of them share.
-    let files = files.filter(|(name, _)| !name.ends_with("mod") && !name.ends_with("tests"));
-    let graph: BTreeMap<_, _> = files.map(|(name, text)| (name.clone(), neighbours(&text, &name))).collect();
-    assert!(graph.len() > 25 && graph.values().map(BTreeSet::len).sum::<usize>() > 60, "{graph:?}");
-    assert!(graph["estimate"].contains("plane") && graph["plane"].contains("linear"));
-    let mut ring = graph.clone();
-    ring.get_mut("linear").unwrap().insert("estimate".to_owned());
-    assert!(circle(ring).len() > circle(graph.clone()).len());
-    let found = circle(graph);
-    assert!(found.is_empty(), "in a circle, or above one: {found:?}");
+fn files_of_a_room_import_each_other_in_one_direction() {
+    for room in LAYERS.iter().chain(&["cli"]).filter(|room| Path::new("src").join(room).is_dir()) {
+        let files = sources(&format!("src/{room}")).into_iter().map(|(file, text)| (file.replace(".rs", ""), text));
+        // Modules only name their parts, and define what all of them share.
+        let files = files.filter(|(name, _)| !name.ends_with("mod") && !name.ends_with("tests"));
+        let graph: BTreeMap<_, _> = files.map(|(name, text)| (name.clone(), neighbours(&text, &name))).collect();
+        if *room == "engine" {
+            assert!(graph["estimate"].contains("plane") && graph["plane"].contains("linear"));
+            let mut ring = graph.clone();
+            ring.get_mut("linear").unwrap().insert("estimate".to_owned());
+            assert!(circle(ring).len() > circle(graph.clone()).len());
+        }
+        let found = circle(graph);
+        assert!(found.is_empty(), "{room}: in a circle, or above one: {found:?}");
+    }
 }
 
 /// The public types, traits and functions of a text.
@@ -199,7 +202,7 @@ fn files_and_functions_are_short() {
             assert!(count <= MOST_LINES_OF_FUNCTION, "{file}: {first} has {count} lines");
         }
     }
-    assert!(seen > 1000, "{seen} functions");
+    assert!(seen > 500, "{seen} functions");
     let long = format!("    fn long() {{\n{}    }}\n", "        f();\n".repeat(70));
     assert_eq!(functions(&long), [("    fn long() {", 72)]);
 }

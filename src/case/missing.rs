@@ -1,0 +1,68 @@
+//! The keys that a case of the paper lacks.
+
+use super::CaseError;
+use super::hint::last;
+use super::potential::{KINDS, POTENTIALS, key_of_kind};
+use super::reader::Field;
+
+/// The mistake of a case of the paper that lacks required keys, with its place and what to do; it names all of them.
+pub(super) fn missing(root: &Field<'_>) -> Option<CaseError> {
+    let has = |table: &str, key: &str| root.table(table).get(key).is_some();
+    let is_begun = !has("initial", "from");
+    let lacks =
+        |others: &[&str]| is_begun && root.get("initial").is_some() && !others.iter().any(|key| has("initial", key));
+    let is_chosen = has("solver", "accuracy") || has("solver", "tolerance");
+    let sbp = root.table("scheme").get("sbp").and_then(|sbp| sbp.as_str());
+    let needed = [
+        ("potential", "", true),
+        ("initial", "x", is_begun),
+        ("initial", "t_dot", lacks(&["p_t", "solve"])),
+        ("initial", "x_dot", lacks(&["p_x", "velocity", "solve"])),
+        ("scheme", "sbp", !is_chosen),
+        // A spectral element has a fixed number of nodes.
+        ("grid", "n_gamma", !is_chosen && !sbp.is_some_and(|sbp| sbp.starts_with("GLL"))),
+    ];
+    // As dotted keys, with the tables that they belong to.
+    let mut keys: Vec<(String, Field<'_>)> = Vec::new();
+    for (name, key, _) in needed.into_iter().filter(|(.., is_needed)| *is_needed) {
+        match root.get(name) {
+            None => keys.push((name.to_owned(), root.clone())),
+            Some(table) if !key.is_empty() && table.get(key).is_none() => keys.push((format!("{name}.{key}"), table)),
+            Some(_) => {}
+        }
+    }
+    for kind in KINDS.iter().filter_map(|kind| root.table("potential").get(kind)).filter(Field::is_table) {
+        let key = key_of_kind(&kind.key);
+        if !key.is_empty() && kind.get(key).is_none() {
+            keys.push((format!("{}.{key}", kind.path), kind));
+        }
+    }
+    let (_, table) = keys.first()?;
+    let message = match keys.as_slice() {
+        [(key, _)] if key == "initial.x_dot" => "neither x_dot nor velocity is given".to_owned(),
+        [(key, _)] => format!("missing field `{}`", last(key)),
+        keys => {
+            let dotted = keys.iter().map(|(key, _)| format!("`{key}`"));
+            format!("missing fields {}", dotted.collect::<Vec<_>>().join(", "))
+        }
+    };
+    let needed = REMEDIES.iter().filter(|(of, _)| keys.iter().any(|(key, _)| of.contains(&key.as_str())));
+    let needed: Vec<String> = needed.map(|(_, help)| help.replace("POTENTIALS", POTENTIALS)).collect();
+    Some(table.error(message).with_hint((!needed.is_empty()).then(|| needed.join("\n"))))
+}
+
+/// Remedies for missing keys.
+const REMEDIES: [(&[&str], &str); 5] = [
+    (&["potential"], "[potential]: POTENTIALS"),
+    (&["initial"], "[initial] needs x, t_dot (dt/dgamma) and either x_dot (dx/dgamma) or velocity (dx/dt)"),
+    (
+        &["initial.t_dot"],
+        "initial.t_dot is dt/dgamma at the start; with 1, gamma runs like time does there. Newton's law needs none: \
+         particle.law = \"newtonian\"",
+    ),
+    (&["initial.x_dot"], "give exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)"),
+    (
+        &["scheme", "grid", "scheme.sbp", "grid.n_gamma"],
+        "give scheme.sbp and grid.n_gamma, or solver.accuracy in place of both",
+    ),
+];
