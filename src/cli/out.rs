@@ -41,8 +41,8 @@ pub(super) struct OutArgs {
 }
 
 impl OutArgs {
-    /// Prints the summary of a command as the options ask for it: as `json`, as `summary_text`, or not at all if it is to
-    /// be quiet.
+    /// Prints the summary of a command as the options ask for it: as `json`, as `summary_text`, or not at all if it is
+    /// to be quiet.
     pub(super) fn tell(&self, quiet: bool, json: &str, summary_text: impl FnOnce() -> String) -> anyhow::Result<()> {
         match (self.json, quiet) {
             (true, _) => write_data(json.as_bytes()),

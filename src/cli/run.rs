@@ -119,7 +119,7 @@ impl RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if args.more.is_empty() {
-        return run_case(&args.case.read()?, &args);
+        return run_case(&args.case.read()?, args);
     }
     // All are read before the first is run: a mistake in the last one is found at once.
     let each = args.each()?;

@@ -260,16 +260,16 @@ impl<S: Real> Progress<S> {
         self.found.extend(roots.into_iter().map(in_window));
     }
 
-    /// Returns true if a formula with this value and slope at an end of an interval of twice the length `half` is zero there
-    /// but for rounding.
+    /// Returns true if a formula with this value and slope at an end of an interval of twice the length `half` is zero
+    /// there but for rounding.
     fn is_at_zero(&self, half: S, value: S, slope: S) -> bool {
         value == S::ZERO || value.abs() * half <= slope.abs() * self.nowhere
     }
 }
 
 impl<S: Real> Interval<S> {
-    /// Places with values of the formula, in order: the points of the interval, and the extrema of the polynomial through
-    /// its values there.
+    /// Places with values of the formula, in order: the points of the interval, and the extrema of the polynomial
+    /// through its values there.
     fn marks(&self, values: &[S], extrema: &Extrema<S>, at: &mut impl FnMut(S) -> S) -> Vec<[S; 2]> {
         let [first, last] = self.ends;
         let points = self.places.iter().zip(values).map(|(&place, &value)| [place, value]);
