@@ -2,7 +2,7 @@
 
 use super::reader::Field;
 
-/// Which of two roots is meant.
+/// The root that is meant, of two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
     /// The larger root.

@@ -1,4 +1,4 @@
-//! What follows from a solved window: its end, and integrals on its nodes.
+//! The end of a solved window, and the integrals on its nodes.
 
 use pulp::{Simd, WithSimd};
 
@@ -97,7 +97,7 @@ impl<const N: usize> Solver<'_, N> {
                         row.end = plus(row.end, Twofold::new(way, low + tables.length * row.velocity.low));
                     }
                 } else {
-                    // What the start lacks is part of the increment.
+                    // The increment contains the part that the start lacks.
                     row.end = Compensated::from(row.start.high).plus(row.increment);
                 }
                 if *order == Order::Second {

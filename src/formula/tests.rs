@@ -182,7 +182,7 @@ proptest! {
         let [plain, reduced] = programs::<Extended>(&formulas, true);
         for variables in [[1.3, 0.4, -0.6, 0.9], [-0.7, 2.5, 0.1, -3.0]] {
             let [plain, reduced] = [&plain, &reduced].map(|program| values(program, variables));
-            // What is zero may be a difference of slopes as large as the values, and the rounding of these.
+            // A value of zero may be a difference of slopes as large as the values, and have their rounding.
             let rounding = plain.iter().map(|v| v.to_f64().abs()).filter(|v| v.is_finite()).fold(0.0, f64::max) * 1e-60;
             for (expected, value) in plain.into_iter().zip(reduced) {
                 // 0/0 may have become a number, and numbers beyond all bounds may lie on either side of them.
@@ -247,7 +247,7 @@ fn there_are_fewer_steps() {
         let steps = [&plain, &reduced, &reduced.fused()].map(|program| program.steps_to(program.outputs()).len());
         assert_eq!(steps, expected, "{formulas:?}");
     }
-    // What varies less is multiplied first.
+    // Factors that vary less are multiplied first.
     for (formula, least, expected) in
         [("a*q*a*u/a^4*3", 1, 2), ("3*p*q/a*p/(u + q)", 2, 2), ("(a + q)*p*(a + u) - p*sin(u)*q", 2, 1)]
     {
