@@ -13,11 +13,10 @@ use super::report;
 use super::study::{self, StudyArgs, chosen, positive};
 
 const STABILITY: &str = "stability.csv";
-const MAP: &str = "map.svg";
-const MAP_OTHERS: &str = "map_others.svg";
+/// The maps of this program's methods and of the others, where there are such.
+const MAPS: [(&str, bool); 2] = [("map.svg", true), ("map_others.svg", false)];
 const ONSET: &str = "sawtooth.svg";
 const LAST_NODE: &str = "last_node.svg";
-const PICTURES: [&str; 4] = [MAP, MAP_OTHERS, ONSET, LAST_NODE];
 
 /// More steps than this on the longest world-line are taken for a typing mistake.
 const MOST_STEPS: f64 = 1e7;
@@ -61,7 +60,8 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         return Err(report::refused("--t-dot is for cases of one coordinate", help));
     }
     let (methods, left_out) = chosen(&case, &args.methods, Method::charted(), Method::label, Method::unsuitable)?;
-    let files = study.open(study.output.target(&study.case, "stability")?, &[STABILITY], &PICTURES)?;
+    let pictures: Vec<&str> = maps(&methods).map(|(name, _)| name).chain([ONSET, LAST_NODE]).collect();
+    let files = study.open(study.output.target(&study.case, "stability")?, &[STABILITY], &pictures)?;
     let lists = [&args.gamma_f, &args.t_dot, &args.delta_gamma].map(Vec::clone);
     let (files, measured) = study::prepared(files, {
         let case = case.clone();
@@ -80,10 +80,16 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     study.finish(files, (&summary, &text), finished, || ending(&atlas))
 }
 
+/// The names of the maps that there are, with their methods.
+fn maps(methods: &[Method]) -> impl Iterator<Item = (&'static str, Vec<Method>)> {
+    let of = |is_own| methods.iter().filter(|method| method.is_own() == is_own).cloned().collect::<Vec<_>>();
+    MAPS.map(|(name, is_own)| (name, of(is_own))).into_iter().filter(|(_, methods)| !methods.is_empty())
+}
+
 fn draw(files: &OutputSet, title: &str, arena: &Arena, plan: &Plan, atlas: &Atlas) -> anyhow::Result<()> {
-    let (own, others): (Vec<Method>, Vec<Method>) = plan.methods.iter().cloned().partition(Method::is_own);
-    files.write_text(MAP, &pictures::stability_map(title, arena, &own, &atlas.cells).to_svg())?;
-    files.write_text(MAP_OTHERS, &pictures::stability_map(title, arena, &others, &atlas.cells).to_svg())?;
+    for (name, methods) in maps(&plan.methods) {
+        files.write_text(name, &pictures::stability_map(title, arena, &methods, &atlas.cells).to_svg())?;
+    }
     files.write_text(ONSET, &pictures::sawtooth_onset(title, &atlas.cells).to_svg())?;
     files.write_text(LAST_NODE, &pictures::last_node(title, arena, &atlas.cells).to_svg())
 }

@@ -39,6 +39,14 @@ fn the_atlas_has_its_columns_its_summary_and_its_pictures() {
     assert_eq!(succeeded(&again.stdin(case).output().unwrap()), "");
     assert_eq!(folder.names("out"), FILES[4..]);
     assert!(folder.read("out/stability.csv").contains(",1.0,4.0,"));
+    // Where there are only methods of one group, there is no map of the other one.
+    for (methods, missing) in [("sbp42", "map_others.svg"), ("rk4", "map.svg")] {
+        let lone =
+            format!("stability quartic --methods {methods} --gamma-f 1 --delta-gamma 0.1 --plot --out {methods}");
+        folder.succeeds(&lone);
+        let names = folder.names(methods);
+        assert!(FILES.iter().all(|name| names.contains(&(*name).to_owned()) == (*name != missing)), "{names:?}");
+    }
 }
 
 #[test]
