@@ -117,17 +117,6 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     study.finish(files, (&summary, &text), finished, || 0)
 }
 
-/// A report of a measurement while it is running.
-enum News {
-    Tried(Row),
-    /// The row with this index was timed again.
-    Retimed(usize, Row),
-    /// A round over all rows of a length has ended: its number, and the number of all rounds.
-    Round(usize, usize),
-    /// Errors along the longest run.
-    Along(Vec<DriftPoint>),
-}
-
 /// Measures every length, and the errors along the longest run, with a progress bar. After an interrupt there are the
 /// rows that were finished.
 fn measured(
@@ -138,44 +127,39 @@ fn measured(
     let budget = Budget { longest: args.longest, ..Budget::default() };
     let length = arenas.len() * (methods.len() + budget.rounds);
     let bar = study::bar(args.study.case.quiet, length, "{bar:30} {pos}/{len} {msg}");
-    let (mut measured, mut along) = (WorkPrecision::default(), Vec::new());
+    let (mut measured, mut along, all) = (WorkPrecision::default(), Vec::new(), methods.clone());
     measured.interrupted = study::computed(
         &bar,
         arenas,
-        move |arenas, tell| chart(arenas, &methods, &budget, tell),
-        |news| match news {
-            News::Tried(row) => {
+        move |arenas, tell| {
+            let mut before = 0;
+            for arena in arenas {
+                before += measure(arena, &all, &budget, &mut |progress| tell((before, progress))).rows.len();
+            }
+        },
+        |(before, progress)| match progress {
+            Progress::Tried(row) => {
                 if measured.rows.last().is_none_or(|last: &Row| last.method != row.method) {
                     bar.set_message(format!("trying {}", row.method.label()));
                     bar.inc(1);
                 }
                 measured.rows.push(row);
             }
-            News::Retimed(index, row) => measured.rows[index] = row,
-            News::Round(round, rounds) => {
+            Progress::Retimed(index, row) => measured.rows[before + index] = row,
+            Progress::Round(round, rounds) => {
                 bar.set_message(format!("round {round} of {rounds}"));
                 bar.inc(1);
             }
-            News::Along(points) => along.extend(points),
         },
     );
+    if !measured.interrupted {
+        let of_longest = move |arenas: &Vec<Arena>, tell: &(dyn Fn(Vec<DriftPoint>) + Sync)| {
+            let longest = arenas.iter().max_by(|a, b| a.length().total_cmp(&b.length())).expect("there is a length");
+            methods.iter().for_each(|method| tell(drift(longest, std::slice::from_ref(method))));
+        };
+        measured.interrupted = study::computed(&bar, arenas, of_longest, |points| along.extend(points));
+    }
     (measured, along)
-}
-
-/// Measures every length, and then the errors along the longest run.
-fn chart(arenas: &[Arena], methods: &[Method], budget: &Budget, tell: &(dyn Fn(News) + Sync)) {
-    let mut before = 0;
-    for arena in arenas.iter() {
-        let one = measure(arena, methods, budget, &mut |progress| match progress {
-            Progress::Tried(row) => tell(News::Tried(row.clone())),
-            Progress::Retimed(index, row) => tell(News::Retimed(before + index, row.clone())),
-            Progress::Round(round, rounds) => tell(News::Round(round, rounds)),
-        });
-        before += one.rows.len();
-    }
-    if let Some(longest) = arenas.iter().max_by(|a, b| a.length().total_cmp(&b.length())) {
-        methods.iter().for_each(|method| tell(News::Along(drift(longest, std::slice::from_ref(method)))));
-    }
 }
 
 /// Draws all pictures.

@@ -135,12 +135,12 @@ pub struct WorkPrecision {
 }
 
 /// Reports of what has been done. They contain all rows, so that a listener has them at any time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Progress<'a> {
+#[derive(Debug, Clone, PartialEq)]
+pub enum Progress {
     /// A setting was tried, which gives another row.
-    Tried(&'a Row),
+    Tried(Row),
     /// The row with this index has been timed again.
-    Retimed(usize, &'a Row),
+    Retimed(usize, Row),
     /// The number of rounds that are done, and the number of all rounds.
     Round(usize, usize),
 }
@@ -150,11 +150,11 @@ pub fn measure(
     arena: &Arena,
     methods: &[Method],
     budget: &Budget,
-    progress: &mut dyn FnMut(Progress<'_>),
+    progress: &mut dyn FnMut(Progress),
 ) -> WorkPrecision {
     let mut trials = Vec::new();
     for method in methods {
-        trials.extend(try_method(arena, method, budget, &mut |row| progress(Progress::Tried(row))));
+        trials.extend(try_method(arena, method, budget, &mut |row| progress(Progress::Tried(row.clone()))));
     }
     time(&mut trials, budget, progress);
     WorkPrecision { rows: trials.into_iter().map(|trial| trial.row).collect(), interrupted: false }

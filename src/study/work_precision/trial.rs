@@ -112,7 +112,7 @@ fn attempt<'a>(arena: &'a Arena, method: &Method, setting: Setting) -> Trial<'a>
 }
 
 /// Times all settings that succeeded, in rounds.
-pub(super) fn time(trials: &mut [Trial<'_>], budget: &Budget, progress: &mut dyn FnMut(Progress<'_>)) {
+pub(super) fn time(trials: &mut [Trial<'_>], budget: &Budget, progress: &mut dyn FnMut(Progress)) {
     let rounds = |seconds: f64| match seconds {
         ..1e-3 => budget.rounds,
         ..1e-2 => budget.rounds.div_ceil(2),
@@ -122,7 +122,7 @@ pub(super) fn time(trials: &mut [Trial<'_>], budget: &Budget, progress: &mut dyn
         let is_due = |trial: &Trial<'_>| trial.row.status == RowStatus::Converged && round < rounds(trial.tried).max(3);
         trials.iter_mut().filter(|trial| is_due(trial)).for_each(Trial::repeat);
         for (index, trial) in trials.iter().enumerate().filter(|(_, trial)| is_due(trial)) {
-            progress(Progress::Retimed(index, &trial.row));
+            progress(Progress::Retimed(index, trial.row.clone()));
         }
         progress(Progress::Round(round + 1, budget.rounds));
     }
