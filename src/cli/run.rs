@@ -12,10 +12,10 @@ use clap::{Args, ValueHint};
 use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::output::{
-    CASE, OutputSet, SUMMARY, StreamedTable, failure_summary, run_summary, write_branches, write_events,
-    write_residuals, write_samples, write_sensitivity, write_trajectory,
+use geodesic_ivp::output::tables::{
+    StreamedTable, branches, residuals, trajectory, write_events, write_nodes, write_samples, write_sensitivity,
 };
+use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, failure_summary, run_summary};
 use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -176,9 +176,8 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     let target = args.output.target(&args.case, "run")?;
     let directory = target.folder.clone();
     let tables = tables(case, args);
-    let names = tables.iter().map(|(name, _)| *name).chain([UNTIL_FAILURE, SUMMARY, CASE]);
-    let pictures = picture_names(case).into_iter().filter(|_| args.plot);
-    let files = OutputSet::open(target, &names.chain(pictures).collect::<Vec<_>>())?;
+    let pictures = if args.plot { picture_names(case) } else { Vec::new() };
+    let files = OutputSet::open(target, &[&tables[..], &[UNTIL_FAILURE, SUMMARY, CASE], &pictures].concat())?;
     // The expectations hold for the case as it is in its file.
     let effective = if args.case.set.is_empty() { case.to_toml() } else { case.without_expectations().to_toml() };
     files.write_text(CASE, &effective)?;
@@ -193,7 +192,7 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
     let start = Instant::now();
-    write_tables(&files, &tables, &run)?;
+    write_tables(&files, &tables, &|name, out| write_table(name, out, case, &run, args.every))?;
     let title = args.case.headed(case.title.as_deref());
     let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
     files.write_text(SUMMARY, &json)?;
@@ -315,40 +314,31 @@ fn explained<S: Real>(none: NoRun<S>, args: &RunArgs, setup: &Setup<S>) -> anyho
     }
 }
 
-/// A table of a run: its name, and how it is written.
-type Table<'a, S> = (&'static str, Box<dyn Fn(&File, &Run<S>) -> csv::Result<()> + Sync + 'a>);
-
 /// The tables of a run.
-fn tables<'a, S: Real>(case: &'a Case, args: &'a RunArgs) -> Vec<Table<'a, S>> {
-    let (every, settings, has_nodes) = (args.every, &case.settings, !args.samples.samples_only);
-    let all: [(bool, Table<'a, S>); 6] = [
-        (has_nodes, (TRAJECTORY, Box::new(move |out, run| write_trajectory(out, &run.parts(), every)))),
-        (has_nodes, (RESIDUALS, Box::new(move |out, run| write_residuals(out, &run.parts(), every)))),
-        (
-            has_nodes && settings.system == System::Doubled,
-            (BRANCHES, Box::new(move |out, run| write_branches(out, &run.line, every))),
-        ),
-        (
-            args.samples.count().is_some(),
-            (
-                SAMPLES,
-                Box::new(|out, Run { line, samples, .. }| {
-                    write_samples(out, line.geometry().names(), samples, line.digits)
-                }),
-            ),
-        ),
-        (has_nodes && settings.sensitivity, (SENSITIVITY, Box::new(|out, run| write_sensitivity(out, &run.line)))),
-        (
-            !case.events.is_empty(),
-            (
-                EVENTS,
-                Box::new(|out, Run { line, events, .. }| {
-                    write_events(out, line.geometry().names(), &case.event_names(), events, line.digits)
-                }),
-            ),
-        ),
+fn tables(case: &Case, args: &RunArgs) -> Vec<&'static str> {
+    let (settings, has_nodes) = (&case.settings, !args.samples.samples_only);
+    let all = [
+        (TRAJECTORY, has_nodes),
+        (RESIDUALS, has_nodes),
+        (BRANCHES, has_nodes && settings.system == System::Doubled),
+        (SAMPLES, args.samples.count().is_some()),
+        (SENSITIVITY, has_nodes && settings.sensitivity),
+        (EVENTS, !case.events.is_empty()),
     ];
-    all.into_iter().filter(|(is_wanted, _)| *is_wanted).map(|(_, table)| table).collect()
+    all.into_iter().filter(|(_, is_wanted)| *is_wanted).map(|(name, _)| name).collect()
+}
+
+/// Writes one of these tables.
+fn write_table<S: Real>(name: &str, out: &File, case: &Case, run: &Run<S>, every: usize) -> csv::Result<()> {
+    let (line, names) = (&run.line, run.line.geometry().names());
+    match name {
+        TRAJECTORY => write_nodes(out, &run.parts(), every, trajectory),
+        RESIDUALS => write_nodes(out, &run.parts(), every, residuals),
+        BRANCHES => write_nodes(out, &run.parts(), every, branches),
+        SAMPLES => write_samples(out, names, &run.samples, line.digits),
+        SENSITIVITY => write_sensitivity(out, line),
+        _ => write_events(out, names, &case.event_names(), &run.events, line.digits),
+    }
 }
 
 /// Solves, with a spinner if standard error is a terminal. Returns also the seconds in the solver.
@@ -372,12 +362,16 @@ fn solved<S: Arithmetic>(
 }
 
 /// Writes the tables, in parallel: at a million nodes that is most of the work that is left after the solve.
-fn write_tables<S: Real>(files: &OutputSet, tables: &[Table<'_, S>], run: &Run<S>) -> anyhow::Result<()> {
-    let write = |(name, write): &Table<'_, S>| files.write_table(name, |out| write(out, run));
+fn write_tables(
+    files: &OutputSet,
+    tables: &[&str],
+    write: &(dyn Fn(&str, &File) -> csv::Result<()> + Sync),
+) -> anyhow::Result<()> {
+    let write = |name: &str| files.write_table(name, |out| write(name, out));
     let Some((first, others)) = tables.split_first() else { return Ok(()) };
     scope(|scope| {
         let spawned = |table| (table, Builder::new().spawn_scoped(scope, move || write(table)));
-        let others: Vec<_> = others.iter().map(spawned).collect();
+        let others: Vec<_> = others.iter().copied().map(spawned).collect();
         let first = write(first);
         others.into_iter().fold(first, |before, (table, thread)| match thread {
             Ok(thread) => before.and(thread.join().expect("writing a table does not panic")),

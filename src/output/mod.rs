@@ -37,7 +37,4 @@ pub use manifest::{Origin, origin_of};
 pub use stability::{stability_summary, stability_table};
 pub use study_table::StudyTable;
 pub use summary::{failure_summary, run_summary};
-pub use tables::{
-    StreamedTable, write_branches, write_events, write_residuals, write_samples, write_sensitivity, write_trajectory,
-};
 pub use work_precision::{drift_table, read_rows, work_precision_summary, work_precision_table};

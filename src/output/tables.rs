@@ -16,36 +16,21 @@ use crate::trajectory::{Crossing, Sample};
 const BUFFER: usize = 1 << 18;
 
 /// A column: its name, and its values node by node.
-type Column<'c, S> = (String, Box<dyn Iterator<Item = S> + 'c>);
+pub type Column<'c, S> = (String, Box<dyn Iterator<Item = S> + 'c>);
 
 /// The columns of a table of a run, after γ.
-type Columns<S> = for<'c> fn(&'c WorldLine<S>, &'c Diagnostics<S>) -> Vec<Column<'c, S>>;
+pub type Columns<S> = for<'c> fn(&'c WorldLine<S>, &'c Diagnostics<S>) -> Vec<Column<'c, S>>;
 
 /// A piece of a run, and what was measured on it.
-pub(super) type Part<'p, S> = (&'p WorldLine<S>, &'p Diagnostics<S>);
+pub type Part<'p, S> = (&'p WorldLine<S>, &'p Diagnostics<S>);
 
-/// Writes `trajectory.csv` of a run in pieces, where two rows have the same gamma if an event has acted between them:
-/// gamma, the coordinates, their derivatives. With several windows, this table and those below have also the column
-/// window, and of every window every so many nodes and the last one. The derivatives are those of
-/// [`Diagnostics::tangent`].
+/// Writes a table with a row for each node of a run in pieces, where two rows have the same gamma if an event has acted
+/// between them: gamma, the columns [`trajectory`], [`residuals`] or [`branches`] and, with several windows, the number
+/// of the window; of every window every so many nodes and the last one.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_trajectory<S: Real>(out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
-    write_parts(out, parts, every, trajectory)
-}
-
-/// Writes `residuals.csv`: gamma; for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A` for
-/// every coordinate; delta_k or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the
-/// user.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_residuals<S: Real>(out: impl Write, parts: &[Part<'_, S>], every: usize) -> csv::Result<()> {
-    write_parts(out, parts, every, residuals)
-}
-
-fn write_parts<S: Real>(
+pub fn write_nodes<S: Real>(
     mut out: impl Write,
     parts: &[Part<'_, S>],
     every: usize,
@@ -58,39 +43,17 @@ fn write_parts<S: Real>(
     Ok(())
 }
 
-/// Writes `branches.csv`: gamma, every coordinate with _1, every coordinate with _2. A run that is not doubled has no
-/// second branch.
-///
-/// # Errors
-/// If `out` cannot be written.
-pub fn write_branches<S: Real>(mut out: impl Write, run: &WorldLine<S>, every: usize) -> csv::Result<()> {
-    let names = || run.geometry().names().iter().enumerate();
-    let forward = names().map(|(a, name)| -> Column<'_, S> { (format!("{name}_1"), Box::new(run.q(a))) });
-    let backward =
-        names().filter_map(|(a, name)| Some::<Column<'_, S>>((format!("{name}_2"), Box::new(run.backward(a)?))));
-    let rows = Rows { has_header: true, has_windows: run.windows.len() > 1, every };
-    write_table(&mut out, run, rows, forward.chain(backward).collect())
-}
-
-/// The numbers of a sample: γ, the coordinates and their derivatives.
-fn numbers<S: Real>(sample: &Sample<S>) -> impl Iterator<Item = S> {
-    std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
-}
-
-/// Writes `samples.csv`: gamma, the coordinates `names`, their derivatives. Extended numbers have `digits` significant
-/// digits.
+/// Writes `samples.csv`. Extended numbers have `digits` significant digits.
 ///
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_samples<S: Real>(
-    mut out: impl Write,
+    out: impl Write,
     names: &[String],
     samples: &[Sample<S>],
     digits: u32,
 ) -> csv::Result<()> {
-    let mut table = Table::new(&mut out, digits, state_header(names))?;
-    samples.iter().try_for_each(|sample| table.row(None, numbers(sample), None))?;
-    table.finish()
+    write_rows(out, digits, state_header(names), samples.iter().map(|sample| (None, numbers(sample))))
 }
 
 /// Writes `events.csv`: the name of the event, then the columns of `samples.csv`. `events` are the names of what was
@@ -99,17 +62,14 @@ pub fn write_samples<S: Real>(
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_events<S: Real>(
-    mut out: impl Write,
+    out: impl Write,
     names: &[String],
     events: &[&str],
     crossings: &[Crossing<S>],
     digits: u32,
 ) -> csv::Result<()> {
-    let mut table = Table::new(&mut out, digits, std::iter::once("event".to_owned()).chain(state_header(names)))?;
-    for Crossing { watch, sample } in crossings {
-        table.row(Some(events[*watch]), numbers(sample), None)?;
-    }
-    table.finish()
+    let header = std::iter::once("event".to_owned()).chain(state_header(names));
+    write_rows(out, digits, header, crossings.iter().map(|it| (Some(events[it.watch]), numbers(&it.sample))))
 }
 
 /// Writes `sensitivity.csv`: gamma, and for all active coordinates and momenta `A` and `B` in the columns `d_A_d_B` by
@@ -118,21 +78,37 @@ pub fn write_events<S: Real>(
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_sensitivity<S: Real>(mut out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
+pub fn write_sensitivity<S: Real>(out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
     let (names, active) = (run.geometry().names(), run.geometry().active());
     let positions = active.iter().map(|&a| names[a].clone());
     let unknowns: Vec<String> = positions.chain(active.iter().map(|&a| format!("p_{}", names[a]))).collect();
     let cells = unknowns.iter().flat_map(|a| unknowns.iter().map(move |b| format!("d_{a}_d_{b}")));
-    let mut table = Table::new(&mut out, run.digits, std::iter::once("gamma".to_owned()).chain(cells))?;
     let gammas = std::iter::once(S::ZERO).chain(run.windows.iter().map(|window| window.gamma[1]));
     let joints = run.sensitivity.iter().flat_map(Sensitivity::joints);
     let (m, n) = (active.len(), unknowns.len());
-    for (gamma, matrix) in gammas.zip(joints) {
-        // Momenta of the reversed motion have the other sign.
-        let is_crossed = |at: usize| (at / n < m) != (at % n < m);
-        let entry = |(at, &value)| if is_crossed(at) { run.signed(S::from(value)) } else { S::from(value) };
-        table.row(None, std::iter::once(run.gamma_at(gamma)).chain(matrix.iter().enumerate().map(entry)), None)?;
-    }
+    // Momenta of the reversed motion have the other sign.
+    let is_crossed = |at: usize| (at / n < m) != (at % n < m);
+    let entry = |(at, &value)| if is_crossed(at) { run.signed(S::from(value)) } else { S::from(value) };
+    let header = std::iter::once("gamma".to_owned()).chain(cells);
+    let rows = gammas.zip(joints).map(|(gamma, matrix)| {
+        (None, std::iter::once(run.gamma_at(gamma)).chain(matrix.iter().enumerate().map(entry)))
+    });
+    write_rows(out, run.digits, header, rows)
+}
+
+/// The numbers of a sample: γ, the coordinates and their derivatives.
+fn numbers<S: Real>(sample: &Sample<S>) -> impl Iterator<Item = S> {
+    std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
+}
+
+fn write_rows<'r, S: Real>(
+    mut out: impl Write,
+    digits: u32,
+    header: impl IntoIterator<Item = String>,
+    mut rows: impl Iterator<Item = (Option<&'r str>, impl Iterator<Item = S>)>,
+) -> csv::Result<()> {
+    let mut table = Table::new(&mut out, digits, header)?;
+    rows.try_for_each(|(label, values)| table.row(label, values, None))?;
     table.finish()
 }
 
@@ -142,7 +118,8 @@ pub(crate) fn state_header(names: &[String]) -> Vec<String> {
     std::iter::once("gamma".to_owned()).chain(names.iter().cloned()).chain(velocities).collect()
 }
 
-fn trajectory<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
+/// The columns of `trajectory.csv`: the coordinates, and their derivatives, those of [`Diagnostics::tangent`].
+pub fn trajectory<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
     let names = run.geometry().names();
     let mut columns: Vec<Column<'_, S>> = Vec::with_capacity(2 * names.len());
     columns.extend(names.iter().enumerate().map(|(a, name)| -> Column<'_, S> { (name.clone(), Box::new(run.q(a))) }));
@@ -153,7 +130,20 @@ fn trajectory<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) 
     columns
 }
 
-fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
+/// The columns of `branches.csv`: every coordinate with _1, every coordinate with _2. A run that is not doubled has no
+/// second branch.
+pub fn branches<'c, S: Real>(run: &'c WorldLine<S>, _: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
+    let names = || run.geometry().names().iter().enumerate();
+    let forward = names().map(|(a, name)| -> Column<'_, S> { (format!("{name}_1"), Box::new(run.q(a))) });
+    let backward =
+        names().filter_map(|(a, name)| Some::<Column<'_, S>>((format!("{name}_2"), Box::new(run.backward(a)?))));
+    forward.chain(backward).collect()
+}
+
+/// The columns of `residuals.csv`: for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A`
+/// for every coordinate; delta_k or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the
+/// user.
+pub fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
     let coordinates = run.geometry().names();
     let mut rows: Vec<(String, &[S])> = Vec::new();
     for charge in &measured.charges {

@@ -5,7 +5,7 @@ use geodesic_ivp::case::builtin::{self, Group, NAMES};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::engine::POINTS;
 use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place as FormulaPlace, Preset};
-use geodesic_ivp::output::{write_residuals, write_trajectory};
+use geodesic_ivp::output::tables::{residuals, trajectory, write_nodes};
 use geodesic_ivp::solve::{WorldLine, solve};
 use geodesic_ivp::trajectory::{Sampler, Watch, crossings};
 
@@ -257,8 +257,8 @@ fn every_reader_of_a_world_line_takes_the_grid_of_each_window() {
     }
     let diagnostics = Diagnostics::of(&line, &[], &mut [], false);
     let mut tables = [Vec::new(), Vec::new()];
-    write_trajectory(&mut tables[0], &[(&line, &diagnostics)], 1).unwrap();
-    write_residuals(&mut tables[1], &[(&line, &diagnostics)], 1).unwrap();
+    write_nodes(&mut tables[0], &[(&line, &diagnostics)], 1, trajectory).unwrap();
+    write_nodes(&mut tables[1], &[(&line, &diagnostics)], 1, residuals).unwrap();
     for table in tables {
         let table = String::from_utf8(table).unwrap();
         for window in 1..=line.windows.len() {

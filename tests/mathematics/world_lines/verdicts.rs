@@ -8,7 +8,7 @@ use geodesic_ivp::Solution;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::engine::{Accuracy, Engine};
 use geodesic_ivp::number::Extended;
-use geodesic_ivp::output::write_trajectory;
+use geodesic_ivp::output::tables::{trajectory, write_nodes};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Arithmetic, Setup, WorldLine, solve_window_by_window};
 use geodesic_ivp::study::errors::{Judge, RunError, run_error};
@@ -190,7 +190,7 @@ fn the_last_row_of_a_trajectory_is_a_velocity() {
         assert_eq!(tangent[0][..32 - 1], of_operator[0][..32 - 1], "all others are the operator's");
 
         let mut table = Vec::new();
-        write_trajectory(&mut table, &[(&solution, &diagnostics)], 1).unwrap();
+        write_nodes(&mut table, &[(&solution, &diagnostics)], 1, trajectory).unwrap();
         let text = String::from_utf8(table).unwrap();
         let row: Vec<f64> = text.lines().last().unwrap().split(',').map(|field| field.parse().unwrap()).collect();
         assert_eq!(row[3..5], [tangent[0][last], tangent[1][last]]);
