@@ -4,8 +4,6 @@
 use std::sync::LazyLock;
 
 const PAGE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/cases.md"));
-/// The heading of the table.
-const HEADING: &str = "| key | takes | default | meaning | cases |";
 
 /// A key of a case file, or keys that are explained together.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,18 +19,23 @@ pub struct Key {
 }
 
 /// Every key of a potential of x, table by table. A case has exactly one of `potential.free` to `potential.formula`.
-pub static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| rows(false));
+pub static KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| keys(false));
 
 /// The keys that scenes have besides. q stands for any coordinate, and NAME for a name of the case's own.
-pub static SCENE_KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| rows(true));
+pub static SCENE_KEYS: LazyLock<Vec<Key>> = LazyLock::new(|| keys(true));
 
 /// The rows that are for scenes only, or those that are not: the last column says so.
-fn rows(of_scenes: bool) -> Vec<Key> {
-    let rows = PAGE.lines().skip_while(|line| *line != HEADING).skip(2).take_while(|line| line.starts_with('|'));
-    let row = |line: &str| {
+fn keys(of_scenes: bool) -> Vec<Key> {
+    let rows = rows::<5>(PAGE, "| key | takes | default | meaning | cases |");
+    let rows = rows.filter(|row| (row[4] == "scenes") == of_scenes);
+    rows.map(|[name, kind, default, meaning, _]| Key { name, kind, default, meaning }).collect()
+}
+
+/// The rows of the table of a page that has this heading, without the marks of code.
+pub fn rows<const N: usize>(page: &'static str, heading: &str) -> impl Iterator<Item = [String; N]> {
+    let rows = page.lines().skip_while(move |line| *line != heading).skip(2).take_while(|line| line.starts_with('|'));
+    rows.map(|line| {
         let mut cells = line.trim_matches('|').split('|').map(|cell| cell.trim().replace('`', ""));
-        let [name, kind, default, meaning, cases] = std::array::from_fn(|_| cells.next().unwrap_or_default());
-        ((cases == "scenes") == of_scenes).then_some(Key { name, kind, default, meaning })
-    };
-    rows.filter_map(row).collect()
+        std::array::from_fn(|_| cells.next().unwrap_or_default())
+    })
 }

@@ -54,7 +54,7 @@ pub use crate::geometry::Direction;
 pub use crate::sbp::SbpName;
 pub use crate::solve::System;
 pub use error::CaseError;
-pub use keys::{KEYS, Key, SCENE_KEYS};
+pub use keys::{KEYS, Key, SCENE_KEYS, rows};
 pub use limits::on_grid;
 pub use observables::{Axes, Event};
 pub use settings::{Expect, Grid};

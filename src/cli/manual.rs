@@ -5,40 +5,10 @@ use std::process::ExitCode;
 use clap::CommandFactory;
 use clap_mangen::Man;
 use clap_mangen::roff::{Inline, Roff, bold, italic, roman};
-use geodesic_ivp::case::{KEYS, Key, SCENE_KEYS};
+use geodesic_ivp::case::{KEYS, Key, SCENE_KEYS, rows};
 
-use super::{Cli, out, report};
-
-/// The files that commands write: the command, the name of the file, and what is in it.
-const FILES: [(&str, &str, &str); 19] = [
-    ("run", "trajectory.csv", "the world-line at the nodes"),
-    ("run", "residuals.csv", "charges and residuals of the geodesic equations at the nodes"),
-    ("run", "branches.csv", "forward and backward branch of the doubled system"),
-    ("run", "samples.csv", "the world-line at the values asked for with --sample-t or --sample-gamma"),
-    ("run", "events.csv", "the events of a scene"),
-    ("run", "sensitivity.csv", "with solver.sensitivity: how changes of the start grow"),
-    ("run", "until_failure.csv", "after a failure: the rows before it"),
-    ("run", "case.toml", "the effective case, with every default and what --set changed"),
-    ("run --plot", "world_line.svg, t_dot.svg, trajectory.svg, delta_q_t.svg, delta_g.svg", "pictures"),
-    ("run --plot", "orbit.svg, charges.svg, mesh.svg, section.svg", "pictures of a scene, the last one of its events"),
-    ("run --vary, merge", "runs.csv, runs-events.csv, case.toml", "a row for each run, the events of all, the case"),
-    ("run --vary", "runs.partial.csv", "the rows that are finished, until all are"),
-    ("converge", "convergence.csv, slopes.csv", "errors of every grid, and the slopes fitted to them"),
-    ("converge --plot", "errors_final.svg, errors_l2.svg", "pictures"),
-    ("work-precision", "work_precision.csv, drift.csv", "errors and times of every setting, and errors along the run"),
-    (
-        "work-precision --plot",
-        "error_time.svg, error_evaluations.svg, drift_k.svg, drift_error.svg",
-        "pictures, the first two for each length",
-    ),
-    ("stability", "stability.csv", "the status of every method on every grid"),
-    ("stability --plot", "map.svg, map_others.svg, sawtooth.svg, last_node.svg", "pictures"),
-    (
-        "all of these",
-        "summary.json, .geodesic-ivp-manifest.json",
-        "the summary, which is written last, and the record of what the program may replace",
-    ),
-];
+use super::report::{self, RESULTS};
+use super::{Cli, out};
 
 /// Examples of commands, and what they do.
 const EXAMPLES: [(&str, &str); 11] = [
@@ -139,12 +109,12 @@ fn sections() -> [Roff; 5] {
                     results/<case>/<command> for the others, to results/converge/<case> for converge without CASE, or \
                     to the folder of --out.";
     let of_codes = "Ctrl-C and SIGTERM end every command within a second.";
-    let file = |(command, files, content)| ([bold(files)], format!("{command}: {content}"));
+    let file = |[command, files, content]: [String; 3]| ([bold(files)], format!("{command}: {content}"));
     [
         section("CASE FILE", of_case, KEYS.iter().map(key)),
         section("SCENES", of_scenes, SCENE_KEYS.iter().map(|key| ([bold(&*key.name)], &*key.meaning))),
-        section("FILES", of_files, FILES.map(file)),
-        section("EXIT STATUS", of_codes, report::EXIT_CODES.map(|(code, meaning)| ([bold(code.to_string())], meaning))),
+        section("FILES", of_files, rows(RESULTS, "| files of | names | content |").map(file)),
+        section("EXIT STATUS", of_codes, report::exit_codes().map(|[code, meaning]| ([bold(code)], meaning))),
         section("EXAMPLES", "In any folder:", EXAMPLES.map(|(command, what)| ([bold(command)], what))),
     ]
 }

@@ -38,11 +38,11 @@ pub fn main() -> ExitCode {
 
 /// The text at the end of `--help`.
 fn after_help() -> String {
-    let codes = report::EXIT_CODES.map(|(code, meaning)| lines::wrapped(&format!("  {code:<4} {meaning}"), 7));
+    let codes = report::exit_codes().map(|[code, meaning]| lines::wrapped(&format!("  {code:<4} {meaning}"), 7));
     format!(
         "Exit codes:\n{}\nCtrl-C and SIGTERM end every command within a second. `geodesic-ivp man` has every key of a \
          case.\n\nExamples:\n  geodesic-ivp run quartic\n  geodesic-ivp init pendulum > mine.toml",
-        codes.concat()
+        codes.collect::<String>()
     )
 }
 

@@ -3,6 +3,7 @@
 use std::io::{self, IsTerminal, Write};
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use geodesic_ivp::case::rows;
 use geodesic_ivp::output::Refused;
 pub(super) use geodesic_ivp::output::{refused, refused_by_system};
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
@@ -31,24 +32,13 @@ fn of_reference(reason: EndReason) -> (&'static str, u8) {
     }
 }
 
+/// The page about results, whose tables the manual page has, too.
+pub(super) const RESULTS: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/results.md"));
+
 /// Every exit code and its meaning.
-pub(super) const EXIT_CODES: [(u8, &str); 7] = [
-    (0, "success; also when a reader closes the pipe early"),
-    (
-        IO_FAILURE,
-        "a file cannot be read or written, or is not this program's to replace; standard output is closed or full; no \
-         memory or thread is to be had",
-    ),
-    (INVALID_CASE, "wrong usage or an invalid case; the message shows line, column and what to do"),
-    (NO_CRITICAL_POINT, "no critical point; the message says where the residual is largest and what to try"),
-    (OUTSIDE_DOMAIN, "the geodesic leaves the domain, or a number overflows; the message says at which γ and x"),
-    (EXPECTATION, "check --run: an expectation is not met"),
-    (
-        INTERRUPTED,
-        "interrupted by Ctrl-C or SIGTERM; run --vary keeps its rows, and converge, work-precision and stability still \
-         write what was finished",
-    ),
-];
+pub(super) fn exit_codes() -> impl Iterator<Item = [String; 2]> {
+    rows(RESULTS, "| code | meaning |")
+}
 
 /// So many mistakes in a case are shown.
 const MOST_MISTAKES: usize = 8;
