@@ -1,4 +1,9 @@
-//! The built-in cases: their files are compiled into the program, so that they are available in every folder.
+//! The built-in cases: their files are compiled into the program, so that they are available in every folder. The page
+//! in their folder has a section for each group, with links to its cases.
+
+use std::sync::LazyLock;
+
+use include_dir::{Dir, File, include_dir};
 
 /// The purpose of a built-in case; cases are listed in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -32,103 +37,25 @@ impl Group {
     }
 }
 
-/// Declares `ALL` from the names of the files in `cases/`, `cases/hard/` and `cases/scenes/`.
-macro_rules! shipped {
-    ($($group:ident in $folder:literal: [$($name:literal,)*])*) => {
-        /// Every built-in case as (name, group, text of its file).
-        const ALL: &[(&str, Group, &str)] = &[$($((
-            $name,
-            Group::$group,
-            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/", $folder, "/", $name, ".toml")),
-        ),)*)*];
+static FILES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/cases");
 
-        /// The names of the built-in cases, group by group: their files' names without folder and extension.
-        pub const NAMES: &[&str] = &[$($($name,)*)*];
-    };
-}
+/// Every built-in case as (name, group, text of its file), in the order of the groups and of the names.
+static ALL: LazyLock<Vec<(&str, Group, &str)>> = LazyLock::new(|| {
+    let page = FILES.get_file("README.md").and_then(File::contents_utf8).expect("it is a page");
+    let groups = [Group::Paper, Group::Basic, Group::Hard, Group::Newtonian, Group::Curved];
+    let mut all = Vec::new();
+    for (group, section) in groups.into_iter().zip(page.split("\n## ").skip(1)) {
+        let links = section.split("[`").skip(1).filter_map(|link| link.split_once("`](")?.1.split_once(')'));
+        let mut files: Vec<&File<'_>> = links.filter_map(|(path, _)| FILES.get_file(path)).collect();
+        files.sort_by_key(|file| file.path().file_stem());
+        let name = |file: &File<'static>| file.path().file_stem()?.to_str();
+        all.extend(files.into_iter().filter_map(|file| Some((name(file)?, group, file.contents_utf8()?))));
+    }
+    all
+});
 
-shipped![
-    Paper in "cases": [
-        "linear",
-        "linear-sbp42",
-        "quartic",
-        "quartic-40-digits",
-        "quartic-sbp42",
-        "quartic-t-dot-4",
-        "quartic-t-dot-4-sbp42",
-        "quartic-t-dot-8",
-        "quartic-t-dot-8-sbp42",
-    ]
-    Basic in "cases": [
-        "double-well",
-        "free",
-        "harmonic",
-        "morse",
-        "morse-60-digits",
-        "pendulum",
-        "pendulum-60-digits",
-        "quartic-accuracy",
-        "quartic-weak",
-        "quartic-windows",
-        "units",
-    ]
-    Hard in "cases/hard": [
-        "double-well-barrier",
-        "gamma-long",
-        "gamma-short",
-        "horizon",
-        "horizon-near",
-        "huge-units",
-        "linear-unregularised",
-        "long-run",
-        "nearly-spacelike",
-        "pendulum-separatrix",
-        "power-20",
-        "quartic-unregularised",
-        "tanh-wall",
-        "tiny-units",
-    ]
-    Newtonian in "cases/scenes": [
-        "arenstorf",
-        "bouncing-ball",
-        "crossed-fields",
-        "damped-oscillator",
-        "double-pendulum",
-        "dry-friction",
-        "duffing",
-        "henon-heiles",
-        "henon-heiles-megno",
-        "kepler",
-        "kepler-eccentric",
-        "kepler-levi-civita",
-        "kepler-polar",
-        "kick",
-        "molecule-table",
-        "outer-planets",
-        "pleiades",
-        "restitution",
-        "rocket",
-        "satellite-backward",
-        "three-bodies",
-    ]
-    Curved in "cases/scenes": [
-        "expanding-universe",
-        "fish-eye",
-        "kepler-relativistic",
-        "kerr-inclined",
-        "kerr-mino",
-        "kerr-periodic",
-        "kerr-photon",
-        "light-capture",
-        "light-deflection",
-        "luneburg",
-        "mercury",
-        "schwarzschild-orbit",
-        "schwarzschild-plunge",
-        "torus",
-        "two-bodies",
-    ]
-];
+/// The names of the built-in cases, group by group: their files' names without folder and extension.
+pub static NAMES: LazyLock<Vec<&str>> = LazyLock::new(|| ALL.iter().map(|(name, ..)| *name).collect());
 
 /// The text of the built-in case `name`, if there is one.
 pub fn text(name: &str) -> Option<&'static str> {

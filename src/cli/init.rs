@@ -37,7 +37,7 @@ pub(super) fn init(args: &InitArgs) -> anyhow::Result<ExitCode> {
 fn list() -> String {
     let width = NAMES.iter().map(|name| name.len()).max().unwrap_or(0);
     let (mut text, mut last) = (String::new(), "");
-    for &name in NAMES {
+    for &name in NAMES.iter() {
         let heading = builtin::group(name).map_or("", Group::heading);
         if heading != last {
             text += &format!("{}{heading}\n", if last.is_empty() { "" } else { "\n" });

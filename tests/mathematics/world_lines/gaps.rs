@@ -99,7 +99,7 @@ fn barriers_between_the_nodes_are_found() {
 #[test]
 fn nothing_hides_in_the_shipped_cases() {
     let mut looked_at = 0;
-    for name in builtin::NAMES {
+    for name in builtin::NAMES.iter() {
         let case = shipped(name, &[]);
         // Three million nodes.
         if case.settings.accuracy.is_some() || *name == "long-run" {

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use geodesic_ivp::case::builtin::{self, Group};
 use geodesic_ivp::case::{KEYS, SCENE_KEYS};
 use geodesic_ivp::geometry::PRESETS;
 use geodesic_ivp::methods::PEERS;
@@ -56,30 +55,6 @@ fn is_of_scenes(table: &str, key: &str) -> bool {
     let general = key.strip_prefix("p_").map_or(dotted.clone(), |_| format!("{table}.p_q"));
     let is = |names: &str| names.split(", ").any(|name| name == dotted || name == general);
     KEYS.iter().all(|key| key.name != dotted) && SCENE_KEYS.iter().any(|key| is(&key.name))
-}
-
-#[test]
-fn the_index_of_cases_has_every_one_once_and_below_its_group() {
-    let headings = [
-        (Group::Paper, "## The paper's"),
-        (Group::Basic, "## Basic ones"),
-        (Group::Hard, "## Hard ones"),
-        (Group::Newtonian, "## Scenes"),
-    ];
-    let (mut listed, mut group) = (Vec::new(), None);
-    for line in Page::named("cases/README.md").lines() {
-        group = headings.iter().find(|(_, heading)| *heading == line).map(|(group, _)| *group).or(group);
-        for name in line.split("[`").skip(1).filter_map(|rest| rest.split_once("`](")).map(|(name, _)| name) {
-            let is_scene = |group: Option<Group>| group.is_some_and(Group::is_scene);
-            let own = builtin::group(name);
-            assert!(own == group || is_scene(own) && is_scene(group), "{name} is in {own:?}");
-            listed.push(name.to_owned());
-        }
-    }
-    listed.sort();
-    let mut names = builtin::NAMES.to_vec();
-    names.sort();
-    assert_eq!(listed, names);
 }
 
 #[test]
