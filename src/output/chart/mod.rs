@@ -317,14 +317,4 @@ mod tests {
         assert_eq!(ground, "<rect fill=\"#fff\" height=\"100%\" width=\"100%\"/>");
         assert!(svg.contains(">t</tspan>") && !svg.contains("Q_t") && svg.matches(">front<").count() == 1, "{svg}");
     }
-
-    #[test]
-    fn many_points_make_a_small_picture() {
-        let spike = |k: i32| if k == 777 { 9.0 } else { 0.0 };
-        let wave: Vec<_> = (0..100_000).map(|k| (f64::from(k), (f64::from(k) * 1e-3).sin() + spike(k))).collect();
-        for (mark, most) in [(Mark::LINE, 30_000), (Mark::LINE_AND_POINTS, 100_000)] {
-            let series = vec![Series::new("", mark, wave.clone())];
-            assert!(chart(Scale::Linear, Scale::Linear, series).to_svg().len() < most);
-        }
-    }
 }

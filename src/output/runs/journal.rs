@@ -207,14 +207,11 @@ mod tests {
         RunRow { row, record: format!("{row},\"{row}.0\n\"\"\",converged\n").into_bytes(), events: events.into_bytes() }
     }
 
-    fn identity() -> Identity {
-        Identity::new("a = 1\n".to_owned(), vec!["b=1,2".to_owned()], None)
-    }
-
-    fn open(folder: &Path, identity: &Identity, force: bool) -> anyhow::Result<Journal> {
+    fn open(folder: &Path) -> Journal {
+        let identity = Identity::new("a = 1\n".to_owned(), vec!["b=1,2".to_owned()], None);
         let headers =
             ["row,x,status", "row,event"].map(|names| names.split(',').map(str::to_owned).collect::<Vec<_>>());
-        Journal::open(folder, identity, &headers, force)
+        Journal::open(folder, &identity, &headers, false).unwrap()
     }
 
     #[test]
@@ -223,7 +220,7 @@ mod tests {
         let paths = [JOURNAL_EVENTS, JOURNAL].map(|name| folder.path().join(name));
         let sizes = || paths.clone().map(|path| fs::read(path).map_or(0, |text| text.len()));
         // The contents of both files after each write, in the order of the writes.
-        let mut journal = open(folder.path(), &identity(), false).unwrap();
+        let mut journal = open(folder.path());
         let mut states = vec![([0, 0], 0), (sizes(), 0)];
         for (number, done) in [(3, 1), (1, 2), (2, 3)] {
             journal.keep(&row(number)).unwrap();
@@ -238,13 +235,13 @@ mod tests {
             for [events, runs] in lengths.chain((runs..=more_runs).map(|runs| [more_events, runs])) {
                 fs::write(&paths[0], &whole[0][..events]).unwrap();
                 fs::write(&paths[1], &whole[1][..runs]).unwrap();
-                let mut journal = open(folder.path(), &identity(), false).unwrap();
+                let mut journal = open(folder.path());
                 let expected = if runs == more_runs { after } else { before };
                 assert_eq!(journal.count(), expected, "{events} {runs}");
                 // It goes on from there, and what was there stays.
                 journal.keep(&row(7)).unwrap();
                 drop(journal);
-                let mut journal = open(folder.path(), &identity(), false).unwrap();
+                let mut journal = open(folder.path());
                 assert_eq!(journal.count(), expected + 1);
                 for number in [3, 1, 2][..expected].iter().chain(&[7]) {
                     let kept = [0, 1].map(|table| journal.tables[table].row(*number).unwrap());
@@ -252,19 +249,5 @@ mod tests {
                 }
             }
         }
-    }
-
-    #[test]
-    fn a_table_of_another_version_or_program_is_not_continued() {
-        let folder = tempfile::tempdir().unwrap();
-        let open = |identity: &Identity, force| open(folder.path(), identity, force).map(drop);
-        open(&identity(), false).unwrap();
-        let version = Identity { version: "0.0.1".to_owned(), ..identity() };
-        let error = open(&version, true).unwrap_err().to_string();
-        assert!(error.contains("rows of another table") && error.contains("0.0.1"), "{error}");
-        let journal = self::open(folder.path(), &identity(), false).unwrap();
-        assert!(open(&identity(), false).unwrap_err().to_string().contains("another program"));
-        journal.remove().unwrap();
-        assert!(!folder.path().join(JOURNAL).exists() && !folder.path().join(JOURNAL_EVENTS).exists());
     }
 }

@@ -155,18 +155,3 @@ fn absent(rows: &[usize], parts: &[Option<&str>]) -> String {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::absent;
-
-    #[test]
-    fn what_is_missing_is_named() {
-        let rows = [2, 4, 5, 6, 7, 8, 9];
-        assert_eq!(absent(&rows, &[Some("1/3"), Some("3/3")]), "part 2/3 is");
-        assert_eq!(absent(&rows, &[Some("2/3")]), "parts 1/3, 3/3 are");
-        assert_eq!(absent(&rows, &[Some("1/2"), Some("2/4")]), "rows 2, 4, 5, 6, 7, … are");
-        assert_eq!(absent(&rows, &[None]), "rows 2, 4, 5, 6, 7, … are");
-        assert_eq!(absent(&rows[..1], &[Some("1/2"), Some("2/2")]), "row 2 is");
-    }
-}

@@ -146,6 +146,8 @@ fn parts_are_joined_to_the_table_of_one_run_byte_for_byte() {
         ("merge p1of2 longer --out bad", 2, "a row 11 in longer, but the whole table has 9 rows"),
         ("merge p1of4 p2of4 p4of4 --out bad", 2, "part 3/4 is missing: 7 of 9 rows are there"),
         ("merge p1of2 p2of4 --out bad", 2, "rows 4, 8 are missing"),
+        ("merge p1of4 p2of4 --out bad", 2, "parts 3/4, 4/4 are missing"),
+        ("merge p1of4 p12of12 --out bad", 2, "rows 2, 3, 4, 6, 7, … are missing"),
         ("merge p1of2 p2of2 p3of4 --out bad", 2, "row 3 is both in p1of2 and in p3of4"),
         ("merge p1of2 case --out bad", 2, "parts of different tables … cases"),
         ("merge p1of2 keys --out bad", 2, "parts of different tables … what varies"),
