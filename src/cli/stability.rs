@@ -29,7 +29,7 @@ pub(super) struct StabilityArgs {
         long,
         value_name = "NAME,NAME,…",
         value_delimiter = ',',
-        long_help = study::methods_help(Method::charted().iter().map(Method::label))
+        long_help = study::methods_help(&Method::charted())
     )]
     methods: Vec<String>,
 
@@ -59,7 +59,7 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
         let help = "the lengths of a scene are those of --gamma-f";
         return Err(report::refused("--t-dot is for cases of one coordinate", help));
     }
-    let (methods, left_out) = chosen(&case, &args.methods, Method::charted(), Method::label, Method::unsuitable)?;
+    let (methods, left_out) = chosen(&case, &args.methods, Method::charted())?;
     let pictures: Vec<&str> = maps(&methods).map(|(name, _)| name).chain([ONSET, LAST_NODE]).collect();
     let files = study.open(study.output.target(&study.case, "stability")?, &[STABILITY], &pictures)?;
     let lists = [&args.gamma_f, &args.t_dot, &args.delta_gamma].map(Vec::clone);

@@ -7,6 +7,7 @@ use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::output::{OutputSet, SUMMARY, Target};
 use geodesic_ivp::reference::ReferenceEnds;
+use geodesic_ivp::study::Method;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::CaseArgs;
@@ -38,48 +39,39 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
 /// Help begins after its label.
 const HELP_COLUMNS: usize = 90;
 
-/// The methods whose names begin with one of `names`, and those that are left out although nobody said so.
-pub(super) type Chosen<M> = (Vec<M>, Vec<M>);
-
-/// Those of `all` whose names begin with one of `names`; without names all that suit the case.
+/// Those of `all` whose names begin with one of `names`; without names all that suit the case, and those that do not.
 ///
 /// # Errors
 /// If a name is that of no method, or of one that does not suit the case.
-pub(super) fn chosen<M>(
-    case: &Case,
-    names: &[String],
-    all: Vec<M>,
-    label: impl Fn(&M) -> String,
-    unsuitable: impl Fn(&M, bool) -> Option<&'static str>,
-) -> anyhow::Result<Chosen<M>> {
+pub(super) fn chosen(case: &Case, names: &[String], all: Vec<Method>) -> anyhow::Result<(Vec<Method>, Vec<Method>)> {
     // Only a scene may not be separable.
     let is_separable = (!case.is_of_x).then(|| case.geometry::<f64>().is_separable());
-    let unsuitable = |method: &M| unsuitable(method, is_separable?);
-    let (methods, left_out): Chosen<M> = all.into_iter().partition(|method| unsuitable(method).is_none());
+    let unsuitable = |method: &Method| method.unsuitable(is_separable?);
+    let (mut methods, left_out): (Vec<_>, Vec<_>) = all.into_iter().partition(|method| unsuitable(method).is_none());
     if names.is_empty() {
         return Ok((methods, left_out));
     }
-    let begins = |method: &M, name: &str| label(method).to_lowercase().starts_with(&name.trim().to_lowercase());
+    let begins = |method: &Method, name: &str| method.label().to_lowercase().starts_with(&name.trim().to_lowercase());
     if let Some(name) = names.iter().find(|name| !methods.iter().any(|method| begins(method, name))) {
         let other = left_out.iter().find(|method| begins(method, name));
-        let message = match other.and_then(|method| Some((label(method), unsuitable(method)?))) {
+        let message = match other.and_then(|method| Some((method.label(), unsuitable(method)?))) {
             Some((label, reason)) => format!("{label} {reason}"),
             None => format!("no method is called '{name}'"),
         };
-        let list = methods.iter().map(|method| label(method).replace(' ', "\u{a0}")).collect::<Vec<_>>().join(", ");
+        let list = methods.iter().map(|method| method.label().replace(' ', "\u{a0}")).collect::<Vec<_>>().join(", ");
         let help = format!("the methods for this case are\n{}", broken(&list, 0, HELP_COLUMNS).trim_end());
         return Err(report::refused(message, help));
     }
-    let methods = methods.into_iter().filter(|method| names.iter().any(|name| begins(method, name))).collect();
+    methods.retain(|method| names.iter().any(|name| begins(method, name)));
     Ok((methods, Vec::new()))
 }
 
 /// The list of values of `--methods`, for the long help.
-pub(super) fn methods_help(names: impl Iterator<Item = String>) -> String {
+pub(super) fn methods_help(all: &[Method]) -> String {
     format!(
         "Measure only these methods: names, or the beginnings of names [default: all that suit the case]\n\n\
          [possible values: {}]",
-        names.collect::<Vec<_>>().join(", ")
+        all.iter().map(Method::label).collect::<Vec<_>>().join(", ")
     )
 }
 

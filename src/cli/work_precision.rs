@@ -46,7 +46,7 @@ pub(super) struct WorkPrecisionArgs {
         long,
         value_name = "NAME,NAME,…",
         value_delimiter = ',',
-        long_help = study::methods_help(Method::timed().iter().map(Method::label))
+        long_help = study::methods_help(&Method::timed())
     )]
     methods: Vec<String>,
 
@@ -77,7 +77,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
         let message = format!("--gamma-f takes {} lengths at most", BY_LENGTH.len());
         return Err(report::refused(message, ""));
     }
-    let (methods, _) = chosen(&case, &args.methods, Method::timed(), Method::label, Method::unsuitable)?;
+    let (methods, _) = chosen(&case, &args.methods, Method::timed())?;
     let mut others = Vec::new();
     if let Some(path) = &args.rows {
         let cannot = || format!("cannot read the rows {}", path.display());
