@@ -47,8 +47,8 @@ impl<S: Real> DoubledAction<'_, S> {
         let layout = self.layout();
         let last = self.sbp.points() - 1;
         let row = |k: usize, u: &[S]| self.sbp.derivative_at(u, k);
-        let mut constraints = vec![S::ZERO; MULTIPLIERS_PER_COORDINATE * layout.dimension()];
-        for a in 0..layout.dimension() {
+        let mut constraints = vec![S::ZERO; MULTIPLIERS_PER_COORDINATE * layout.dimension];
+        for a in 0..layout.dimension {
             let [one, two] = [0, 1].map(|branch| u.branches[branch][a]);
             constraints[layout.lambda(a)] = one[0] - self.initial.q[a];
             constraints[layout.mu(a)] = row(0, one) - self.initial.q_dot[a];
@@ -68,7 +68,7 @@ impl<S: Real> DoubledAction<'_, S> {
     pub(super) fn add_multiplier_gradient(&self, u: &Unknowns<'_, S>, out: &mut [S]) {
         let (layout, multipliers) = (self.layout(), u.multipliers);
         let last = self.sbp.points() - 1;
-        for a in 0..layout.dimension() {
+        for a in 0..layout.dimension {
             layout.values_mut(out, 0, a)[0] += multipliers[layout.lambda(a)];
             for (branch, sign) in layout.signs(out).enumerate() {
                 let row = layout.values_mut(out, branch, a);

@@ -62,7 +62,7 @@ impl<S: Real> DoubledAction<'_, S> {
     /// Adds the gradient of the term to the branches of `out`.
     pub(super) fn add_force_gradient(&self, mean: &MeanForce<S>, out: &mut [S]) {
         let (layout, structure, weights) = (self.layout(), self.lagrangian.structure(), self.sbp.weights());
-        let n = layout.dimension();
+        let n = layout.dimension;
         for (branch, sign) in layout.signs(out).enumerate() {
             for &ForceTerm { a, value, .. } in &structure.force {
                 let row = layout.values_mut(out, branch, a);

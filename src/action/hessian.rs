@@ -144,9 +144,9 @@ impl DoubledAction<'_, f64> {
     /// The border of the strong form: ∂C/∂s of λ and μ in the rows below, and ∂C/∂d of ν and κ in the columns beside.
     fn visit_constraints(&self, push: &mut impl FnMut(usize, usize, f64)) {
         let (layout, points) = (self.layout(), self.sbp.points());
-        let (border, last) = (layout.dimension() * points, points - 1);
-        let tied = border - 2 * layout.dimension();
-        for a in 0..layout.dimension() {
+        let (border, last) = (layout.dimension * points, points - 1);
+        let tied = border - 2 * layout.dimension;
+        for a in 0..layout.dimension {
             push(border + layout.lambda(a), a * points, 1.0);
             self.sbp.row(0).for_each(|(column, d)| push(border + layout.mu(a), a * points + column, d));
             push(a * points + last, tied + layout.nu(a), 1.0);

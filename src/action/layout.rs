@@ -9,16 +9,14 @@ use crate::number::Real;
 /// Multipliers of the strong form for each coordinate: λ, μ, ν and κ.
 pub const MULTIPLIERS_PER_COORDINATE: usize = 4;
 
-/// Number of Lagrange multipliers of the strong form in the two coordinates t and x.
-pub const MULTIPLIERS: usize = 2 * MULTIPLIERS_PER_COORDINATE;
-
 /// Where each unknown of the doubled action is, for n coordinates on a grid of N nodes.
 ///
 /// The multipliers are (λ_a, μ_a) for one coordinate a after the other, which fix the start, then all ν_a and then all
 /// κ_a, which tie the ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    dimension: usize,
+    /// Number of coordinates n.
+    pub dimension: usize,
     points: usize,
     multipliers: usize,
 }
@@ -36,11 +34,6 @@ impl Layout {
     /// Number of unknowns: 2nN + 4n, or 2nN in the weak form.
     pub fn unknowns(&self) -> usize {
         2 * self.dimension * self.points + self.multipliers
-    }
-
-    /// Number of coordinates n.
-    pub fn dimension(&self) -> usize {
-        self.dimension
     }
 
     /// First index of coordinate `a` on the branch (0 forward, 1 backward).

@@ -49,7 +49,7 @@ mod layout;
 mod rounding;
 mod state;
 
-pub use layout::{Layout, MULTIPLIERS, MULTIPLIERS_PER_COORDINATE};
+pub use layout::{Layout, MULTIPLIERS_PER_COORDINATE};
 pub use rounding::GradientRounding;
 
 use serde::{Deserialize, Serialize};
@@ -99,10 +99,13 @@ impl TryFrom<String> for Form {
 /// E_IVP for one grid, Lagrangian and set of initial data, in 2nN + 4n unknowns (strong) or 2nN (weak), see [`Layout`].
 #[derive(Debug)]
 pub struct DoubledAction<'a, S = f64> {
-    form: Form,
-    sbp: &'a SbpOperator<S>,
+    /// The form: strong or weak.
+    pub form: Form,
+    /// The SBP operator the action is built on.
+    pub sbp: &'a SbpOperator<S>,
     lagrangian: &'a Geometry<S>,
-    initial: Start<S>,
+    /// The initial data: the positions with the velocities (strong) or the momenta (weak).
+    pub initial: Start<S>,
     /// D̄ of each coordinate.
     bars: Vec<RegularisedOperator<'a, S>>,
 }
@@ -126,23 +129,16 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         Layout::new(self.bars.len(), self.sbp.points(), self.form)
     }
 
-    /// The form: strong or weak.
-    pub fn form(&self) -> Form {
-        self.form
-    }
-
-    /// The SBP operator the action is built on.
-    pub fn sbp(&self) -> &'a SbpOperator<S> {
-        self.sbp
-    }
-
-    /// The initial data: the positions with the velocities (strong) or the momenta (weak).
-    pub fn initial(&self) -> &Start<S> {
-        &self.initial
-    }
-
+    /// The states of both branches of `u`. In the physical limit they are the same, and there is one.
     fn states(&self, u: &Unknowns<'_, S>) -> Result<Vec<BranchState<S>>, OutsideGeometry> {
-        state::states(self.lagrangian, &self.bars, u)
+        let [one, two] = &u.branches;
+        let is_same = |(one, two): (&&[S], &&[S])| std::ptr::eq(*one, *two) || one == two;
+        let branches = if one.iter().zip(two).all(is_same) { vec![one] } else { vec![one, two] };
+        let evaluated = |branch: &Vec<&[S]>| {
+            let mut state = BranchState::zeros(self.lagrangian, branch[0].len());
+            state.evaluate(self.lagrangian, &self.bars, branch).map(|()| state)
+        };
+        branches.into_iter().map(evaluated).collect()
     }
 
     /// The value E_IVP(u).
@@ -181,13 +177,13 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         let layout = self.layout();
         let forward = layout.row(1, 0);
         let mut momentum = vec![S::ZERO; self.sbp.points()];
-        for a in 0..layout.dimension() {
+        for a in 0..layout.dimension {
             self.coordinate_gradient(&states[0], a, &mut momentum, layout.values_mut(out, 0, a));
         }
         if out.len() > forward {
             match states {
                 [_] => out.copy_within(..forward, forward),
-                _ => (0..layout.dimension()).for_each(|a| {
+                _ => (0..layout.dimension).for_each(|a| {
                     self.coordinate_gradient(&states[1], a, &mut momentum, layout.values_mut(out, 1, a));
                 }),
             }

@@ -1,7 +1,7 @@
 //! The size of the rounding error in the gradient, below which no gradient can be brought.
 
 use super::DoubledAction;
-use super::state::{BranchState, size};
+use super::state::BranchState;
 use crate::geometry::{OutsideGeometry, Samples, Term, other};
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -25,7 +25,7 @@ impl<S: Real> DoubledAction<'_, S> {
     /// The first node of either branch that lies outside the domain.
     pub fn gradient_rounding(&self, u: &[S]) -> Result<GradientRounding, OutsideGeometry> {
         let (layout, structure) = (self.layout(), self.lagrangian.structure());
-        let n = layout.dimension();
+        let n = layout.dimension;
         let multipliers = layout.multipliers(u);
         let h = self.sbp.spacing().to_f64();
         let largest = |u: &[S]| max_abs(u).to_f64();
@@ -51,7 +51,7 @@ impl<S: Real> DoubledAction<'_, S> {
             let places: Vec<f64> = q.iter().map(|row| largest(row)).collect();
             let weight = largest(self.sbp.weights());
             for &Term { ab: [a, b], by: [c, d], value } in &structure.second {
-                let slope = weight * state.size(value) * q_dot[a] * q_dot[b];
+                let slope = weight * state.samples.size(value) * q_dot[a] * q_dot[b];
                 forces[c] = forces[c].max(slope * places[d]);
                 forces[d] = forces[d].max(slope * places[c]);
             }
@@ -59,7 +59,7 @@ impl<S: Real> DoubledAction<'_, S> {
             self.raise(&mut sizes, &state, of_forces);
             values.iter_mut().zip(&sizes).for_each(|(value, &size)| *value = value.max(size));
             for &Term { ab: [a, b], value, .. } in &structure.values {
-                let component = state.size(value);
+                let component = state.samples.size(value);
                 for (row, other) in [(a, b), (b, a)].into_iter().filter(|(row, _)| *row < n) {
                     let velocity = if other < n { component * sizes[other] / h } else { component };
                     rows[row] = rows[row].max(velocity);
@@ -67,7 +67,7 @@ impl<S: Real> DoubledAction<'_, S> {
             }
             // H f_c inherits the relative error of every q̇, which is ε|q|/(h q̇).
             for &Term { ab: [a, b], by: [c], value } in &structure.first {
-                let slope = weight * state.size(value);
+                let slope = weight * state.samples.size(value);
                 for (a, b) in [(a, b), (b, a)].into_iter().filter(|(_, b)| *b < n) {
                     rows[c] = rows[c].max(slope * q_dot[a] * sizes[b] / h);
                 }
@@ -89,7 +89,7 @@ impl<S: Real> DoubledAction<'_, S> {
     fn raise(&self, sizes: &mut [f64], state: &BranchState<S>, of_forces: f64) {
         let (n, h) = (sizes.len(), self.sbp.spacing().to_f64());
         let terms: Vec<([usize; 2], f64)> = (self.lagrangian.structure().values.iter())
-            .map(|term| (term.ab, state.size(term.value) / h))
+            .map(|term| (term.ab, state.samples.size(term.value) / h))
             .filter(|&([_, b], mass)| b < n && mass > 0.0)
             .collect();
         let actions = terms.iter().map(|&([a, b], mass)| mass * sizes[a] * sizes[b]);
@@ -114,7 +114,7 @@ impl<S: Real> DoubledAction<'_, S> {
         let mut forces = vec![0.0_f64; n];
         // A change of g_ab or A_a along the way acts on p_a and p_b like a force.
         for &Term { ab: [a, b], by: [c], value } in &structure.first {
-            let slope = 0.5 * h * h * state.size(value);
+            let slope = 0.5 * h * h * state.samples.size(value);
             for (row, force) in [(c, slope * q_dot[a] * q_dot[b]), (a, slope * q_dot[b] * q_dot[c])] {
                 forces[row] = forces[row].max(force);
             }
@@ -127,12 +127,13 @@ impl<S: Real> DoubledAction<'_, S> {
             let mut samples = Samples::zeros(structure.force_rows, self.sbp.points());
             self.lagrangian.fill_force(q, &velocities, &mut samples);
             for term in &structure.force {
-                forces[term.a] = forces[term.a].max(0.5 * h * h * size(&samples, term.value));
+                forces[term.a] = forces[term.a].max(0.5 * h * h * samples.size(term.value));
             }
         }
         // Coordinates that are coupled accelerate each other.
         let fall = |a: usize| {
-            let coupled = structure.values.iter().filter_map(|term| Some((other(term.ab, a)?, state.size(term.value))));
+            let coupled =
+                structure.values.iter().filter_map(|term| Some((other(term.ab, a)?, state.samples.size(term.value))));
             let (force, mass) = coupled
                 .filter(|(b, _)| *b < n)
                 .fold((0.0_f64, 0.0_f64), |(force, mass), (b, size)| (force.max(forces[b]), mass.max(size)));

@@ -2,10 +2,8 @@
 
 use std::ops::Range;
 
-use super::layout::Unknowns;
-use crate::geometry::{Contraction, Geometry, OutsideGeometry, Samples, Source, Structure, Term};
+use crate::geometry::{Contraction, Geometry, OutsideGeometry, Samples, Structure, Term};
 use crate::number::Real;
-use crate::number::norm::max_abs;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 
 /// A branch on its nodes: the Lagrangian's structure with its values, and the regularised velocities D̄q^a.
@@ -58,11 +56,6 @@ impl<S: Real> BranchState<S> {
         })
     }
 
-    /// The largest absolute value on the nodes.
-    pub(super) fn size(&self, source: Source<S>) -> f64 {
-        size(&self.samples, source)
-    }
-
     #[inline]
     pub(super) fn velocity(&self, a: usize, k: usize) -> S {
         self.velocities.row(a)[k]
@@ -80,29 +73,6 @@ impl<S: Real> BranchState<S> {
         };
         Contraction { structure, samples: &self.samples, nodes, velocity }
     }
-}
-
-/// The largest absolute value on the nodes.
-pub(super) fn size<S: Real>(samples: &Samples<S>, source: Source<S>) -> f64 {
-    match source {
-        Source::Constant(value) => value.abs().to_f64(),
-        Source::Row(row) => max_abs(samples.row(row)).to_f64(),
-    }
-}
-
-/// The states of both branches of `u`. In the physical limit they are the same, and there is one.
-pub(super) fn states<S: Real>(
-    lagrangian: &Geometry<S>,
-    bars: &[RegularisedOperator<'_, S>],
-    Unknowns { branches: [one, two], .. }: &Unknowns<'_, S>,
-) -> Result<Vec<BranchState<S>>, OutsideGeometry> {
-    let is_same = |(one, two): (&&[S], &&[S])| std::ptr::eq(*one, *two) || one == two;
-    let branches = if one.iter().zip(two).all(is_same) { vec![one] } else { vec![one, two] };
-    let evaluated = |branch: &Vec<&[S]>| {
-        let mut state = BranchState::zeros(lagrangian, branch[0].len());
-        state.evaluate(lagrangian, bars, branch).map(|()| state)
-    };
-    branches.into_iter().map(evaluated).collect()
 }
 
 /// The state of the forward (0) or the backward (1) branch.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::number::Real;
+use crate::number::norm::max_abs;
 
 /// Where a value comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +112,14 @@ impl<S: Real> Samples<S> {
             Source::Row(row) => self.data[row * self.points + k],
         }
     }
+
+    /// The largest absolute value on the nodes.
+    pub(crate) fn size(&self, source: Source<S>) -> f64 {
+        match source {
+            Source::Constant(value) => value.abs().to_f64(),
+            Source::Row(row) => max_abs(self.row(row)).to_f64(),
+        }
+    }
 }
 
 /// Where a world-line starts: a position with its velocities and momenta.
@@ -129,6 +138,17 @@ impl<S: Real> Start<S> {
     pub fn reversed(mut self) -> Self {
         self.q_dot.iter_mut().chain(&mut self.p).for_each(|rate| *rate = -*rate);
         self
+    }
+
+    /// The same in numbers of another kind.
+    pub(crate) fn map<T>(&self, number: impl Fn(S) -> T) -> Start<T> {
+        let of = |row: &[S]| row.iter().map(|&value| number(value)).collect();
+        Start { q: of(&self.q), q_dot: of(&self.q_dot), p: of(&self.p) }
+    }
+
+    /// The same in `f64`.
+    pub(crate) fn in_f64(&self) -> Start {
+        self.map(S::to_f64)
     }
 }
 

@@ -53,7 +53,7 @@ impl<S: Real> Equations<S> for Stationarity<'_, S> {
 
     fn rounding(&self, u: &[S]) -> Option<Vec<f64>> {
         let GradientRounding { rows, values, .. } = self.action.gradient_rounding(u).ok()?;
-        let h = self.action.sbp().spacing().to_f64();
+        let h = self.action.sbp.spacing().to_f64();
         let mut levels = on_nodes(&rows, self.action);
         levels.extend_from_within(..);
         if !self.action.layout().multiplier_range().is_empty() {
@@ -69,7 +69,7 @@ impl<S: Real> Equations<S> for Stationarity<'_, S> {
     fn sizes(&self, u: &[S]) -> Vec<S> {
         let layout = self.action.layout();
         let size = |a| max_abs(layout.values(u, 0, a)).max(max_abs(layout.values(u, 1, a)));
-        (0..layout.dimension()).map(size).collect()
+        (0..layout.dimension).map(size).collect()
     }
 
     fn scales(&self, u: &[S]) -> Vec<S> {
@@ -93,9 +93,9 @@ impl NewtonSystem for Stationarity<'_, f64> {
         layout.write_equal_step(&solution, step);
         if !layout.multiplier_range().is_empty() {
             // λ holds the start, which the elimination finds but for rounding in units of the end.
-            for (branch, a) in (0..2).flat_map(|branch| (0..layout.dimension()).map(move |a| (branch, a))) {
+            for (branch, a) in (0..2).flat_map(|branch| (0..layout.dimension).map(move |a| (branch, a))) {
                 let first = layout.row(branch, a);
-                step[first] = self.action.initial().q[a] - u[first];
+                step[first] = self.action.initial.q[a] - u[first];
             }
         }
         let [left, size] = [&remainder, &right].map(|rows| max_abs(&lu.in_units(rows)));
@@ -107,7 +107,7 @@ impl NewtonSystem for Stationarity<'_, f64> {
 /// are the units of q, and those of the others the units of the multipliers beside them.
 fn factored(pattern: &Pattern, action: &DoubledAction<'_, f64>, u: &[f64]) -> Option<SparseLu> {
     let GradientRounding { rows, values, .. } = action.gradient_rounding(u).ok()?;
-    let (layout, h) = (action.layout(), action.sbp().spacing());
+    let (layout, h) = (action.layout(), action.sbp.spacing());
     let mut units = [&rows, &values].map(|units| on_nodes(units, action));
     if !layout.multiplier_range().is_empty() {
         units[0].extend(values.iter().flat_map(|&unit| [unit, unit / h]));
@@ -118,5 +118,5 @@ fn factored(pattern: &Pattern, action: &DoubledAction<'_, f64>, u: &[f64]) -> Op
 
 /// Numbers of each coordinate, for every row of a branch.
 fn on_nodes<S: Real>(of_coordinates: &[f64], action: &DoubledAction<'_, S>) -> Vec<f64> {
-    of_coordinates.iter().flat_map(|&number| iter::repeat_n(number, action.sbp().points())).collect()
+    of_coordinates.iter().flat_map(|&number| iter::repeat_n(number, action.sbp.points())).collect()
 }

@@ -120,7 +120,7 @@ impl<'o, S: Real> Run<'o, S> {
         let (settings, is_regularised, mut start) = (&setup.settings, setup.regularised, self.here.clone());
         let geometry = &*self.line.place.geometry;
         geometry.ignorable().for_each(|a| start.q[a] = S::ZERO);
-        let rough_start = in_f64(&start);
+        let rough_start = start.in_f64();
         let window = Problem { settings, sbp: operator.get(), geometry, start: &start, is_regularised };
         let (geometry, sbp) = (&*setup.rough.geometry, rough.get());
         let rough = Problem { settings, sbp, geometry, start: &rough_start, is_regularised };
@@ -228,9 +228,4 @@ fn operators<S: Real>(settings: &Settings, length: S) -> (Arc<WindowOperator<S>>
     let same = (&operator as &dyn Any).downcast_ref().map(Arc::clone);
     let rough = same.unwrap_or_else(|| made(settings, length.to_f64()));
     (operator, rough)
-}
-
-fn in_f64<S: Real>(start: &Start<S>) -> Start {
-    let of = |values: &[S]| values.iter().map(|value| value.to_f64()).collect();
-    Start { q: of(&start.q), q_dot: of(&start.q_dot), p: of(&start.p) }
 }

@@ -1,7 +1,7 @@
 //! A run in one coordinate: t and x.
 
 use super::world_line::WorldLine;
-use crate::action::MULTIPLIERS;
+use crate::action::MULTIPLIERS_PER_COORDINATE;
 use crate::geometry::Start;
 use crate::number::Real;
 
@@ -62,7 +62,7 @@ impl<S: Real> Solution<S> {
     }
 
     /// λ1 … λ8 of the last window; the weak form has none.
-    pub fn multipliers(&self) -> Option<&[S; MULTIPLIERS]> {
+    pub fn multipliers(&self) -> Option<&[S; 2 * MULTIPLIERS_PER_COORDINATE]> {
         self.windows.last()?.multipliers.first_chunk()
     }
 

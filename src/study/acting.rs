@@ -8,7 +8,6 @@
 use std::sync::Arc;
 
 use super::errors::{RunError, chain_error};
-use super::subject::in_f64;
 use crate::case::Case;
 use crate::engine::{Accuracy, Handed};
 use crate::geometry::Start;
@@ -105,7 +104,7 @@ fn failed<S: Real>(setup: &Setup<S>, status: Status, pieces: &[Piece<S>], place:
     let change = place.and_then(|place| setup.until[place].change.as_ref());
     let name = change.map_or_else(String::new, |change| change.name.clone());
     let event = LastEvent { name, count: pieces.iter().map(|piece| piece.acted.len()).sum() };
-    NoSolution::at_event(status, &setup.rough.geometry, line.gamma_f().to_f64(), &in_f64(&line.end()).q, event)
+    NoSolution::at_event(status, &setup.rough.geometry, line.gamma_f().to_f64(), &line.end().in_f64().q, event)
 }
 
 /// The pieces of a run to an accuracy. A chain that `is_shaken` is off by its last digits at every event.
@@ -191,13 +190,13 @@ fn add_up<S: Real>(line: &mut WorldLine<S>, before: Option<&Piece<S>>) {
 
 /// Returns true if the formula of an event that began and ended a piece is zero in its middle, up to rounding.
 fn is_low<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, place: usize) -> bool {
-    let end = in_f64(&line.end_inside());
+    let end = line.end_inside().in_f64();
     let mut formula = setup.until[place].rough.clone();
     let norm = setup.rough.geometry.norm(&setup.rough.start.q, &setup.rough.start.q_dot);
     let at_end = Beginning::new((&setup.rough.geometry, &end), &mut formula, norm, (line.length.to_f64(), 0.0));
     let middle = Sampler::new(line).at_gamma(line.gamma_i + line.length.half());
     middle.is_ok_and(|Sample { q, q_dot, p, .. }| {
-        let Start { q, q_dot, p } = in_f64(&Start { q, q_dot, p });
+        let Start { q, q_dot, p } = Start { q, q_dot, p }.in_f64();
         formula.at(&q, &q_dot, &p, norm).abs() <= LOW * at_end.noise
     })
 }
@@ -213,7 +212,7 @@ fn changed<S: Real>(
 ) -> Result<(Setup<S>, Start, Vec<usize>), Status> {
     let begin = &setup.rough.start;
     let norm = setup.rough.geometry.norm(&begin.q, &begin.q_dot);
-    let (mut start, mut here) = (in_f64(&line.end_inside()), setup.clone());
+    let (mut start, mut here) = (line.end_inside().in_f64(), setup.clone());
     let (mut acted, mut next) = (Vec::new(), Some(first));
     while let Some(place) = next {
         let Until { rough, change, .. } = &here.until[place];
@@ -276,8 +275,7 @@ fn going_on<S: Real>(
     let low = |(a, &low): (usize, &f64)| if keeps(a) { low } else { 0.0 };
     let q_low: Vec<f64> = line.handed.q_low.iter().enumerate().map(low).collect();
     let handed = Handed { q_low, ..Handed::default() };
-    let of = |values: &[f64]| values.iter().map(|&value| S::from(value)).collect();
-    let exact = Start { q: of(&start.q), q_dot: of(&start.q_dot), p: of(&start.p) };
+    let exact = start.map(S::from);
     Setup {
         place: Place { geometry: Arc::clone(&setup.place.geometry), start: Arc::new(exact) },
         rough: Place { geometry: Arc::clone(geometry), start: Arc::new(start) },

@@ -82,12 +82,6 @@ pub(super) fn norm_and_first_rate(problem: &Problem, State { q, p }: State<'_>) 
     problem.space.velocities(q, p).map_or([f64::NAN; 2], rates)
 }
 
-/// A point in `f64`.
-pub(super) fn in_f64<S: Real>(start: &Start<S>) -> Start {
-    let [q, q_dot, p] = [&start.q, &start.q_dot, &start.p].map(|row| row.iter().map(|value| value.to_f64()).collect());
-    Start { q, q_dot, p }
-}
-
 /// The distance of a coordinate from where its size is counted from: 0, or the start if it is ignorable.
 pub(super) fn distance<S: Real>(place: &Place<S>, a: usize, q: S) -> f64 {
     (q - origin(place, a)).to_f64().abs()

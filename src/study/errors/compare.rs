@@ -7,7 +7,6 @@ use crate::engine::{Accuracy, Engine};
 use crate::number::Real;
 use crate::reference::ReferenceTrajectory;
 use crate::solve::{Limit, Place, Setup, WorldLine};
-use crate::study::subject::in_f64;
 use crate::trajectory::Sample;
 
 /// The accuracy of every window of the second solve. What they add up to is estimated on its way.
@@ -151,10 +150,10 @@ impl<'l, S: Real> Points<'l, S> {
         };
         (0..last).for_each(|k| found.see(off(k, &reference.at(self.gamma[k]).q)));
         let end = reference.at(*length);
-        found.see(self.at_end(off(last, &end.q), &in_f64(&end).q_dot));
+        found.see(self.at_end(off(last, &end.q), &end.in_f64().q_dot));
         let mut between = Between::new(&place.geometry, &place.start, length.to_f64());
         if !S::IS_EXTENDED {
-            between.see_points(fractions().map(|share| in_f64(&reference.at(*length * S::from(share)))).collect());
+            between.see_points(fractions().map(|share| reference.at(*length * S::from(share)).in_f64()).collect());
         }
         let error = reference.error_estimate();
         let (own, judge) = (self.own(error, &self.sizes()), Judge::Taylor(error));

@@ -9,7 +9,7 @@ use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::reference::{EndReason, ReferenceEnds, ReferenceTrajectory};
 use crate::solve::Place;
-use crate::study::subject::{Subject, distance, in_f64, length_of};
+use crate::study::subject::{Subject, distance, length_of};
 
 /// Number of points on the reference at which sizes and frequencies are measured, per step of it, and the largest
 /// number in all.
@@ -61,7 +61,7 @@ impl Reference {
     fn new<S: Real>(place: &Place<S>, reached: f64, digits: u32) -> Result<Self, ReferenceEnds> {
         let reference = ReferenceTrajectory::new(&place.geometry, &place.start, reached.into(), digits)?;
         let (error, steps) = (reference.error_estimate(), reference.steps());
-        Ok(Self { at: Box::new(move |gamma| in_f64(&reference.at(gamma.into()))), error, steps, reached })
+        Ok(Self { at: Box::new(move |gamma| reference.at(gamma.into()).in_f64()), error, steps, reached })
     }
 
     /// One in `f64` of this length, or one as long as the geodesic allows, but at least as long as `least`; with the

@@ -7,7 +7,7 @@ use crate::number::norm::larger;
 use crate::number::{Extended, Real};
 use crate::reference::{ReferenceEnds, ReferenceTrajectory};
 use crate::solve::{Limit, Setup};
-use crate::study::subject::{Subject, in_f64, length_of, norm_and_first_rate, sizes};
+use crate::study::subject::{Subject, length_of, norm_and_first_rate, sizes};
 
 /// With an error above this share of the size of a coordinate, a setting has no result. The size is the largest |x|,
 /// and of t and the ignorable coordinates of a scene the largest distance from the start.
@@ -49,7 +49,7 @@ impl Arena {
         let reference = ReferenceTrajectory::new(&place.geometry, &place.start, length.into(), digits(length))?;
         let problem = subject.problem(&subject.plain.place, length);
         let output = Output::even(OUTPUTS);
-        let points = output.gamma(length).map(|gamma| in_f64(&reference.at(gamma.into())).q);
+        let points = output.gamma(length).map(|gamma| reference.at(gamma.into()).in_f64().q);
         let sizes = sizes(&subject.plain.place, points);
         Ok(Self { problem, setup: subject.plain, reference, sizes })
     }
@@ -90,7 +90,7 @@ impl Arena {
         let exact = self.reference.at(gamma.into());
         let error = |(&q, &exact): (&f64, &Extended)| (Extended::from(q) - exact).to_f64().abs();
         let q = state.q.iter().zip(&exact.q).map(error).collect();
-        let (exact, [k, _]) = (in_f64(&exact), norm_and_first_rate(&self.problem, state));
+        let (exact, [k, _]) = (exact.in_f64(), norm_and_first_rate(&self.problem, state));
         RowErrors { q, delta_k: (k - self.problem.space.norm(&exact.q, &exact.q_dot)).abs() }
     }
 

@@ -39,12 +39,12 @@ struct Branch<D> {
 
 impl<D: Number> Branch<D> {
     fn new(action: &DoubledAction<'_, f64>, is_regularised: bool, u: &[D], branch: usize) -> Self {
-        let (layout, sbp) = (action.layout(), action.sbp());
-        let q: Vec<Vec<D>> = (0..layout.dimension()).map(|a| layout.values(u, branch, a).to_vec()).collect();
+        let (layout, sbp) = (action.layout(), action.sbp);
+        let q: Vec<Vec<D>> = (0..layout.dimension).map(|a| layout.values(u, branch, a).to_vec()).collect();
         let bar = |(a, q): (usize, &Vec<D>)| {
             let mut row: Vec<D> = (0..POINTS).map(|k| derivative(sbp, q, k)).collect();
             if is_regularised {
-                row[0] += (q[0] - action.initial().q[a]) / sbp.weights()[0];
+                row[0] += (q[0] - action.initial.q[a]) / sbp.weights()[0];
             }
             row
         };
@@ -64,8 +64,8 @@ fn derivative<D: Number>(sbp: &SbpOperator, q: &[D], k: usize) -> D {
 
 /// E_IVP from its definition.
 fn value<G: Scene, D: Number>(action: &DoubledAction<'_, f64>, is_regularised: bool, u: &[D]) -> D {
-    let (sbp, layout, initial) = (action.sbp(), action.layout(), action.initial());
-    let (n, last) = (layout.dimension(), POINTS - 1);
+    let (sbp, layout, initial) = (action.sbp, action.layout(), &action.initial);
+    let (n, last) = (layout.dimension, POINTS - 1);
     let [one, two] = [0, 1].map(|branch| Branch::new(action, is_regularised, u, branch));
     let gap = |a: usize, k: usize| one.q[a][k] - two.q[a][k];
     let mut sum = D::from(0.0);
@@ -80,7 +80,7 @@ fn value<G: Scene, D: Number>(action: &DoubledAction<'_, f64>, is_regularised: b
     }
     let multipliers = layout.multipliers(u);
     for a in 0..n {
-        match action.form() {
+        match action.form {
             Form::Strong => {
                 let [lambda, mu, nu, kappa] =
                     [layout.lambda(a), layout.mu(a), layout.nu(a), layout.kappa(a)].map(|place| multipliers[place]);
@@ -115,7 +115,7 @@ fn check_gradient<G: Scene>(u: &[f64]) {
             dual[i].eps = 1.0;
             let slope = value::<G, Dual64>(action, is_regularised, &dual).eps;
             dual[i].eps = 0.0;
-            assert_near(gradient[i], slope, 1e-10, &format!("{:?}, entry {i}", action.form()));
+            assert_near(gradient[i], slope, 1e-10, &format!("{:?}, entry {i}", action.form));
         }
     });
 }
@@ -129,7 +129,7 @@ fn check_newton_matrix<G: Scene>(q: &[f64]) {
             return;
         }
         let layout = action.layout();
-        let rows: Vec<&[f64]> = q.chunks_exact(POINTS).take(layout.dimension()).collect();
+        let rows: Vec<&[f64]> = q.chunks_exact(POINTS).take(layout.dimension).collect();
         // ν and κ, the second half of the multipliers, may have any value.
         let count = layout.multiplier_range().len();
         let multipliers: Vec<f64> = (0..count).map(|j| if 2 * j < count { 0.0 } else { 0.3 * j as f64 }).collect();
@@ -153,7 +153,7 @@ fn check_newton_matrix<G: Scene>(q: &[f64]) {
             let column = lu.multiply(&unit);
             let largest = difference.iter().fold(1.0, |largest: f64, entry| largest.max(entry.abs()));
             // A text for each entry takes longer than the entry.
-            let name = format!("{:?}, column {j}", action.form());
+            let name = format!("{:?}, column {j}", action.form);
             for (got, want) in column.iter().zip(layout.equal_equations(&difference)) {
                 assert_near(*got, want, 1e-8 * largest, &name);
             }
@@ -190,17 +190,17 @@ proptest! {
 
 fn check_value_of_equal_branches<G: Scene>() {
     with_actions::<G>(|action, _| {
-        let (layout, initial) = (action.layout(), action.initial());
+        let (layout, initial) = (action.layout(), &action.initial);
         let line = |a: usize| -> Vec<f64> {
-            (0..POINTS).map(|k| initial.q[a] + initial.q_dot[a] * action.sbp().node(k)).collect()
+            (0..POINTS).map(|k| initial.q[a] + initial.q_dot[a] * action.sbp.node(k)).collect()
         };
-        let rows: Vec<Vec<f64>> = (0..layout.dimension()).map(line).collect();
+        let rows: Vec<Vec<f64>> = (0..layout.dimension).map(line).collect();
         let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
         let multipliers: Vec<f64> = (0..layout.multiplier_range().len()).map(|j| j as f64 - 7.5).collect();
         let u = layout.physical_limit(&rows, &multipliers);
         assert_near(action.value(&u).unwrap(), 0.0, 1e-13, "the value");
         assert!(action.constraints(&u).iter().all(|c| c.abs() < 1e-13));
-        assert_eq!(action.constraints(&u).len(), 4 * layout.dimension());
+        assert_eq!(action.constraints(&u).len(), 4 * layout.dimension);
     });
 }
 
