@@ -25,11 +25,7 @@
 //! use geodesic_ivp::sbp::{SbpOperator, coefficients::SBP21};
 //!
 //! // A free particle moves on a straight line, and that is a critical point of the weak action.
-//! let one = || "1".to_owned();
-//! let (coordinates, expression) = (vec!["x".to_owned()], "0".to_owned());
-//! let (mass, masses, c) = (one(), vec![one()], one());
-//! let free = PotentialText { coordinates, expression, mass, masses, c, ..PotentialText::default() };
-//! let geometry = Geometry::of_x(free)?;
+//! let geometry = Geometry::of_x(PotentialText::of_x("0", 1.0, 1.0))?;
 //! let (q, q_dot) = (vec![0.0, 0.0], vec![1.0, 0.5]);
 //! let start = Start { p: geometry.momenta(&q, &q_dot), q, q_dot };
 //! let sbp = SbpOperator::new(&SBP21, 11, 0.1)?;
@@ -56,7 +52,7 @@ use serde::{Deserialize, Serialize};
 
 use self::force::MeanForce;
 use self::layout::Unknowns;
-use self::state::{BranchState, of_branch};
+use self::state::BranchState;
 use crate::geometry::{Geometry, OutsideGeometry, Source, Start};
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -141,23 +137,6 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         branches.into_iter().map(evaluated).collect()
     }
 
-    /// The value E_IVP(u).
-    ///
-    /// # Errors
-    /// The first node of either branch that lies outside the domain.
-    pub fn value(&self, u: &[S]) -> Result<S, OutsideGeometry> {
-        let u = &self.layout().split(u);
-        let states = self.states(u)?;
-        let values = &self.lagrangian.structure().values;
-        let [forward, backward] = [0, 1].map(|branch| of_branch(&states, branch).value(values, self.sbp));
-        let ties = match self.form {
-            Form::Strong => self.multiplier_terms(u),
-            Form::Weak => self.boundary_terms(&self.ties(u, &states)),
-        };
-        let force = MeanForce::new(self, u, &states).map_or(S::ZERO, |mean| self.force_term(&mean));
-        Ok(forward - backward + ties + force)
-    }
-
     /// Writes ∇E_IVP(u) into `out`, which is as long as `u`: the derivatives with respect to both branches and then, in
     /// the strong form, the constraints.
     ///
@@ -167,7 +146,7 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         let (layout, u) = (self.layout(), &self.layout().split(u));
         self.branch_gradients(&self.states(u)?, u, &mut out[..layout.multiplier_range().start]);
         if self.form == Form::Strong {
-            layout.multipliers_mut(out).copy_from_slice(&self.constraints_of(u));
+            layout.multipliers_mut(out).copy_from_slice(&self.constraints(u));
         }
         Ok(())
     }
@@ -223,7 +202,7 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         let mut gradient = vec![S::ZERO; layout.row(branches, 0)];
         self.branch_gradients(&states, u, &mut gradient);
         if self.form == Form::Strong {
-            gradient.extend(self.constraints_of(u));
+            gradient.extend(self.constraints(u));
         }
         max_abs(&gradient)
     }

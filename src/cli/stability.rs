@@ -191,7 +191,7 @@ fn summary_text(title: &str, arena: &Arena, plan: &Plan, atlas: &Atlas, left_out
         }
     }
     text.push('\n');
-    let unit = match arena.pace() {
+    let unit = match arena.pace {
         Pace::Frequency(omega) => format!("the largest local frequency, {omega:.4}"),
         Pace::Growth(rate) => format!("the rate of growth, {rate:.4}: nothing oscillates"),
         Pace::Length(rate) => format!("2 pi over the length, {rate:.4}: nothing oscillates"),
@@ -205,7 +205,7 @@ fn summary_text(title: &str, arena: &Arena, plan: &Plan, atlas: &Atlas, left_out
             text += &row(heading(status), meaning);
         }
     }
-    if let Some(end) = arena.ends() {
+    if let Some(end) = arena.ends.as_ref() {
         text += &row("ends", &end.to_string());
     }
     let others: Vec<String> = left_out.iter().filter(|method| !method.is_own()).map(Method::label).collect();

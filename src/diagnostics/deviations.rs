@@ -90,7 +90,7 @@ pub(super) struct Fields<'r, S> {
 impl<'r, S: Real> Fields<'r, S> {
     /// Differentiates the rows of `run`, and fills in the rest.
     pub(super) fn new(run: &'r WorldLine<S>) -> Self {
-        let (lagrangian, rows) = (run.geometry(), run.rows());
+        let (lagrangian, rows) = (run.geometry(), run.q.iter().map(Vec::as_slice).collect::<Vec<_>>());
         let (structure, points) = (lagrangian.structure(), rows[0].len());
         let n = structure.dimension;
         let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], |view| view.first(a))).collect();

@@ -94,6 +94,20 @@ pub struct PotentialText {
     pub held: Vec<String>,
 }
 
+impl PotentialText {
+    /// V of x alone, of a particle of this mass, with this speed of light.
+    pub fn of_x(expression: &str, mass: f64, c: f64) -> Self {
+        Self {
+            coordinates: vec!["x".to_owned()],
+            expression: expression.to_owned(),
+            mass: format!("{mass:?}"),
+            masses: vec![format!("{mass:?}")],
+            c: format!("{c:?}"),
+            ..Self::default()
+        }
+    }
+}
+
 /// A scene as text.
 #[derive(Debug, Clone, PartialEq)]
 pub enum GeometryText {

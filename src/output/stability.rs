@@ -124,7 +124,7 @@ pub fn stability_summary(
     };
     let found = merged([
         json!({"omega": arena.omega(), "reference_error_estimate": arena.reference_error()}),
-        present(json!({"geodesic_ends": arena.ends().map(|end| end.to_string())})),
+        present(json!({"geodesic_ends": arena.ends.as_ref().map(|end| end.to_string())})),
         json!({
             "thresholds": {
                 "accurate": ACCURATE,

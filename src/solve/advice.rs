@@ -130,13 +130,7 @@ mod tests {
     /// An overflow is no matter of the sign of g00, and neither is a V that is no number.
     #[test]
     fn an_overflow_is_said_to_be_one() {
-        let one = || "1".to_owned();
-        let of_x = |expression: &str| -> Geometry {
-            let (coordinates, expression) = (vec!["x".to_owned()], expression.to_owned());
-            let (mass, masses, c) = (one(), vec![one()], one());
-            Geometry::of_x(PotentialText { coordinates, expression, mass, masses, c, ..PotentialText::default() })
-                .unwrap()
-        };
+        let of_x = |expression| -> Geometry { Geometry::of_x(PotentialText::of_x(expression, 1.0, 1.0)).unwrap() };
         for (adaptive, expression) in [false, true].into_iter().flat_map(|is| [(is, "1"), (is, "exp(1000*x)")]) {
             let failure = NoSolution { adaptive, ..NoSolution::overflow(&of_x(expression), 1.0, &[0.0, 2.0]) };
             let advice = failure.advice();

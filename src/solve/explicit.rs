@@ -98,35 +98,3 @@ fn within<S: Real>(geometry: &Geometry<S>, q: &[Vec<S>], k: usize, pieces: usize
     let outside = geometry.fill(&rows, &mut geometry.room(pieces - 1)).err()?;
     Some(OutsideGeometry { index: k, ..outside })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::leap;
-    use crate::geometry::{Geometry, GeometryText, MetricText};
-
-    /// g_tt is negative on an interval of x, which only the last step leaps over.
-    #[test]
-    fn a_leap_over_what_is_outside_is_seen() {
-        let leap_of = |from: f64, to: f64, [hole, width]: [f64; 2]| {
-            let t_t = format!("(x - ({hole:?}))^2 - {:?}", width * width);
-            let components = [([0, 0], t_t), ([1, 1], "-1".to_owned())];
-            let text = MetricText {
-                coordinates: ["t", "x"].map(str::to_owned).to_vec(),
-                components: components.to_vec(),
-                ..MetricText::default()
-            };
-            let geometry: Geometry =
-                Geometry::new(&GeometryText::Metric(text)).unwrap().with_domain_of(&[0.0, from]).unwrap();
-            let before = from + 0.1 * (from - to).signum();
-            leap(&geometry, &[vec![0.0, 1.0, 2.0], vec![before, from, to]]).map(|outside| outside.index)
-        };
-        for (from, to) in [(-1.0, 1.0), (1.0, -1.0), (2.0, 4.0)] {
-            let middle = 0.5 * (from + to);
-            assert_eq!(leap_of(from, to, [middle, 0.2]), Some(2), "{from} {to}");
-            assert_eq!(leap_of(from, to, [from + 0.8 * (to - from), 0.15]), Some(2), "{from} {to}");
-            // A hole that lies on no way is not leapt over, and steps that grow slowly are no leaps.
-            assert_eq!(leap_of(from, to, [10.0, 0.2]), None, "{from} {to}");
-            assert_eq!(leap_of(from, from + 0.15, [middle, 0.2]), None, "{from} {to}");
-        }
-    }
-}

@@ -210,16 +210,6 @@ impl<S: Real> WorldLine<S> {
         WindowNodes { window: &self.windows[index], start, end, line: self }
     }
 
-    /// The windows, in order.
-    pub(crate) fn grids(&self) -> std::slice::Iter<'_, Window<S>> {
-        self.windows.iter()
-    }
-
-    /// q^a on the nodes, where ignorable coordinates are counted from the start of their window.
-    pub(crate) fn rows(&self) -> Vec<&[S]> {
-        self.q.iter().map(Vec::as_slice).collect()
-    }
-
     /// Where a window starts or, for the number of windows, where the last one ends, as the start counts them.
     pub fn joint(&self, index: usize) -> Joint<'_, S> {
         let n = self.q.len();
@@ -235,11 +225,6 @@ impl<S: Real> WorldLine<S> {
     /// Number of nodes, joints twice.
     pub fn nodes(&self) -> usize {
         self.q[0].len()
-    }
-
-    /// Returns true if it begins where an event has changed the state, or the run.
-    pub(crate) fn begins_piece(&self) -> bool {
-        self.windows.first().is_some_and(|window| window.gamma[0] == S::ZERO)
     }
 
     /// Returns true if both branches were solved for.

@@ -70,7 +70,10 @@ impl<'w, S: Real> EventSearch<'w, S> {
         }
         if line.window_count == line.windows.len() {
             self.progress = Some(Progress::new(line, self.watches));
-        } else if let (Some(progress), true) = (&mut self.progress, line.begins_piece()) {
+        } else if line.windows.first().is_some_and(|window| window.gamma[0] == S::ZERO)
+            && let Some(progress) = &mut self.progress
+        {
+            // It begins where an event has changed the state.
             let Progress { found, missed, .. } = std::mem::replace(progress, Progress::new(line, self.watches));
             (progress.from, progress.found, progress.missed) = (found.len(), found, missed);
         }

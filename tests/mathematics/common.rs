@@ -93,15 +93,7 @@ pub(crate) fn reference_of<S: Arithmetic>(line: &WorldLine<S>) -> ReferenceTraje
 
 /// The space-time of t and x in the potential of a formula, for a particle of this mass.
 pub(crate) fn of_x<S: Arithmetic>(expression: &str, mass: f64, c: f64) -> Geometry<S> {
-    let text = PotentialText {
-        coordinates: vec!["x".to_owned()],
-        expression: expression.to_owned(),
-        mass: format!("{mass:?}"),
-        masses: vec![format!("{mass:?}")],
-        c: format!("{c:?}"),
-        ..PotentialText::default()
-    };
-    Geometry::of_x(text).unwrap_or_else(|error| panic!("{expression}: {error}"))
+    Geometry::of_x(PotentialText::of_x(expression, mass, c)).unwrap_or_else(|error| panic!("{expression}: {error}"))
 }
 
 /// Σ c_k x^k.

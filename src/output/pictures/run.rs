@@ -293,7 +293,7 @@ pub fn mesh<S: Real>(of: &str, parts: &[Part<'_, S>]) -> Chart {
     let windows: usize = lines().map(|line| line.windows.len()).sum();
     let is_averaged = windows > 1 && lines().all(|line| !line.sbp().is_equidistant());
     let (mut pairs, mut first) = (Vec::new(), 0);
-    for grid in lines().flat_map(WorldLine::grids) {
+    for grid in lines().flat_map(|line| &line.windows) {
         let last = first + grid.points() - 1;
         let stride = if is_averaged { last - first } else { 1 };
         pairs.extend((first..last).step_by(stride).map(|k| [k, k + stride]));

@@ -62,7 +62,7 @@ pub fn stability_map(of: &str, arena: &Arena, methods: &[Method], cells: &[Cell]
             Some((place(&settings, cell.setting)?, place(&lengths, cell.length())?, status))
         };
         let here = cells.iter().filter(|cell| cell.method == *method);
-        let columns: Vec<f64> = settings.iter().map(|setting| setting * arena.pace().rate()).collect();
+        let columns: Vec<f64> = settings.iter().map(|setting| setting * arena.pace.rate()).collect();
         let within = |place: &f64| (0.0..=columns.len() as f64).contains(place);
         let limit = method.limit();
         let text = match limit {
@@ -94,7 +94,7 @@ pub fn stability_map(of: &str, arena: &Arena, methods: &[Method], cells: &[Cell]
         subtitle: format!("{of}; in parentheses the largest step that linear theory allows"),
         x_label: format!(
             "{} (of adaptive methods the tolerance)",
-            match arena.pace() {
+            match arena.pace {
                 Pace::Frequency(_) => "step: Δγ ω",
                 Pace::Growth(_) => "step: Δγ × rate of growth",
                 Pace::Length(_) => "step: Δγ × 2π/length of the case",

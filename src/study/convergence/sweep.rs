@@ -127,7 +127,7 @@ fn measure<S: Arithmetic>(setup: &Setup<S>, length: S, reference: &ReferenceTraj
 fn errors<S: Arithmetic>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S>) -> Errors {
     let rows = rows(line);
     let (mut at_end, mut squared) = (vec![0.0; rows.len()], vec![0.0; rows.len()]);
-    for grid in line.grids() {
+    for grid in &line.windows {
         for ((k, node), weight) in grid.nodes().enumerate().zip(grid.sbp().weights()) {
             let (exact, weight) = (reference.at(grid.gamma_at(k)), weight.to_f64());
             for (a, row) in rows.iter().enumerate() {

@@ -171,15 +171,7 @@ mod tests {
 
     /// V as a formula of x, and where a motion starts.
     fn of_x(expression: &str, x: f64, x_dot: f64) -> (Geometry, Start) {
-        let text = PotentialText {
-            coordinates: vec!["x".to_owned()],
-            expression: expression.to_owned(),
-            masses: vec!["1".to_owned()],
-            mass: "1".to_owned(),
-            c: "3".to_owned(),
-            ..PotentialText::default()
-        };
-        let geometry: Geometry = Geometry::of_x(text).unwrap();
+        let geometry: Geometry = Geometry::of_x(PotentialText::of_x(expression, 1.0, 3.0)).unwrap();
         let (q, q_dot) = (vec![0.0, x], vec![1.2, x_dot]);
         let p = geometry.momenta(&q, &q_dot);
         (geometry, Start { q, q_dot, p })

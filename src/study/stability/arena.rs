@@ -84,8 +84,10 @@ pub struct Arena {
     reference: Reference,
     /// True if a wrong trajectory cannot pass for an accurate one.
     trusted: bool,
-    ends: Option<ReferenceEnds>,
-    pace: Pace,
+    /// Where and why the geodesic ends, if it does.
+    pub ends: Option<ReferenceEnds>,
+    /// ω, or the rate that takes its place if nothing oscillates. Grids are made for it.
+    pub pace: Pace,
     own_length: f64,
 }
 
@@ -230,20 +232,10 @@ impl Arena {
         if let Pace::Frequency(omega) = self.pace { omega } else { 0.0 }
     }
 
-    /// ω, or the rate that takes its place if nothing oscillates. Grids are made for it.
-    pub fn pace(&self) -> Pace {
-        self.pace
-    }
-
     /// ṫ_i of the case; `None` in a scene without a coordinate t.
     pub fn t_dot(&self) -> Option<f64> {
         let t = self.coordinates().iter().position(|name| name == "t")?;
         Some(self.place().start.q_dot[t])
-    }
-
-    /// Where and why the geodesic ends, if it does.
-    pub fn ends(&self) -> Option<&ReferenceEnds> {
-        self.ends.as_ref()
     }
 
     /// The reference's own estimate of its relative error.

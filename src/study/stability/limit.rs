@@ -77,17 +77,7 @@ fn first_growing(radius: impl Fn(f64) -> f64) -> Limit {
 fn step_radius(peer: &dyn Peer, step: f64) -> f64 {
     // So near to x = 0 the geodesic in V = x²/2 is a harmonic oscillation, up to rounding.
     const SMALL: f64 = 1e-12;
-    let [one, coordinates] = ["1".to_owned(), "x".to_owned()];
-    let text = PotentialText {
-        coordinates: vec![coordinates],
-        expression: "x*x/2".to_owned(),
-        masses: vec![one.clone()],
-        mass: one.clone(),
-        c: one,
-        ..PotentialText::default()
-    };
-    let Ok(geometry) = Geometry::of_x(text) else { return f64::INFINITY };
-    let space = Arc::new(geometry);
+    let Ok(space) = Geometry::of_x(PotentialText::of_x("x*x/2", 1.0, 1.0)).map(Arc::new) else { return f64::INFINITY };
     let column = |x: f64, x_dot: f64| {
         let (q, q_dot) = (vec![0.0, SMALL * x], vec![1.0, SMALL * x_dot]);
         let start = Position { p: space.momenta(&q, &q_dot), q, q_dot };

@@ -135,7 +135,7 @@ impl Job {
     fn integrated(&self, arena: &Arena, peer: &dyn Peer, wanted: usize) -> Ran {
         let subject = &arena.subject;
         let (intervals, setting) = if self.method.is_adaptive() {
-            let every = OUTPUT_EVERY / (arena.pace().rate() * self.tangent);
+            let every = OUTPUT_EVERY / (arena.pace.rate() * self.tangent);
             ((self.length / every).ceil().clamp(8.0, MOST_OUTPUTS) as usize, Setting::tolerance(self.setting))
         } else {
             (wanted, Setting::steps(wanted))

@@ -31,11 +31,11 @@ impl Track {
     pub(super) fn of_line(line: &WorldLine, is_lifted: bool) -> Self {
         let Diagnostics { charges, norm, energy, .. } = Diagnostics::of(line, &[], &mut [], is_lifted);
         let delta_energy_max = energy.map(|energy| {
-            let inside = line.grids().map(|grid| max_abs(&energy.delta[grid.exact()])).fold(0.0, larger);
+            let inside = line.windows.iter().map(|grid| max_abs(&energy.delta[grid.exact()])).fold(0.0, larger);
             larger(inside, energy.max_ends)
         });
         let (mut delta_k, mut stretches, mut intervals) = (norm.delta, Vec::new(), 0);
-        for (grid, &at_end) in line.grids().zip(&norm.ends) {
+        for (grid, &at_end) in line.windows.iter().zip(&norm.ends) {
             // In the strong form Dq is no velocity at the last node of a window.
             let nodes = grid.nodes();
             delta_k[nodes.end - 1] = at_end;

@@ -30,8 +30,8 @@ fn default_grids_go_with_the_pace_of_the_motion() {
                 &[own],
             )
             .unwrap();
-            assert_eq!(matches!(arena.pace(), Pace::Growth(_)), is_growth);
-            assert!((arena.pace().rate() / rate - 1.0).abs() < 1e-3, "{:?}", arena.pace());
+            assert_eq!(matches!(arena.pace, Pace::Growth(_)), is_growth);
+            assert!((arena.pace.rate() / rate - 1.0).abs() < 1e-3, "{:?}", arena.pace);
             assert!(arena.reference_error() > 0.0 && !arena.is_scene() && !arena.has_energy());
             let (lengths, spacings) = (arena.default_lengths(), arena.default_spacings());
             // Two radians to a thousand, and the length of the case, once.
@@ -161,11 +161,11 @@ fn elements_are_as_many_as_come_closest_to_the_step() {
 #[test]
 fn where_nothing_moves_in_a_circle_the_pace_is_that_of_the_run() {
     let free = case("potential={free={}} grid.gamma_f=5.0");
-    assert_eq!(Arena::new(&free, &[5.0]).unwrap().pace(), Pace::Length(TAU / 5.0));
+    assert_eq!(Arena::new(&free, &[5.0]).unwrap().pace, Pace::Length(TAU / 5.0));
     // t = 2θ where γ = θ + sin θ cos θ: it is π at the horizon, and never 5. The chart goes twice as far.
     let falls = "potential={linear={alpha=-0.5}} initial.x=0.0 initial.x_dot=0.0 grid={t_f=5.0,n_gamma=32}";
     let arena = Arena::new(&case(falls), &[]).unwrap();
-    assert!((arena.ends().unwrap().gamma - FRAC_PI_2).abs() < 1e-6);
+    assert!((arena.ends.as_ref().unwrap().gamma - FRAC_PI_2).abs() < 1e-6);
     assert!(arena.default_lengths().iter().any(|length| (length - PI).abs() < 1e-5), "{:?}", arena.default_lengths());
 }
 
