@@ -104,7 +104,12 @@ impl<'w, S: Real> EventSearch<'w, S> {
 
     /// Every change of sign in the parts that were seen, which the run ends behind, in the order of γ.
     pub fn found(self) -> Vec<Crossing<S>> {
-        self.progress.map_or_else(Vec::new, Progress::in_order)
+        let Some(Progress { mut found, is_backward, .. }) = self.progress else { return Vec::new() };
+        found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
+        if is_backward {
+            found.reverse();
+        }
+        found
     }
 
     /// The piece that was seen last ends, where the events `acted` change the state. `watches` has the indices
@@ -203,15 +208,6 @@ struct Progress<S> {
 }
 
 impl<S: Real> Progress<S> {
-    /// The findings, in the order of the run.
-    fn in_order(mut self) -> Vec<Crossing<S>> {
-        self.found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
-        if self.is_backward {
-            self.found.reverse();
-        }
-        self.found
-    }
-
     fn new(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Self {
         let start = line.turned((*line.place.start).clone());
         let norm = line.geometry().norm(&start.q, &start.q_dot);
@@ -259,8 +255,8 @@ impl<S: Real> Progress<S> {
             self.signs[watch] = Some(is_positive);
             before = [place, here];
         }
-        let in_window = |place| Crossing { watch, sample: sampler.in_window(interval.window, place) };
-        self.found.extend(roots.into_iter().map(in_window));
+        let roots = roots.into_iter().map(|root| Crossing { watch, sample: sampler.in_window(interval.window, root) });
+        self.found.extend(roots);
     }
 
     /// Returns true if a formula with this value and slope at an end of an interval of twice the length `half` is zero

@@ -7,7 +7,7 @@
 use super::legendre::{Expansion, Tables, expansion, integral, series};
 use super::partition;
 use crate::action::Form;
-use crate::geometry::{Geometry, Point, Start};
+use crate::geometry::{Geometry, Point};
 use crate::number::Real;
 use crate::sbp::gll::MOST_NODES;
 use crate::sbp::legendre::legendre;
@@ -24,10 +24,13 @@ const STENCIL: usize = 4;
 /// γ.
 #[derive(Debug)]
 pub(super) struct Curve<S> {
-    start: Start<S>,
+    start: Position<S>,
     length: S,
     kind: Kind<S>,
 }
+
+/// q^a and p_a of all coordinates.
+type Position<S> = [Vec<S>; 2];
 
 #[derive(Debug)]
 enum Kind<S> {
@@ -46,7 +49,7 @@ impl<S: Real> Curve<S> {
         at: &mut Point<S>,
     ) -> Self {
         let (grid, geometry, length) = (view.window, line.geometry(), view.window.length());
-        let start = Start { q: view.start.q.to_vec(), q_dot: Vec::new(), p: view.start.p.to_vec() };
+        let start = [view.start.q, view.start.p].map(<[S]>::to_vec);
         let values = view.increments();
         let mut motion = Motion { geometry, start: &start, at };
         let kind = if grid.is_equidistant() {
@@ -68,8 +71,8 @@ impl<S: Real> Curve<S> {
         Self { start, length, kind }
     }
 
-    /// The positions and momenta at `gamma`; velocities are none.
-    pub(super) fn at(&self, gamma: S, geometry: &Geometry<S>) -> Start<S> {
+    /// The positions and momenta at `gamma`.
+    pub(super) fn at(&self, gamma: S, geometry: &Geometry<S>) -> Position<S> {
         let rows: Vec<S> = match &self.kind {
             Kind::Hermite { nodes, values, slopes } => {
                 let k = partition(nodes.len() - 1, |k| nodes[k] <= gamma);
@@ -110,20 +113,17 @@ impl<S: Real> Curve<S> {
 }
 
 /// The point whose coordinates and active momenta are `rows`, counted from `start`.
-fn point<S: Real>(start: &Start<S>, rows: &[S], geometry: &Geometry<S>) -> Start<S> {
-    let n = start.q.len();
-    let mut p = start.p.clone();
-    for (&a, &change) in geometry.active().iter().zip(&rows[n..]) {
-        p[a] += change;
-    }
-    let q = start.q.iter().zip(rows).map(|(&q, &change)| q + change).collect();
-    Start { q, p, q_dot: Vec::new() }
+fn point<S: Real>(start: &Position<S>, rows: &[S], geometry: &Geometry<S>) -> Position<S> {
+    let [mut q, mut p] = start.clone();
+    geometry.active().iter().zip(&rows[q.len()..]).for_each(|(&a, &change)| p[a] += change);
+    q.iter_mut().zip(rows).for_each(|(q, &change)| *q += change);
+    [q, p]
 }
 
 /// Hamilton's equations around the start of a window.
 struct Motion<'m, S> {
     geometry: &'m Geometry<S>,
-    start: &'m Start<S>,
+    start: &'m Position<S>,
     at: &'m mut Point<S>,
 }
 
@@ -135,7 +135,7 @@ impl<S: Real> Motion<'_, S> {
         let mut slopes = vec![Vec::with_capacity(points); values.len()];
         for k in 0..points {
             let rows: Vec<S> = values.iter().map(|row| row[k]).collect();
-            let Start { q, p, .. } = point(self.start, &rows, self.geometry);
+            let [q, p] = point(self.start, &rows, self.geometry);
             let outside = self.at.evaluate(&q, &p).is_err();
             for (row, slopes) in slopes.iter_mut().enumerate() {
                 let slope = if row < n { self.at.q_dot(row) } else { self.at.p_dot(row - n) };
@@ -157,7 +157,7 @@ impl<S: Real> Motion<'_, S> {
     fn refined(&mut self, fine: &Expansion<S>, own: Vec<Vec<S>>, length: S, digits: u32) -> Vec<Vec<S>> {
         let enough = S::EPSILON + S::EPSILON;
         let enough = enough.max(S::from(0.1_f64.powi(digits as i32 + 1)));
-        let sizes = self.sizes(length);
+        let sizes = self.sizes();
         let mut values: Vec<Vec<S>> = own.iter().map(|row| fine.values(row)).collect();
         let mut before = S::from(f64::INFINITY);
         for _ in 0..MOST_SWEEPS {
@@ -176,19 +176,15 @@ impl<S: Real> Motion<'_, S> {
         own
     }
 
-    /// The sizes that changes of the rows are compared with: the values at the start, and those that the other rows
+    /// The sizes that changes of the rows are compared with: the values at the start, and those that the other momenta
     /// have in the units of this one. The radial momentum of a circular orbit is zero but for rounding of the others.
-    fn sizes(&self, length: S) -> Vec<S> {
-        let Start { q, q_dot, p } = self.start;
+    fn sizes(&self) -> Vec<S> {
+        let [q, p] = self.start;
         let units: Vec<S> = self.geometry.diagonal(q).iter().map(|g| g.abs().sqrt()).collect();
-        let most = |values: &mut dyn Iterator<Item = S>| values.fold(S::ZERO, |most, value| most.max(value.abs()));
-        let speed = most(&mut q_dot.iter().zip(&units).map(|(&rate, &unit)| rate * unit));
-        let with_unit = || units.iter().zip(p).filter(|(unit, _)| **unit != S::ZERO);
-        let momentum = most(&mut with_unit().map(|(&unit, &p)| p / unit));
-        let of_position = |a: usize| if units[a] == S::ZERO { S::ZERO } else { length * speed / units[a] };
-        let positions = (0..q.len()).map(|a| q[a].abs().max(of_position(a)));
+        let with_unit = units.iter().zip(p).filter(|(unit, _)| **unit != S::ZERO);
+        let momentum = with_unit.fold(S::ZERO, |most, (&unit, &p)| most.max((p / unit).abs()));
         let momenta = self.geometry.active().iter().map(|&a| p[a].abs().max(momentum * units[a]));
-        positions.chain(momenta).collect()
+        q.iter().map(|q| q.abs()).chain(momenta).collect()
     }
 }
 

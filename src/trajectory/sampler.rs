@@ -96,7 +96,7 @@ impl<'l, S: Real> Sampler<'l, S> {
             length
         } else {
             let curve = self.curve(window);
-            let off = |place: S| curve.at(place, line.geometry()).q[a] - inside;
+            let off = |place: S| curve.at(place, line.geometry())[0][a] - inside;
             root([S::ZERO, start], [length, end], least(line, window), off)
         };
         let mut sample = self.in_window(window, place);
@@ -113,7 +113,7 @@ impl<'l, S: Real> Sampler<'l, S> {
             let Start { q, q_dot, p } = line.end();
             return Sample { gamma: line.gamma_at(last), q, q_dot, p };
         }
-        let Start { q, p, .. } = self.curve(window).at(place, line.geometry());
+        let [q, p] = self.curve(window).at(place, line.geometry());
         // A curve that leaves the domain between nodes inside it has velocities that mean as little as its positions.
         let _ = self.point.evaluate(&q, &p);
         let q_dot = (0..q.len()).map(|a| self.point.q_dot(a)).collect();

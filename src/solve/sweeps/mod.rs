@@ -18,7 +18,6 @@ use super::status::{InitialGuess, MOST_NODES, MOST_SWEEPS, Status};
 use super::world_line::{Place, WorldLine};
 use crate::action::Form;
 use crate::engine::{Accuracy, Engine, Failure, MOST_POINTS, POINTS, State, Window};
-use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::sbp::SbpName;
 
@@ -60,7 +59,7 @@ pub(super) fn to_accuracy<S: Real>(
             Err(failure) => return Err(march.failed(failure)),
         };
         if window.index == 0 {
-            march.lengths = Lengths::default();
+            (march.longest, march.shortest) = (0.0, None);
             run.clear();
             watches.begin();
             (run.line.ended_by, run.line.ended_at) = (None, None);
@@ -73,7 +72,10 @@ pub(super) fn to_accuracy<S: Real>(
         }
         watches.accept();
         if !window.is_last {
-            march.lengths.see(window.length, window.gamma, || window.start().positions());
+            march.longest = march.longest.max(window.length);
+            if march.shortest.as_ref().is_none_or(|(shortest, ..)| window.length < *shortest) {
+                march.shortest = Some((window.length, window.gamma, window.start().positions()));
+            }
         }
         if let (Limit::Value { coordinate, value }, true) = (setup.limit, window.is_last && run.line.ended_by.is_none())
         {
@@ -178,37 +180,14 @@ fn cut(engine: &mut Engine<'_>, watches: &mut Watches<'_>, ended_by: &mut Option
     Ok(())
 }
 
-/// The narrowest windows of a run so far.
-#[derive(Default)]
-struct Lengths {
-    longest: f64,
-    /// The shortest, its γ, and q^a there.
-    shortest: Option<(f64, f64, Vec<f64>)>,
-}
-
-impl Lengths {
-    /// Takes a window into account that begins at this γ and these q^a.
-    fn see(&mut self, length: f64, gamma: f64, q: impl FnOnce() -> Vec<f64>) {
-        self.longest = self.longest.max(length);
-        if self.shortest.as_ref().is_none_or(|(shortest, ..)| length < *shortest) {
-            self.shortest = Some((length, gamma, q()));
-        }
-    }
-
-    /// The narrowest place, if there is one that is narrow, in a run from `gamma_i`.
-    fn narrow(&self, geometry: &Geometry, gamma_i: f64) -> Option<Narrow> {
-        let (shortest, gamma, q) = self.shortest.as_ref()?;
-        let share = shortest / self.longest;
-        (share < NARROW).then(|| Narrow { share, gamma: gamma_i + gamma, point: point(geometry, q) })
-    }
-}
-
 /// A run to an accuracy on its way.
 struct March<'s, S: Real> {
     setup: &'s Setup<S>,
     wanted: Accuracy,
     engine: Engine<'s>,
-    lengths: Lengths,
+    /// The longest window so far, and of the shortest one also γ and q^a where it begins.
+    longest: f64,
+    shortest: Option<(f64, f64, Vec<f64>)>,
 }
 
 impl<'s, S: Real> March<'s, S> {
@@ -227,7 +206,7 @@ impl<'s, S: Real> March<'s, S> {
         if let Some(carried) = &setup.carried {
             engine.resume(&carried.handed);
         }
-        Self { setup, wanted, engine, lengths: Lengths::default() }
+        Self { setup, wanted, engine, longest: 0.0, shortest: None }
     }
 
     /// The part of the run that is done at this γ and q^a.
@@ -301,7 +280,14 @@ impl<'s, S: Real> March<'s, S> {
         if status != Status::AccuracyNotReached {
             return NoSolution { reasons: Box::new(Reasons { towards_zero, ..Reasons::default() }), ..failure };
         }
-        let narrow = self.lengths.narrow(&rough.geometry, gamma_i.to_f64());
+        let narrow = self.shortest.as_ref().and_then(|(shortest, gamma, q)| {
+            let share = shortest / self.longest;
+            (share < NARROW).then(|| Narrow {
+                share,
+                gamma: gamma_i.to_f64() + gamma,
+                point: point(&rough.geometry, q),
+            })
+        });
         NoSolution {
             residual: self.engine.error_estimate().unwrap_or(f64::INFINITY),
             needed: self.engine.reachable().unwrap_or(0.0),
