@@ -1,6 +1,5 @@
 //! The collocation system of the active coordinates as a banded Newton iteration in (q, p*).
 
-use super::grid::FormDerivative;
 use super::guess::Guess;
 use super::newton::{self, Equations, Failure, NewtonSystem, ROUNDING_UNITS, Root, gains, tolerance};
 use super::piece::{Piece, Problem};
@@ -144,14 +143,6 @@ impl<'w, S: Real> System<'w, S> {
         self.slopes.len()
     }
 
-    fn derivative(&self) -> FormDerivative<'w, S> {
-        self.window.derivative()
-    }
-
-    fn active(&self) -> &'w [usize] {
-        self.window.geometry.active()
-    }
-
     /// The solution with these unknowns.
     fn solved(mut self, u: &[S], history: Vec<IterationRecord>) -> Result<Solved<S>, Failure> {
         self.evaluate(u).map_err(Failure::outside)?;
@@ -161,8 +152,8 @@ impl<'w, S: Real> System<'w, S> {
 
     /// Updates the fields and their rates to the unknowns `u`.
     fn evaluate(&mut self, u: &[S]) -> Result<(), OutsideGeometry> {
-        let (first, fields) = (self.derivative().first_unknown(), self.fields());
-        for (place, &a) in self.active().iter().enumerate() {
+        let (first, fields) = (self.window.derivative().first_unknown(), self.fields());
+        for (place, &a) in self.window.geometry.active().iter().enumerate() {
             let (q, p) = (&mut self.q[a][first..], &mut self.p[place][first..]);
             for ((state, q), p) in u.chunks_exact(fields).zip(q).zip(p) {
                 (*q, *p) = (state[place], state[fields / 2 + place]);
@@ -178,7 +169,7 @@ impl<'w, S: Real> System<'w, S> {
         let h = self.window.sbp.spacing().to_f64();
         // At rest and on a circular orbit a force is what is left of terms that cancel, and rounds like these.
         let rounding = self.rates_of_rounding();
-        let rows = self.active().iter().map(|&a| &self.q[a]).chain(&self.p);
+        let rows = self.window.geometry.active().iter().map(|&a| &self.q[a]).chain(&self.p);
         let scale = |((row, rates), rounding): ((&Vec<S>, &Vec<S>), f64)| {
             let rate = max_abs(rates).to_f64();
             match (max_abs(row).to_f64() + h * rate).max(OF_ROUNDING * h * rounding) {
@@ -193,7 +184,7 @@ impl<'w, S: Real> System<'w, S> {
     /// Σ_b |∂u̇_a/∂u_b| |u_b| at the first unknown, for each field: the rounding of a rate in units of ε, if the fields
     /// are rounded.
     fn rates_of_rounding(&mut self) -> Vec<f64> {
-        let (first, Self { window, q, p, motion, .. }) = (self.derivative().first_unknown(), self);
+        let (first, Self { window, q, p, motion, .. }) = (self.window.derivative().first_unknown(), self);
         let active = window.geometry.active();
         let sizes: Vec<f64> = active.iter().map(|&a| &q[a]).chain(&*p).map(|row| row[first].abs().to_f64()).collect();
         let mut rates = vec![0.0; sizes.len()];
@@ -214,9 +205,9 @@ impl<S: Real> Equations<S> for System<'_, S> {
         if self.scales.is_empty() {
             self.set_scales();
         }
-        let (h, derivative, fields) = (self.window.sbp.spacing(), self.derivative(), self.fields());
+        let (h, derivative, fields) = (self.window.sbp.spacing(), self.window.derivative(), self.fields());
         let start = self.window.start;
-        for (place, &a) in self.active().iter().enumerate() {
+        for (place, &a) in self.window.geometry.active().iter().enumerate() {
             derivative.apply(&self.q[a], start.q[a], &mut self.slopes[place]);
             derivative.apply(&self.p[place], start.p[a], &mut self.slopes[fields / 2 + place]);
         }
@@ -251,14 +242,14 @@ impl<S: Real> Equations<S> for System<'_, S> {
 impl System<'_, f64> {
     /// The unknowns of a world-line on the nodes.
     fn unknowns(&self, Guess { q, p, .. }: &Guess) -> Vec<f64> {
-        let nodes = self.derivative().first_unknown()..self.window.points();
-        let positions = |k: usize| self.active().iter().map(move |&a| q[a][k]);
+        let nodes = self.window.derivative().first_unknown()..self.window.points();
+        let positions = |k: usize| self.window.geometry.active().iter().map(move |&a| q[a][k]);
         nodes.flat_map(|k| positions(k).chain(p.iter().map(move |row| row[k]))).collect()
     }
 
     /// Overwrites `right` with J⁻¹ `right` for the Jacobian J at what was evaluated last.
     fn solve_linearised(&mut self, right: &mut [f64]) -> Result<(), Singular> {
-        let (h, derivative, fields) = (self.window.sbp.spacing(), self.derivative(), self.fields());
+        let (h, derivative, fields) = (self.window.sbp.spacing(), self.window.derivative(), self.fields());
         let (first, (lower, upper)) = (derivative.first_unknown(), derivative.reach());
         // Rows of node k stand beside the unknowns of node k + first, so their coupling to the fields of node k reaches
         // (first + 1) nodes, less one field, below the diagonal, and above it only if first is 0.

@@ -119,10 +119,3 @@ pub struct Carried<S = f64> {
     /// The state that the engine takes over.
     pub handed: Handed,
 }
-
-impl<S: Real> Carried<S> {
-    /// The same in `f64`.
-    pub(super) fn in_f64(&self) -> Carried {
-        Carried { sums: self.sums.iter().map(|low| low.to_f64()).collect(), handed: self.handed.clone() }
-    }
-}

@@ -132,14 +132,9 @@ fn not_reached<S: Real>(error: NotFound<WorldLine<S>, NoSolution>, setup: &Setup
         NotFound::Failed(failure) => failure,
         NotFound::Missed(None) => NoSolution::new(status, geometry, setup.gamma_i.to_f64(), &setup.place.start.q),
         NotFound::Missed(Some(closest)) => {
-            let gamma = closest.gamma_f().to_f64();
-            let failure = NoSolution::new(status, geometry, gamma, closest.last_joint().q);
+            let failure = NoSolution::new(status, geometry, closest.gamma_f().to_f64(), closest.last_joint().q);
             let Iterations { initial_guess, history, .. } = closest.iterations;
-            NoSolution {
-                iterations: Box::new(Iterations::of(initial_guess, history)),
-                residual: closest.gradient_norm.to_f64(),
-                ..failure
-            }
+            NoSolution { residual: closest.gradient_norm.to_f64(), ..failure.after(initial_guess, history) }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::status::{InitialGuess, Iterations, MOST_EVENTS, MOST_NODES, MOST_SWEEPS, Status};
+use super::status::{InitialGuess, IterationRecord, Iterations, MOST_EVENTS, MOST_NODES, MOST_SWEEPS, Status};
 use crate::geometry::{Geometry, OutsideGeometry};
 use crate::number::Real;
 use crate::number::norm::rounded_up;
@@ -85,13 +85,6 @@ pub struct Reasons {
 }
 
 impl Domain {
-    /// The reason why a point of a scene is outside.
-    fn beyond<S: Real>(geometry: &Geometry<S>, outside: &OutsideGeometry) -> Self {
-        let Some(block) = outside.block else { return Self::Scene };
-        let coordinates = geometry.blocks()[block].iter().map(|&a| geometry.names()[a].clone()).collect();
-        Self::Determinant { coordinates, value: outside.determinant }
-    }
-
     pub(super) fn is_of_x(&self) -> bool {
         matches!(self, Self::G00(_) | Self::Overflow(_))
     }
@@ -151,25 +144,32 @@ impl NoSolution {
         if geometry.c_squared().is_some() {
             return Self::new(status, geometry, gamma, q.unwrap_or(&x));
         }
-        let place = q.map(|q| Self::new(status, geometry, gamma, q));
-        let place = place.unwrap_or_else(|| Self::at(status, gamma, Vec::new(), Domain::Scene));
-        Self { domain: Domain::beyond(geometry, outside), ..place }
+        let names = |block: usize| geometry.blocks()[block].iter().map(|&a| geometry.names()[a].clone()).collect();
+        let determinant = |block| Domain::Determinant { coordinates: names(block), value: outside.determinant };
+        let point = q.map_or_else(Vec::new, |q| point(geometry, q));
+        Self::at(status, gamma, point, outside.block.map_or(Domain::Scene, determinant))
     }
 
     /// The failure of a window whose last node is at `q`, in which a number, maybe another than g00, is beyond the
     /// range of numbers. If g00 has no value, that is the reason.
     pub(super) fn overflow<S: Real>(geometry: &Geometry<S>, gamma: f64, q: &[S]) -> Self {
-        let (point, domain) = match geometry.g00(q).map(S::to_f64) {
-            Some(g00) if g00.is_nan() => (point(geometry, q), Domain::G00(g00)),
-            Some(g00) => (point(geometry, q), Domain::Overflow(g00)),
-            None => (Vec::new(), Domain::Scene),
-        };
-        Self::at(Status::OutsideDomain, gamma, point, domain)
+        let mut failure = Self::new(Status::OutsideDomain, geometry, gamma, q);
+        match failure.domain {
+            Domain::G00(g00) if !g00.is_nan() => failure.domain = Domain::Overflow(g00),
+            Domain::Scene => failure.point.clear(),
+            _ => {}
+        }
+        failure
+    }
+
+    /// The same after these iterations.
+    pub(super) fn after(self, initial_guess: InitialGuess, history: Vec<IterationRecord>) -> Self {
+        Self { iterations: Box::new(Iterations::of(initial_guess, history)), ..self }
     }
 
     /// The same of a march by the engine.
     pub(super) fn marched(self) -> Self {
-        Self { iterations: Box::new(Iterations::of(InitialGuess::Extrapolation, Vec::new())), ..self }
+        self.after(InitialGuess::Extrapolation, Vec::new())
     }
 
     /// The same of a march to an accuracy.

@@ -7,7 +7,7 @@ use super::failure::NoSolution;
 use super::guess::{self, Guess};
 use super::newton::Failure;
 use super::piece::{Piece, Problem};
-use super::status::{InitialGuess, Iterations, Status};
+use super::status::{InitialGuess, Status};
 use crate::action::Form;
 use crate::number::Real;
 
@@ -76,8 +76,8 @@ impl<S: Real> Pair<'_, S> {
     /// Returns the first guess of Newton's method.
     fn guess(&self) -> Result<Guess, NoSolution> {
         guess::guess(&self.rough).map_err(|(gamma, point)| {
-            let iterations = Box::new(Iterations::of(InitialGuess::Engine, Vec::new()));
-            NoSolution { iterations, ..NoSolution::outside(self.rough.geometry, self.gamma + gamma, None, &point) }
+            let outside = NoSolution::outside(self.rough.geometry, self.gamma + gamma, None, &point);
+            outside.after(InitialGuess::Engine, Vec::new())
         })
     }
 
@@ -124,11 +124,8 @@ impl<S: Real> Pair<'_, S> {
                 NoSolution::new(status, geometry, gamma(node), &q)
             }
         };
-        NoSolution {
-            residual: worst.map_or(f64::INFINITY, |index| residual[index].abs()),
-            iterations: Box::new(Iterations::of(initial_guess, history)),
-            ..failure
-        }
+        let residual = worst.map_or(f64::INFINITY, |index| residual[index].abs());
+        NoSolution { residual, ..failure.after(initial_guess, history) }
     }
 }
 

@@ -165,11 +165,9 @@ impl<'o, S: Real> Run<'o, S> {
         let node = (0..points).find(|k| !is_finite(k)).unwrap_or(points - 1);
         let q: Vec<S> = piece.q.iter().map(|row| row[node]).collect();
         let gamma = self.line.gamma_i + self.gamma() + operator.get().node(node);
-        NoSolution {
-            residual: piece.gradient_norm.to_f64(),
-            iterations: Box::new(Iterations::of(piece.initial_guess, piece.history.clone())),
-            ..NoSolution::overflow(self.line.geometry(), gamma.to_f64(), &q)
-        }
+        let failure = NoSolution::overflow(self.line.geometry(), gamma.to_f64(), &q);
+        let residual = piece.gradient_norm.to_f64();
+        NoSolution { residual, ..failure.after(piece.initial_guess, piece.history.clone()) }
     }
 
     /// Begins a window that ends at γ − γ_i = `gamma` in `here`, if no number of it is beyond the range of numbers: an

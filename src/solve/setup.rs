@@ -49,18 +49,6 @@ pub struct Until<S = f64> {
     pub change: Option<Change>,
 }
 
-impl<S> Until<S> {
-    /// The same in `f64`.
-    fn in_f64(&self) -> Until {
-        Until {
-            formula: self.rough.clone(),
-            rough: self.rough.clone(),
-            direction: self.direction,
-            change: self.change.clone(),
-        }
-    }
-}
-
 /// The settings by which a world-line is computed, in one coordinate and in scenes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -145,18 +133,28 @@ impl<S: Real> Setup<S> {
 
     /// The same in `f64`.
     pub(super) fn in_f64(&self) -> Setup {
+        let until = |Until { rough, direction, change, .. }: &Until<S>| Until {
+            formula: rough.clone(),
+            rough: rough.clone(),
+            direction: *direction,
+            change: change.clone(),
+        };
+        let carried = |Carried { sums, handed }: &Carried<S>| Carried {
+            sums: sums.iter().map(|low| low.to_f64()).collect(),
+            handed: handed.clone(),
+        };
         Setup {
             place: self.rough.clone(),
             rough: self.rough.clone(),
             origin: self.origin.map(|(coordinate, origin)| (coordinate, origin.to_f64())),
             gamma_i: self.gamma_i.to_f64(),
             is_backward: self.is_backward,
-            carried: self.carried.as_ref().map(Carried::in_f64),
+            carried: self.carried.as_ref().map(carried),
             limit: match self.limit {
                 Limit::Length(length) => Limit::Length(length.to_f64()),
                 Limit::Value { coordinate, value } => Limit::Value { coordinate, value: value.to_f64() },
             },
-            until: self.until.iter().map(Until::in_f64).collect(),
+            until: self.until.iter().map(until).collect(),
             sides: self.sides.clone(),
             set: self.set.clone(),
             regularised: self.regularised,

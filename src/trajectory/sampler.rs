@@ -23,18 +23,6 @@ pub struct Sample<S = f64> {
 
 /// Interpolates one world-line. A window is prepared when a value in it is requested, and kept until a value in another
 /// window is.
-///
-/// ```
-/// use geodesic_ivp::case::{Case, builtin};
-/// use geodesic_ivp::trajectory::Sampler;
-/// use geodesic_ivp::solve::{WorldLine, solve};
-///
-/// let case = Case::parse("kepler", builtin::text("kepler").expect("it is built in"), &[])?;
-/// let line: WorldLine = solve(case.setup())?;
-/// let half = Sampler::new(&line).at_gamma(std::f64::consts::PI).expect("inside the run");
-/// assert!((half.q[1] + 1.6).abs() < 1e-13 && (half.q_dot[2] + 0.5).abs() < 1e-13);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Debug)]
 pub struct Sampler<'l, S: Real = f64> {
     pub(super) line: &'l WorldLine<S>,

@@ -3,11 +3,11 @@
 //! ```
 //! use geodesic_ivp::Case;
 //! use geodesic_ivp::case::{Form, SbpName, builtin};
-//! use geodesic_ivp::study::convergence::{Quantity, sweep};
+//! use geodesic_ivp::study::convergence::{Quantity, Sweep};
 //!
 //! let case = Case::parse("linear", builtin::text("linear").expect("it is built in"), &[])?;
 //! let scheme = (SbpName::Sbp21, Form::Strong);
-//! let convergence = sweep::<f64>(&case, &[scheme], &[32, 64, 128])?;
+//! let convergence = Sweep::<f64>::new(&case, &[scheme], &[32, 64, 128])?.run(&|_, _| ());
 //! let slopes = convergence.slopes((0, usize::MAX));
 //! let of_x = slopes.iter().find(|slope| slope.quantity == Quantity::EPS_X_FINAL).expect("it is measured");
 //! assert!((of_x.fit.as_ref().expect("three grids").slope - 2.0).abs() < 0.01);
@@ -20,7 +20,7 @@ mod slope;
 mod sweep;
 
 pub use slope::Slope;
-pub use sweep::{Sweep, sweep};
+pub use sweep::Sweep;
 
 use crate::case::{Form, SbpName};
 use crate::number::norm::larger;

@@ -22,19 +22,6 @@ pub struct Sweep<S: Real = f64> {
     empty: Convergence<S>,
 }
 
-/// Solves `setup` for every operator with its form and every number of nodes, in parallel. The order of the results
-/// does not depend on which grid is finished first.
-///
-/// # Errors
-/// See [`Sweep::new`].
-pub fn sweep<S: Arithmetic>(
-    setup: impl Into<Setup<S>>,
-    schemes: &[(SbpName, Form)],
-    n_gamma: &[usize],
-) -> Result<Convergence<S>, SweepError> {
-    Ok(Sweep::new(setup, schemes, n_gamma)?.run(&|_, _| ()))
-}
-
 impl<S: Arithmetic> Sweep<S> {
     /// A sweep of what a case sets up over every operator with its form and every number of nodes.
     ///
@@ -68,7 +55,7 @@ impl<S: Arithmetic> Sweep<S> {
         Ok(Self { setups, length, reference, empty })
     }
 
-    /// Solves all grids. `finished` is called for each when it is done, with its index in the order.
+    /// Solves all grids in parallel. `finished` is called for each when it is done, with its index in the order.
     pub fn run(&self, finished: &(dyn Fn(usize, &ConvergencePoint) + Sync)) -> Convergence<S> {
         // The largest grids are started first, so that no core is still busy with one when the others have finished.
         let mut jobs: Vec<usize> = (0..self.setups.len()).collect();

@@ -4,7 +4,7 @@ use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::solve::Arithmetic;
-use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Sweep, SweepError, sweep};
+use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Sweep, SweepError};
 
 use crate::common::{case, parsed, shipped};
 
@@ -12,7 +12,7 @@ const LINEAR: &str = "potential={linear={alpha=0.25}}";
 const BOTH: [(SbpName, Form); 2] = [(SbpName::Sbp21, Form::Strong), (SbpName::Sbp42, Form::Strong)];
 
 fn swept<S: Arithmetic>(case: &Case, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Convergence<S> {
-    sweep(case, schemes, n_gamma).unwrap()
+    Sweep::new(case, schemes, n_gamma).unwrap().run(&|_, _| ())
 }
 
 fn slope(convergence: &Convergence, sbp: SbpName, quantity: Quantity) -> f64 {

@@ -8,7 +8,7 @@ use geodesic_ivp::geometry::Geometry;
 use geodesic_ivp::methods::{Output, PEERS, Problem, Setting, Step};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::solve::{Arithmetic, WorldLine};
-use geodesic_ivp::study::convergence::{Convergence, sweep};
+use geodesic_ivp::study::convergence::Sweep;
 use geodesic_ivp::study::errors::reference_error;
 
 use crate::common::{failure, line_of, parsed};
@@ -68,8 +68,8 @@ fn runs_go_on_where_exponentials_overflow() {
     let [smooth, overflows] = [HILL[0], HILL[1]].map(|formula| {
         let (case, schemes) =
             (hill(formula, &format!("{STRONG}grid.n_gamma = 32\n")), [(SbpName::Sbp42, Form::Strong)]);
-        let swept: Result<Convergence, _> = sweep(&case, &schemes, &[400, 800]);
-        let end = swept.unwrap_or_else(|none| panic!("{formula}: {none}")).reference.end;
+        let sweep = Sweep::<f64>::new(&case, &schemes, &[400, 800]).unwrap_or_else(|none| panic!("{formula}: {none}"));
+        let end = sweep.run(&|_, _| ()).reference.end;
         [end[0], end[1]]
     });
     agree(overflows, smooth, "converge");
