@@ -24,7 +24,7 @@ use super::layout::Unknowns;
 use super::state::{BranchState, of_branch};
 use super::{DoubledAction, MULTIPLIERS_PER_COORDINATE};
 use crate::geometry::{Term, other, single};
-use crate::number::Real;
+use crate::number::{Real, sum};
 
 /// One end of both branches together.
 pub(super) struct Tie<S> {
@@ -37,8 +37,13 @@ pub(super) struct Tie<S> {
 }
 
 impl<S: Real> DoubledAction<'_, S> {
-    /// The constraints that the multipliers of the strong form enforce, in their order.
-    pub(super) fn constraints(&self, u: &Unknowns<'_, S>) -> Vec<S> {
+    /// The constraints that the multipliers of the strong form enforce, in their order. They can be asked for in the
+    /// weak form, too.
+    pub fn constraints(&self, u: &[S]) -> Vec<S> {
+        self.constraints_of(&self.layout().split(u))
+    }
+
+    pub(super) fn constraints_of(&self, u: &Unknowns<'_, S>) -> Vec<S> {
         let layout = self.layout();
         let last = self.sbp.points() - 1;
         let row = |k: usize, u: &[S]| self.sbp.derivative_at(u, k);
@@ -51,6 +56,12 @@ impl<S: Real> DoubledAction<'_, S> {
             constraints[layout.kappa(a)] = row(last, one) - row(last, two);
         }
         constraints
+    }
+
+    /// Σ λ_j C_j(u).
+    pub(super) fn multiplier_terms(&self, u: &Unknowns<'_, S>) -> S {
+        let constraints = self.constraints_of(u);
+        sum(u.multipliers.iter().zip(constraints).map(|(&lambda, c)| lambda * c))
     }
 
     /// Adds Σ λ_j ∇C_j to the branches in `out`.
@@ -89,6 +100,12 @@ impl<S: Real> DoubledAction<'_, S> {
             };
             Tie { k, gaps: (0..n).map(gap).collect(), momenta: (0..n).map(momentum).collect() }
         })
+    }
+
+    /// The boundary terms.
+    pub(super) fn boundary_terms(&self, ties: &[Tie<S>; 2]) -> S {
+        let of = |tie: &Tie<S>| tie.momenta.iter().zip(&tie.gaps).fold(S::ZERO, |sum, (&p, &gap)| sum - p * gap);
+        of(&ties[0]) + of(&ties[1])
     }
 
     /// Adds the gradient of the boundary terms to the branches of `out`.

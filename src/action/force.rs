@@ -11,7 +11,7 @@ use super::DoubledAction;
 use super::layout::Unknowns;
 use super::state::{BranchState, of_branch};
 use crate::geometry::{ForceTerm, Samples};
-use crate::number::Real;
+use crate::number::{Real, sum};
 
 /// The force at the mean of the branches, and their difference.
 pub(super) struct MeanForce<S> {
@@ -51,6 +51,14 @@ impl<S: Real> MeanForce<S> {
 }
 
 impl<S: Real> DoubledAction<'_, S> {
+    /// The term of the force.
+    pub(super) fn force_term(&self, mean: &MeanForce<S>) -> S {
+        let weights = self.sbp.weights();
+        sum(self.lagrangian.structure().force.iter().map(|term| {
+            sum((0..weights.len()).map(|k| weights[k] * mean.gaps.row(term.a)[k] * mean.force.at(term.value, k)))
+        }))
+    }
+
     /// Adds the gradient of the term to the branches of `out`.
     pub(super) fn add_force_gradient(&self, mean: &MeanForce<S>, out: &mut [S]) {
         let (layout, structure, weights) = (self.layout(), self.lagrangian.structure(), self.sbp.weights());

@@ -52,7 +52,7 @@ use serde::{Deserialize, Serialize};
 
 use self::force::MeanForce;
 use self::layout::Unknowns;
-use self::state::BranchState;
+use self::state::{BranchState, of_branch};
 use crate::geometry::{Geometry, OutsideGeometry, Source, Start};
 use crate::number::Real;
 use crate::number::norm::max_abs;
@@ -137,6 +137,23 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         branches.into_iter().map(evaluated).collect()
     }
 
+    /// The value E_IVP(u).
+    ///
+    /// # Errors
+    /// The first node of either branch that lies outside the domain.
+    pub fn value(&self, u: &[S]) -> Result<S, OutsideGeometry> {
+        let u = &self.layout().split(u);
+        let states = self.states(u)?;
+        let values = &self.lagrangian.structure().values;
+        let [forward, backward] = [0, 1].map(|branch| of_branch(&states, branch).value(values, self.sbp));
+        let ties = match self.form {
+            Form::Strong => self.multiplier_terms(u),
+            Form::Weak => self.boundary_terms(&self.ties(u, &states)),
+        };
+        let force = MeanForce::new(self, u, &states).map_or(S::ZERO, |mean| self.force_term(&mean));
+        Ok(forward - backward + ties + force)
+    }
+
     /// Writes ∇E_IVP(u) into `out`, which is as long as `u`: the derivatives with respect to both branches and then, in
     /// the strong form, the constraints.
     ///
@@ -146,7 +163,7 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         let (layout, u) = (self.layout(), &self.layout().split(u));
         self.branch_gradients(&self.states(u)?, u, &mut out[..layout.multiplier_range().start]);
         if self.form == Form::Strong {
-            layout.multipliers_mut(out).copy_from_slice(&self.constraints(u));
+            layout.multipliers_mut(out).copy_from_slice(&self.constraints_of(u));
         }
         Ok(())
     }
@@ -202,7 +219,7 @@ impl<'a, S: Real> DoubledAction<'a, S> {
         let mut gradient = vec![S::ZERO; layout.row(branches, 0)];
         self.branch_gradients(&states, u, &mut gradient);
         if self.form == Form::Strong {
-            gradient.extend(self.constraints(u));
+            gradient.extend(self.constraints_of(u));
         }
         max_abs(&gradient)
     }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::geometry::{Contraction, Geometry, OutsideGeometry, Samples, Structure, Term};
 use crate::number::Real;
-use crate::sbp::RegularisedOperator;
+use crate::sbp::{RegularisedOperator, SbpOperator};
 
 /// A branch on its nodes: the Lagrangian's structure with its values, and the regularised velocities D̄q^a.
 pub(super) struct BranchState<S> {
@@ -34,6 +34,12 @@ impl<S: Real> BranchState<S> {
             bar.apply(q, velocity);
         }
         lagrangian.fill(q, &mut self.samples)
+    }
+
+    /// F of the branch.
+    pub(super) fn value(&self, values: &[Term<S, 0>], sbp: &SbpOperator<S>) -> S {
+        let integrand: Vec<S> = (0..sbp.points()).map(|k| self.norm(values, k).half()).collect();
+        sbp.integrate(&integrand)
     }
 
     /// Returns true if F overflows at no node.

@@ -108,6 +108,8 @@ fn check_gradient<G: Scene>(u: &[f64]) {
         action.gradient(u, &mut gradient).unwrap();
         let largest = gradient.iter().fold(0.0, |largest: f64, entry| largest.max(entry.abs()));
         assert_eq!(action.gradient_norm(u), largest);
+        let exact = value::<G, f64>(action, is_regularised, u);
+        assert_near(action.value(u).unwrap(), exact, 1e-11, "the value");
         let mut dual: Vec<Dual64> = u.iter().map(|&value| Dual64::from(value)).collect();
         for i in 0..u.len() {
             dual[i].eps = 1.0;
@@ -186,13 +188,35 @@ proptest! {
     }
 }
 
+fn check_value_of_equal_branches<G: Scene>() {
+    with_actions::<G>(|action, _| {
+        let (layout, initial) = (action.layout(), &action.initial);
+        let line = |a: usize| -> Vec<f64> {
+            (0..POINTS).map(|k| initial.q[a] + initial.q_dot[a] * action.sbp.node(k)).collect()
+        };
+        let rows: Vec<Vec<f64>> = (0..layout.dimension).map(line).collect();
+        let rows: Vec<&[f64]> = rows.iter().map(Vec::as_slice).collect();
+        let multipliers: Vec<f64> = (0..layout.multiplier_range().len()).map(|j| j as f64 - 7.5).collect();
+        let u = layout.physical_limit(&rows, &multipliers);
+        assert_near(action.value(&u).unwrap(), 0.0, 1e-13, "the value");
+        assert!(action.constraints(&u).iter().all(|c| c.abs() < 1e-13));
+        assert_eq!(action.constraints(&u).len(), 4 * layout.dimension);
+    });
+}
+
+#[test]
+fn the_value_vanishes_where_the_branches_agree_and_the_constraints_hold() {
+    check_value_of_equal_branches::<Everything>();
+    check_value_of_equal_branches::<OneCoordinate>();
+}
+
 #[test]
 fn a_node_outside_the_domain_is_named() {
     let geometry = of_x("-0.5*x", 1.0, 1.0);
     let sbp = SbpOperator::new(&coefficients::SBP21, 4, 0.1).unwrap();
     let action = DoubledAction::new(Form::Strong, &sbp, &geometry, start_of::<OneCoordinate>(&geometry));
     let u = action.layout().physical_limit(&[&[0.0; 4], &[0.0, 0.5, 1.25, 0.0]], &[0.0; 8]);
-    let outside = action.gradient(&u, &mut vec![0.0; u.len()]).unwrap_err();
+    let outside = action.value(&u).unwrap_err();
     assert_eq!((outside.index, outside.position, outside.determinant), (2, 1.25, -0.25));
 }
 
