@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use geodesic_ivp::case::builtin::{self, Group, NAMES};
+use geodesic_ivp::case::builtin::{self, ALL, BuiltIn, NAMES};
 
 use super::out;
 
@@ -33,17 +33,16 @@ pub(super) fn init(args: &InitArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One line for each case, below the heading of its group.
+/// One line for each case, below the heading of its section.
 fn list() -> String {
     let width = NAMES.iter().map(|name| name.len()).max().unwrap_or(0);
     let (mut text, mut last) = (String::new(), "");
-    for &name in NAMES.iter() {
-        let heading = builtin::group(name).map_or("", Group::heading);
+    for &BuiltIn { name, heading, text: case, .. } in ALL.iter() {
         if heading != last {
             text += &format!("{}{heading}\n", if last.is_empty() { "" } else { "\n" });
             last = heading;
         }
-        text += &format!("  {name:<width$}  {}\n", builtin::text(name).map_or("", builtin::description));
+        text += &format!("  {name:<width$}  {}\n", builtin::description(case));
     }
     text
 }

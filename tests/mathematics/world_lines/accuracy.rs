@@ -1,7 +1,7 @@
 //! Runs to an accuracy: true errors below the estimate, and ends to the last bit.
 
 use geodesic_ivp::Status;
-use geodesic_ivp::case::builtin::{self, Group, NAMES};
+use geodesic_ivp::case::builtin::{self, ALL};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::engine::POINTS;
 use geodesic_ivp::geometry::{Direction, GeometryText, Observable, Place as FormulaPlace, Preset};
@@ -88,8 +88,8 @@ const DIFFICULT: [(&str, &str, f64, [f64; 3], f64); 13] = [
 /// Every shipped scene, and motions of one coordinate with their lengths.
 fn motions() -> impl Iterator<Item = (&'static str, String, Option<f64>)> {
     let text = |name| builtin::text(name).expect("it is built in").to_owned();
-    let scenes = NAMES.iter().filter(|name| builtin::group(name).is_some_and(Group::is_scene));
-    let shipped = scenes.map(|name| (*name, None)).chain(OF_X.map(|(name, length)| (name, Some(length))));
+    let scenes = ALL.iter().filter(|case| case.folder == "scenes");
+    let shipped = scenes.map(|case| (case.name, None)).chain(OF_X.map(|(name, length)| (name, Some(length))));
     shipped.map(move |(name, length)| (name, text(name), length)).chain(DIFFICULT.into_iter().map(
         |(name, formula, c, [x, t_dot, x_dot], length)| {
             let start = format!("initial = {{ x = {x:?}, t_dot = {t_dot:?}, x_dot = {x_dot:?} }}");

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use geodesic_ivp::case::Case;
-use geodesic_ivp::case::builtin::{self, Group};
+use geodesic_ivp::case::builtin::{self, ALL, BuiltIn};
 
 use super::pages::Page;
 use crate::common::{Folder, ROOT, stderr};
@@ -26,8 +26,7 @@ fn every_case_in_a_page_is_valid() {
 
 #[test]
 fn every_built_in_case_begins_with_a_sentence_of_its_own() {
-    let sentence = |name: &&str| builtin::description(builtin::text(name).expect("it is built in"));
-    let sentences: Vec<&str> = builtin::NAMES.iter().map(sentence).collect();
+    let sentences: Vec<&str> = ALL.iter().map(|case| builtin::description(case.text)).collect();
     for about in &sentences {
         assert!(about.len() > 20 && about.ends_with('.') && about.chars().count() <= 118, "{about}");
         assert_eq!(sentences.iter().filter(|other| *other == about).count(), 1, "{about}");
@@ -36,36 +35,29 @@ fn every_built_in_case_begins_with_a_sentence_of_its_own() {
 
 #[test]
 fn the_readme_knows_how_many_cases_there_are() {
-    let count = format!("has all {})", builtin::NAMES.len());
+    let count = format!("has all {})", ALL.len());
     let readme = fs::read_to_string(Path::new(ROOT).join("README.md")).unwrap();
     assert!(readme.contains(&count), "{count}");
 }
 
 #[test]
 fn every_file_in_the_folders_is_built_in_and_described() {
-    let root = Path::new(ROOT).join("cases");
-    for (folder, groups) in [
-        (root.clone(), &[Group::Paper, Group::Basic][..]),
-        (root.join("hard"), &[Group::Hard]),
-        (root.join("scenes"), &[Group::Newtonian, Group::Curved]),
-    ] {
-        let mut files: Vec<String> = fs::read_dir(&folder)
+    for folder in ["", "hard", "scenes"] {
+        let path = Path::new(ROOT).join("cases").join(folder);
+        let mut files: Vec<String> = fs::read_dir(&path)
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())
             .filter_map(|name| name.strip_suffix(".toml").map(str::to_owned))
             .collect();
         files.sort();
-        let mut built_in: Vec<&str> =
-            builtin::NAMES.iter().copied().filter(|name| groups.contains(&builtin::group(name).unwrap())).collect();
-        built_in.sort();
-        assert_eq!(files, built_in);
-        for name in built_in {
-            let text = builtin::text(name).unwrap();
-            assert_eq!(text, fs::read_to_string(folder.join(name).with_extension("toml")).unwrap());
+        let mut built_in: Vec<&BuiltIn> = ALL.iter().filter(|case| case.folder == folder).collect();
+        built_in.sort_by_key(|case| case.name);
+        assert_eq!(files, built_in.iter().map(|case| case.name).collect::<Vec<_>>());
+        for BuiltIn { name, text, .. } in built_in {
+            assert_eq!(*text, fs::read_to_string(path.join(name).with_extension("toml")).unwrap());
             let case = Case::parse(name, text, &[]).unwrap();
             assert!(case.title.as_deref().is_some(), "{name}");
-            assert_eq!(!case.is_of_x, builtin::group(name).is_some_and(Group::is_scene), "{name}");
+            assert_eq!(!case.is_of_x, folder == "scenes", "{name}");
         }
     }
-    assert!(builtin::NAMES.is_sorted_by_key(|name| (builtin::group(name), *name)), "in order, group by group");
 }
