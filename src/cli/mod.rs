@@ -3,7 +3,6 @@
 mod base_cases;
 mod check;
 mod converge;
-mod drawn;
 mod init;
 mod input;
 mod interrupt;

@@ -15,13 +15,12 @@ use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::{
     StreamedTable, branches, residuals, trajectory, write_events, write_nodes, write_samples, write_sensitivity,
 };
-use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, failure_summary, run_summary};
+use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
 use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
 
-use super::drawn::{draw, picture_names};
 use super::out::{OutArgs, RESULTS};
 use super::samples::SampleArgs;
 use super::share::VaryArgs;
@@ -176,8 +175,8 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     let target = args.output.target(&args.case, "run")?;
     let directory = target.folder.clone();
     let tables = tables(case, args);
-    let pictures = if args.plot { picture_names(case) } else { Vec::new() };
-    let files = OutputSet::open(target, &[&tables[..], &[UNTIL_FAILURE, SUMMARY, CASE], &pictures].concat())?;
+    let drawn = if args.plot { pictures::names_of_run(case) } else { Vec::new() };
+    let files = OutputSet::open(target, &[&tables[..], &[UNTIL_FAILURE, SUMMARY, CASE], &drawn].concat())?;
     // The expectations hold for the case as it is in its file.
     let effective = if args.case.set.is_empty() { case.to_toml() } else { case.without_expectations().to_toml() };
     files.write_text(CASE, &effective)?;
@@ -197,7 +196,8 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
     let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
     files.write_text(SUMMARY, &json)?;
     if args.plot {
-        draw(&files, &title, case, &run)?;
+        let mut charts = drawn.iter().zip(pictures::of_run(&title, case, &run));
+        charts.try_for_each(|(name, chart)| files.write_text(name, &chart.to_svg()))?;
     }
     files.commit(&|name| name != UNTIL_FAILURE)?;
     args.output.tell(args.case.quiet, &json, || {

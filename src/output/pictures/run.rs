@@ -1,18 +1,16 @@
-//! The pictures of a run, from its solution, its diagnostics and a reference: those of every run, and those of the
-//! paper.
+//! The pictures of a run.
 
-use crate::case::Form;
+use super::of_x::{deviation, deviations, pictures_of_x};
+use crate::case::{Axes, Case, Form};
 use crate::diagnostics::{Diagnostics, Extent};
 use crate::geometry::{ConservedSum, Observable};
 use crate::number::Real;
 use crate::output::chart::{Chart, Mark, Scale, Series, Shape, Style};
 use crate::output::tables::Part;
-use crate::reference::ReferenceTrajectory;
 use crate::solve::WorldLine;
+use crate::study::run::Run;
 use crate::trajectory::{Crossing, Sample, Sampler};
 
-/// Number of points at which the reference is drawn.
-const CURVE_POINTS: usize = 400;
 /// Points of an orbit, and more of very long ones.
 const LEAST_POINTS: usize = 2000;
 const MOST_POINTS: usize = 20_000;
@@ -28,99 +26,44 @@ const ENDS: Style = Style { colour: [0, 0, 0], shape: Shape::Circle };
 /// Steps that differ by less are equal.
 const EVEN: f64 = 1.0 + 1e-6;
 
-/// A picture of deviations along the world-line, on a logarithmic scale.
-fn deviations(title: &str, of: &str, y_label: &str, series: Vec<Series>) -> Chart {
-    Chart { y_scale: Scale::Log, ..Chart::new(title, of, ["γ", y_label], series) }
+/// The names of a run's pictures: those of every run, then those of the paper, which has t and x.
+pub fn names_of_run(case: &Case) -> Vec<&'static str> {
+    let section = (!case.events.is_empty()).then_some("section.svg");
+    let of_x = ["world_line.svg", "t_dot.svg", "trajectory.svg", "delta_q_t.svg", "delta_g.svg"];
+    let of_x = of_x.into_iter().filter(|_| case.is_of_x);
+    ["orbit.svg", "charges.svg", "mesh.svg"].into_iter().chain(section).chain(of_x).collect()
 }
 
-/// Values at the nodes.
-fn at_nodes<S: Real>(line: &WorldLine<S>, values: impl IntoIterator<Item = S>) -> Vec<(f64, f64)> {
-    line.gamma().zip(values).map(|(gamma, value)| (gamma.to_f64(), value.to_f64())).collect()
-}
-
-/// The sizes of deviations at the nodes.
-fn deviation<S: Real>(label: impl Into<String>, line: &WorldLine<S>, row: &[S]) -> Series {
-    Series::new(label, Mark::POINTS, at_nodes(line, row.iter().map(|value| value.abs())))
-}
-
-/// t(γ) and x(γ); for a solution of the doubled system both branches.
-pub fn world_line<S: Real>(of: &str, solution: &WorldLine<S>) -> Chart {
-    let forward = if solution.is_doubled() { ["t_1(γ)", "x_1(γ)"] } else { ["t(γ)", "x(γ)"] };
-    let forward = forward.into_iter().enumerate();
-    let forward =
-        forward.map(|(a, label)| Series::new(label, Mark::LINE_AND_POINTS, at_nodes(solution, solution.q(a))));
-    let backward = ["t_2(γ)", "x_2(γ)"].into_iter().enumerate();
-    let backward = backward
-        .filter_map(|(a, label)| Some(Series::new(label, Mark::POINTS, at_nodes(solution, solution.backward(a)?))));
-    Chart::new("Time t and place x along the world-line", of, ["γ", "t, x"], forward.chain(backward).collect())
-}
-
-/// dt/dγ on the nodes: the time mesh that emerges. At the last node of a window in the strong form it is the value with
-/// which the next window starts; the value of Dt there shows in the picture of ΔQ_t.
-pub fn time_mesh<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Chart {
-    let tangent = diagnostics.tangent(solution);
-    let label = match solution.form {
-        Form::Strong => "(Dt)(γ)",
-        Form::Weak => "(D̄t)(γ)",
+/// The pictures of a run, in the order of their names.
+pub fn of_run<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
+    let (line, parts) = (&run.line, &run.parts()[..]);
+    let windows = if line.window_count > 1 { format!(", {} windows", line.window_count) } else { String::new() };
+    let of = &format!("{title} ({}, N = {}{windows})", String::from(line.sbp_name), line.sbp().points());
+    let axes = |(name, Axes { x, y }): (String, Axes)| {
+        let (formulas, is_lone) = ([&x, &y].map(|formula| case.axis(formula)), name.is_empty());
+        let labels = if is_lone { [x, y] } else { ["x", "y"].map(str::to_owned) };
+        // The parameter of Newton's law is t, but for a factor.
+        (name, PlotAxes { formulas, labels, parameter: if case.is_lifted() { "t" } else { "γ" } })
     };
-    let points = at_nodes(solution, tangent[0].iter().copied());
-    let Extent { least, most } = Extent::of(points.iter().map(|point| point.1));
-    let title = if least > 0.0 && most > 1.005 * least {
-        format!("The time mesh: steps in t differ by a factor of {:.2}", most / least)
-    } else {
-        "The time mesh: dt/dγ".to_owned()
-    };
-    Chart::new(title, of, ["γ", "dt/dγ"], vec![Series::new(label, Mark::LINE_AND_POINTS, points)])
-}
-
-/// x(t): the nodes, the reference geodesic and the motion with time as its parameter.
-pub fn trajectory<S: Real>(
-    of: &str,
-    solution: &WorldLine<S>,
-    reference: Option<&ReferenceTrajectory>,
-    time_parametrised: &[(f64, f64)],
-) -> Chart {
-    let (mut series, t_i) = (Vec::new(), solution.t_i().to_f64());
-    if let Some(reference) = reference {
-        let at = |k: usize| reference.at(solution.length.to_f64() * k as f64 / (CURVE_POINTS - 1) as f64);
-        let points = (0..CURVE_POINTS).map(at).map(|point| (t_i + point.q[0], point.q[1])).collect();
-        series.push(Series::new("geodesic (reference)", Mark::LINE, points));
+    let orbits: Vec<(String, PlotAxes<S>)> = case.orbits(line.geometry()).into_iter().map(axes).collect();
+    let mut drawn = vec![orbit(of, parts, &orbits), charges(of, parts, &run.sums), mesh(of, parts)];
+    if !case.events.is_empty() {
+        drawn.push(section(of, parts, &orbits[0].1, &case.event_names(), &run.events));
     }
-    let points = time_parametrised.iter().map(|&(elapsed, x)| (t_i + elapsed, x)).collect();
-    series.push(Series::new("x(t) with time as parameter", Mark::DASHED, points).with_look(Style::NEUTRAL));
-    let points = solution.t().zip(solution.x()).map(|(t, x)| (t.to_f64(), x.to_f64())).collect();
-    series.push(Series::new("nodes", Mark::POINTS, points));
-    Chart::new("Where the nodes lie on the trajectory x(t)", of, ["t", "x"], series)
-}
-
-/// |ΔQ_t| on the nodes. In the strong form the value at the last node with the multiplier correction is shown, too; at
-/// all other nodes the two agree.
-pub fn noether_charge<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Chart {
-    let charge = &diagnostics.charges[0];
-    let mut series = vec![deviation("|ΔQ_t|", solution, &charge.delta)];
-    if let Some(corrected) = solution.multipliers().and(charge.corrected.last()) {
-        let last = vec![(solution.gamma_f().to_f64(), corrected.to_f64().abs())];
-        series.push(Series::new("last node, with + λ_7/H_N", Mark::POINTS, last));
+    if case.is_of_x {
+        drawn.extend(pictures_of_x(of, case, line, &run.diagnostics));
     }
-    deviations("How far the charge Q_t is from its initial value", of, "|ΔQ_t|", series)
+    drawn
 }
 
-/// |ΔG^t| and |ΔG^x| on the nodes.
-pub fn geodesic_residuals<S: Real>(of: &str, solution: &WorldLine<S>, diagnostics: &Diagnostics<S>) -> Chart {
-    let rows = ["|ΔG^t|", "|ΔG^x|"].into_iter().zip(&diagnostics.delta_g);
-    let series = rows.map(|(label, row)| deviation(label, solution, row)).collect();
-    deviations("How far the nodes are from the discrete geodesic equations", of, "|ΔG|", series)
-}
-
-/// The axes of the picture of an orbit.
-#[derive(Debug, Clone)]
-pub struct PlotAxes<S = f64> {
-    /// To the right, and upwards.
-    pub formulas: [Observable<S>; 2],
+/// The axes of the picture of an orbit: to the right, and upwards.
+#[derive(Clone)]
+struct PlotAxes<S> {
+    formulas: [Observable<S>; 2],
     /// The same as text.
-    pub labels: [String; 2],
+    labels: [String; 2],
     /// The symbol of what velocities are derivatives by.
-    pub parameter: &'static str,
+    parameter: &'static str,
 }
 
 impl<S: Real> PlotAxes<S> {
@@ -186,7 +129,7 @@ fn points<S: Real>(parts: &[Part<'_, S>], axes: &mut PlotAxes<S>, count: usize) 
 }
 
 /// The orbit in the plane of its axes, with its start and its end; of several bodies each has a name.
-pub fn orbit<S: Real>(of: &str, parts: &[Part<'_, S>], orbits: &[(String, PlotAxes<S>)]) -> Chart {
+fn orbit<S: Real>(of: &str, parts: &[Part<'_, S>], orbits: &[(String, PlotAxes<S>)]) -> Chart {
     let nodes: usize = parts.iter().map(|(line, _)| line.nodes()).sum();
     let count = (nodes / NODES_PER_POINT).clamp(LEAST_POINTS, MOST_POINTS);
     let mut series = Vec::new();
@@ -210,7 +153,7 @@ pub fn orbit<S: Real>(of: &str, parts: &[Part<'_, S>], orbits: &[(String, PlotAx
 }
 
 /// The events in the plane of `axes`. `names` are those of what was watched.
-pub fn section<S: Real>(
+fn section<S: Real>(
     of: &str,
     parts: &[Part<'_, S>],
     axes: &PlotAxes<S>,
@@ -244,7 +187,7 @@ fn level(values: &mut [f64], grain: f64) {
 }
 
 /// |ΔQ| of every charge and conserved sum, and the deviations of K, or of Newton's energy, and of the invariants.
-pub fn charges<S: Real>(of: &str, parts: &[Part<'_, S>], sums: &[ConservedSum]) -> Chart {
+fn charges<S: Real>(of: &str, parts: &[Part<'_, S>], sums: &[ConservedSum]) -> Chart {
     let mut series: Vec<Series> = Vec::new();
     for (line, diagnostics) in parts {
         let rows = rows_of_charges(line, diagnostics, sums).into_iter();
@@ -285,7 +228,7 @@ fn rows_of_charges<'d, S: Real>(
 
 /// The steps between nodes along the run, in γ and, where it is another one, in t. In windows of spectral elements,
 /// whose nodes crowd at the ends, the mean step of a window takes their place.
-pub fn mesh<S: Real>(of: &str, parts: &[Part<'_, S>]) -> Chart {
+fn mesh<S: Real>(of: &str, parts: &[Part<'_, S>]) -> Chart {
     let lines = || parts.iter().map(|(line, _)| *line);
     let gamma: Vec<f64> = lines().flat_map(WorldLine::gamma).map(S::to_f64).collect();
     let t = lines().next().and_then(|line| line.geometry().names().iter().position(|name| name == "t"));
