@@ -6,14 +6,42 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use atomic_write_file::AtomicWriteFile;
+use serde::{Deserialize, Serialize};
 
+use super::json::json;
 use super::lock::FolderLock;
-use super::manifest::{Manifest, Origin, State};
 
 /// The summary of a command. It is put in place last and removed first: if it is there, all the others are there too.
 pub const SUMMARY: &str = "summary.json";
 /// The effective case, with every default.
 pub const CASE: &str = "case.toml";
+/// The record of the files that the program wrote into a folder. Only files that it lists may be replaced or removed.
+const MANIFEST: &str = ".geodesic-ivp-manifest.json";
+/// The states of a set: all files are there; or they are being replaced, or the program was killed while it did so, and
+/// some may be missing.
+const COMPLETE: &str = "complete";
+const INCOMPLETE: &str = "incomplete";
+
+/// The command and the case that the files of a folder come from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    /// The subcommand.
+    pub command: String,
+    /// The path of the case, or `<stdin>`, or the name of a built-in case in angle brackets.
+    pub case: String,
+}
+
+/// The record.
+#[derive(Serialize, Deserialize)]
+struct Manifest {
+    program: String,
+    version: String,
+    #[serde(flatten)]
+    origin: Origin,
+    state: String,
+    /// Names of the files in the folder.
+    files: Vec<String>,
+}
 
 /// Where files go, which command and case they belong to, and what they may replace.
 #[derive(Debug, Clone)]
@@ -85,10 +113,55 @@ pub fn refused_by_system(message: impl Into<String>, help: impl Into<String>) ->
     Refused { message: message.into(), help: help.into(), is_usage: false }.into()
 }
 
+/// The record of `folder`, if there is one.
+fn manifest_of(folder: &Path) -> anyhow::Result<Option<Manifest>> {
+    let path = folder.join(MANIFEST);
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+            return Ok(None);
+        }
+        Err(error) => return Err(error).with_context(|| format!("cannot read {}", path.display())),
+    };
+    let manifest: Manifest = serde_json::from_str(&text).with_context(|| {
+        format!("{} is not a record of this program's files: remove it, or choose another folder", path.display())
+    })?;
+    // A record must not make the program touch anything outside the folder.
+    if let Some(name) = manifest.files.iter().find(|name| Path::new(name).file_name() != Some(name.as_ref())) {
+        anyhow::bail!("{} lists '{name}', which is not the name of a file", path.display());
+    }
+    Ok(Some(manifest))
+}
+
+/// The command and the case that the files of `folder` come from, if the program wrote there.
+///
+/// # Errors
+/// If the folder's record cannot be read.
+pub fn origin_of(folder: &Path) -> anyhow::Result<Option<Origin>> {
+    Ok(manifest_of(folder)?.map(|manifest| manifest.origin))
+}
+
 impl Target {
+    /// Records the files of the folder, in place of an earlier record and in a single step; without files, nothing.
+    fn record(&self, state: &str, files: &[&str]) -> anyhow::Result<()> {
+        let path = self.folder.join(MANIFEST);
+        if files.is_empty() {
+            return remove(&path).with_context(|| format!("cannot remove {}", path.display()));
+        }
+        let [program, version] = [env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")].map(str::to_owned);
+        let (origin, files) = (self.origin.clone(), files.iter().map(|&name| name.to_owned()).collect());
+        let text = json(&Manifest { program, version, origin, state: state.to_owned(), files });
+        let write = || {
+            let mut file = AtomicWriteFile::open(&path)?;
+            file.write_all(text.as_bytes())?;
+            file.commit()
+        };
+        write().with_context(|| format!("cannot write {}", path.display()))
+    }
+
     /// The record of the set that is in the folder, if there is one.
     fn before(&self, names: &[&str]) -> anyhow::Result<Option<Manifest>> {
-        let before = Manifest::read(&self.folder)?;
+        let before = manifest_of(&self.folder)?;
         if let Some(other) = before.as_ref().filter(|before| self.own && before.origin != self.origin) {
             let Origin { command, case } = &other.origin;
             anyhow::bail!("{} holds the results of {command} {case} by now", self.folder.display());
@@ -129,7 +202,7 @@ impl Target {
 }
 
 /// Removes a file that may be missing.
-pub(super) fn remove(path: &Path) -> io::Result<()> {
+fn remove(path: &Path) -> io::Result<()> {
     fs::remove_file(path).or_else(|error| match error.kind() {
         io::ErrorKind::NotFound => Ok(()),
         _ => Err(error),
@@ -148,12 +221,12 @@ impl OutputSet {
         {
             let _lock = FolderLock::wait(folder)?;
             let before = target.before(names)?;
-            let incomplete = before.filter(|before| before.state == State::Incomplete);
+            let incomplete = before.filter(|before| before.state == INCOMPLETE);
             // An incomplete set without its summary is removed. One with a summary is complete after all: the program
             // was killed before it could record that.
             if let Some(before) = incomplete.filter(|_| !folder.join(SUMMARY).exists()) {
                 before.files.iter().try_for_each(|name| target.take_away(name, false))?;
-                Manifest::remove(folder)?;
+                target.record(COMPLETE, &[])?;
             }
         }
         let pending = names
@@ -221,7 +294,7 @@ impl OutputSet {
         if all.is_empty() {
             return Ok(names);
         }
-        Manifest::new(&target.origin, State::Incomplete, &all).write(folder)?;
+        target.record(INCOMPLETE, &all)?;
         // The summary is removed first and put in place last.
         all.sort_by_key(|name| *name != SUMMARY);
         for name in all {
@@ -231,10 +304,7 @@ impl OutputSet {
         for (name, file) in pending {
             file.commit().with_context(|| format!("cannot write {}", folder.join(name).display()))?;
         }
-        match names.is_empty() {
-            true => Manifest::remove(folder)?,
-            false => Manifest::new(&target.origin, State::Complete, &names).write(folder)?,
-        }
+        target.record(COMPLETE, &names)?;
         Ok(names)
     }
 }

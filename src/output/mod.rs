@@ -20,7 +20,6 @@ mod convergence;
 mod files;
 mod json;
 mod lock;
-mod manifest;
 pub mod pictures;
 pub mod runs;
 mod stability;
@@ -31,9 +30,8 @@ mod work_precision;
 
 pub use chart::{Chart, Kind, Map, Mark, Panel, Scale, Series, Shape, Sign, Style};
 pub use convergence::{convergence_summary, convergence_table, slopes_table};
-pub use files::{CASE, OutputSet, Refused, SUMMARY, Target, refused, refused_by_system};
+pub use files::{CASE, Origin, OutputSet, Refused, SUMMARY, Target, origin_of, refused, refused_by_system};
 pub use json::json_object;
-pub use manifest::{Origin, origin_of};
 pub use stability::{stability_summary, stability_table};
 pub use study_table::StudyTable;
 pub use summary::{failure_summary, run_summary};
