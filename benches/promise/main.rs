@@ -10,28 +10,25 @@
 //! cargo bench --bench promise [-- DRAWS [SEED [FAMILY]]]
 //! ```
 //!
-//! draws so many runs of every family, or of one, half in random units. 120 draws take a minute. Refusals, broken
-//! promises and estimates below the error are printed with what draws them again. The table has, by families and by
-//! decades of the accuracy, the numbers of runs, of undecided ones, of broken promises, of estimates that are too low
-//! and of attempts that were begun again, then accuracy/error (least and median), estimate/error (least, median and 90
-//! %), and refusals. The exit code is 1 if a promise is broken.
+//! draws so many runs of every family, or of one, half in random units. Refusals, broken promises and estimates below
+//! the error are printed with what draws them again. The table has, by families and by decades of the accuracy, the numbers of
+//! runs, of undecided ones, of broken promises and of estimates that are too low, then accuracy/error (least and
+//! median), estimate/error (least, median and 90 %), and refusals. The exit code is 1 if a promise is broken.
 
 #[path = "../verdict/random.rs"]
 mod random;
-mod runs;
 mod scenes;
-mod units;
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use geodesic_ivp::engine::Accuracy;
-use geodesic_ivp::geometry::{Geometry, Start};
-
+use geodesic_ivp::case::Case;
+use geodesic_ivp::solve;
+use geodesic_ivp::solve::WorldLine;
+use geodesic_ivp::trajectory::Sampler;
 use random::{Random, arguments};
-use runs::{Run, time_and_sizes};
-use scenes::FAMILIES;
-use units::in_units;
+use rayon::prelude::*;
+use scenes::{drawn, families};
 
 /// The ends that the runs of a family or a decade came to.
 #[derive(Default)]
@@ -40,13 +37,25 @@ struct Tally {
     undecided: usize,
     broken: usize,
     below: usize,
-    restarts: usize,
     /// Accuracy and estimate, relative to the error.
     ratios: Vec<[f64; 2]>,
 }
 
 impl Tally {
-    fn print(&mut self, name: &str) {
+    fn see(&mut self, accuracy: f64, result: &Result<Found, String>) {
+        match result {
+            Err(reason) => *self.refused.entry(reason.clone()).or_default() += 1,
+            Ok(found) if found.doubt >= accuracy / 3.0 => self.undecided += 1,
+            Ok(Found { error, doubt, estimate }) => {
+                self.broken += usize::from(*error > accuracy);
+                self.below += usize::from(estimate + doubt < *error);
+                let error = error.max(1e-17);
+                self.ratios.push([accuracy / error, estimate / error]);
+            }
+        }
+    }
+
+    fn print(&self, name: &str) {
         let of = |k: usize| -> Vec<f64> {
             let mut of: Vec<f64> = self.ratios.iter().map(|ratio| ratio[k]).collect();
             of.sort_by(f64::total_cmp);
@@ -56,95 +65,103 @@ impl Tally {
         let at = |of: &[f64], part: f64| of.get((part * (of.len().max(1) - 1) as f64) as usize).copied().unwrap_or(0.0);
         let [least, median] = [0.0, 0.5].map(|part| at(&accuracy, part));
         let [low, middle, high] = [0.0, 0.5, 0.9].map(|part| at(&estimate, part));
-        let Self { refused, undecided, broken, below, restarts, .. } = self;
-        print!("{name:22} {:5} {undecided:4} {broken:4} {below:4} {restarts:4}  ", accuracy.len());
+        let Self { refused, undecided, broken, below, .. } = self;
+        print!("{name:22} {:5} {undecided:4} {broken:4} {below:4}  ", accuracy.len());
         println!("{least:8.1} {median:8.1}  {low:7.2} {middle:7.1} {high:7.1}  {refused:?}");
     }
 }
 
-/// The accuracy of a run, what became of it with its error and the doubt about that, and its description.
-type Studied = (f64, Result<(Run, [f64; 2]), String>, String);
+/// The largest error of a run relative to the sizes of coordinates, the doubt about that, and the error that it expects.
+struct Found {
+    error: f64,
+    doubt: f64,
+    estimate: f64,
+}
+
+/// The accuracy of a run, what became of it, and its description.
+type Studied = (f64, Result<Found, String>, String);
 
 /// Draws a run; `None` where its scene has no start.
-fn study(seed: u64, family: usize) -> Option<Studied> {
-    let mut draw = Random(seed);
-    let (name, scene) = FAMILIES[family];
-    let drawn = scene(&mut draw);
-    let (accuracy, turns) = (draw.scale(1e-11, 1e-4), draw.scale(0.3, 1000.0));
-    // Nothing but flat ground is found farther away from disks.
-    let reach = draw.between(3.0, 12.0);
-    let is_in_units = draw.sign() < 0.0;
-    let (text, q, v) = if is_in_units { in_units(drawn, &mut draw) } else { drawn };
-    let geometry = Geometry::new(&text).ok()?.with_domain_of(&q).ok()?;
-    let p = geometry.momenta(&q, &v);
-    let start = Start { q_dot: geometry.velocities(&q, &p).ok()?, q: q.clone(), p };
-    let (time, _) = time_and_sizes(&geometry, &start, 1e300);
-    let length = match name {
-        "disks" => reach,
-        _ if time < 1e299 => turns * time,
-        _ => turns,
+fn study(seed: u64, (name, template): (&str, &str)) -> Option<Studied> {
+    let mut random = Random(seed);
+    let (text, settings, is_in_units) = drawn(template, &mut random);
+    let accuracy = random.scale(1e-11, 1e-4);
+    let run_to = |wanted: String| -> Option<Result<WorldLine, String>> {
+        let case = Case::parse(name, &text, &[settings.as_slice(), &[wanted]].concat()).ok()?;
+        Some(solve(&case).map_err(|failure| failure.status.to_string()))
     };
-    let (_, sizes) = time_and_sizes(&geometry, &start, length);
+    let promised = run_to(format!("solver.accuracy={accuracy:e}"))?;
     let of_units = if is_in_units { " in units" } else { "" };
-    let what = format!("{name}{of_units} seed {seed} a {accuracy:.1e} L/T {turns:.1}");
-    let run_of = |wanted| Run::new(&geometry, &start, length, wanted);
-    let result = run_of(Accuracy::Promised(accuracy)).map(|promised| {
+    let what = format!("{name}{of_units} seed {seed} a {accuracy:.1e}");
+    let found = promised.and_then(|promised| {
+        // Such a run is doubtful, and promises nothing.
+        if promised.windows_unproved.is_some_and(|count| count > 0) {
+            return Err("unproved".to_owned());
+        }
         // A tolerance alone may step over a hill that it comes to from far away, and loses digits at a pole.
         let wanted = match name {
-            "disks" | "polar" => [10.0, 30.0].map(|share| Accuracy::Promised(accuracy / share)),
-            _ => [1e-15, 1e-14].map(Accuracy::Local),
+            "disks" | "polar" => [10.0, 30.0].map(|share| format!("solver.accuracy={:e}", accuracy / share)),
+            _ => ["1e-15", "1e-14"].map(|tolerance| format!("solver.tolerance={tolerance}")),
         };
-        let [Ok(first), Ok(second)] = &wanted.map(run_of) else {
-            return (promised, [0.0, f64::INFINITY]);
-        };
-        let mut origin = vec![0.0; q.len()];
-        geometry.ignorable().for_each(|a| origin[a] = q[a]);
-        let errors = promised.errors([first, second], &origin, sizes, geometry.active().len());
-        (promised, errors)
+        let estimate = promised.error_estimate.unwrap_or(0.0);
+        match wanted.map(run_to) {
+            [Some(Ok(first)), Some(Ok(second))] => Ok(compared(&promised, [&first, &second], estimate)),
+            _ => Ok(Found { error: 0.0, doubt: f64::INFINITY, estimate }),
+        }
     });
-    Some((accuracy, result, what))
+    Some((accuracy, found, what))
+}
+
+/// The largest differences from the first reference, and of the two references there.
+fn compared(run: &WorldLine, references: [&WorldLine; 2], estimate: f64) -> Found {
+    let mut found = Found { error: 0.0, doubt: 0.0, estimate };
+    let mut samplers = references.map(Sampler::new);
+    let mut rows: Vec<_> = (0..run.sizes.len()).map(|a| run.q(a)).collect();
+    for gamma in run.gamma() {
+        let [one, two] = samplers.each_mut().map(|sampler| sampler.at_gamma(gamma).expect("it is inside").q);
+        for (a, row) in rows.iter_mut().enumerate() {
+            let (q, size) = (row.next().expect("a node has all coordinates"), run.sizes[a]);
+            if size > 0.0 {
+                found.error = found.error.max((q - one[a]).abs() / size);
+                found.doubt = found.doubt.max((two[a] - one[a]).abs() / size);
+            }
+        }
+    }
+    found
 }
 
 fn main() -> ExitCode {
     let (draws, seed, only) = arguments(10);
     let only: Option<usize> = only.map(|text| text.parse().expect("the number of a family"));
+    let families = families();
+    let all = (0..families.len()).filter(|&family| only.is_none_or(|only| only == family));
+    let jobs: Vec<(usize, u64)> = all.flat_map(|family| (0..draws).map(move |k| (family, k))).collect();
+    let one = |&(family, k): &(usize, u64)| {
+        let own = seed.wrapping_mul(1_000_003) + k * 64 + family as u64;
+        Some((family, study(own << 20, families[family])?))
+    };
+    let studied: Vec<(usize, Studied)> = jobs.par_iter().filter_map(one).collect();
     let mut tallies: BTreeMap<(usize, i32), Tally> = BTreeMap::new();
-    for family in (0..FAMILIES.len()).filter(|&family| only.is_none_or(|only| only == family)) {
-        for k in 0..draws {
-            let own = seed.wrapping_mul(1_000_003) + k * 64 + family as u64;
-            let Some((accuracy, result, what)) = study(own << 20, family) else { continue };
-            for key in [(0, family as i32), (1, accuracy.log10().floor() as i32), (2, 0)] {
-                let tally = tallies.entry(key).or_default();
-                match &result {
-                    Err(reason) => *tally.refused.entry(reason.clone()).or_default() += 1,
-                    Ok((_, [_, doubt])) if *doubt >= accuracy / 3.0 => tally.undecided += 1,
-                    Ok((run, [error, doubt])) => {
-                        tally.broken += usize::from(*error > accuracy);
-                        tally.below += usize::from(run.estimate + doubt < *error);
-                        tally.restarts += run.restarts;
-                        let error = error.max(1e-17);
-                        tally.ratios.push([accuracy / error, run.estimate / error]);
-                    }
-                }
+    for (family, (accuracy, result, what)) in &studied {
+        for key in [(0, *family as i32), (1, accuracy.log10().floor() as i32), (2, 0)] {
+            tallies.entry(key).or_default().see(*accuracy, result);
+        }
+        match result {
+            Err(reason) => eprintln!("{reason}: {what}"),
+            Ok(Found { error, doubt, estimate }) if error > accuracy || estimate < error => {
+                eprintln!("error {error:.1e} doubt {doubt:.1e} estimate {estimate:.1e}: {what}");
             }
-            match &result {
-                Err(reason) => eprintln!("{reason}: {what}"),
-                Ok((run, [error, doubt])) if *error > accuracy || run.estimate < *error => {
-                    eprintln!("error {error:.1e} doubt {doubt:.1e} estimate {:.1e}: {what}", run.estimate);
-                }
-                Ok(_) => {}
-            }
+            Ok(_) => {}
         }
     }
-    let broken: usize = tallies.values().map(|tally| tally.broken).sum();
-    println!("name                    runs und. brok. low again a/err min  median  est/err min median 90 %  refused");
-    for ((kind, key), tally) in &mut tallies {
+    println!("name                    runs und. brok. low a/err min  median  est/err min median 90 %  refused");
+    for ((kind, key), tally) in &tallies {
         let name = match kind {
-            0 => FAMILIES[*key as usize].0.to_owned(),
+            0 => families[*key as usize].0.to_owned(),
             1 => format!("1e{key}"),
             _ => "all".to_owned(),
         };
         tally.print(&name);
     }
-    ExitCode::from(u8::from(broken > 0))
+    ExitCode::from(u8::from(tallies.values().any(|tally| tally.broken > 0)))
 }
