@@ -3,22 +3,13 @@
 //! A run is *trusted* if there is an estimate of its error, if that is at most a hundredth of the motion of every
 //! coordinate, and if nothing else speaks against it. Otherwise it is *doubtful*, and every reason has a remedy. The
 //! program *refuses* where it has no result at all.
-//!
-//! ```
-//! use geodesic_ivp::diagnostics::verdict::{CoordinateError, VerdictInput, Grade, Verdict};
-//!
-//! let x = CoordinateError { name: "x".to_owned(), end: 2e-9, largest: 3e-9, size: 0.5, range: 0.1, shared: 0.5 };
-//! let facts = VerdictInput { errors: Some(vec![x]), ..VerdictInput::default() };
-//! let verdict = Verdict::new(&facts);
-//! assert_eq!(verdict.grade, Grade::Trusted);
-//! assert_eq!(verdict.digits, Some(8));
-//! ```
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use crate::engine::{Accuracy, GOOD_DIGITS};
+use crate::number::norm::larger;
 
 /// An error is large above this share of the range of its coordinate.
 const LARGE_ERROR: f64 = 1e-2;
@@ -214,7 +205,7 @@ impl Verdict {
     pub fn new(facts: &VerdictInput) -> Self {
         let digits = if facts.digits == 0 { 16 } else { facts.digits };
         let errors = facts.errors.as_deref();
-        let error = errors.map(|errors| largest(errors.iter().map(|error| error.share(error.largest))));
+        let error = errors.map(|errors| errors.iter().map(|error| error.share(error.largest)).fold(0.0, larger));
         let mut reasons = match errors.zip(error) {
             Some((errors, largest)) => facts.reasons(errors, largest),
             None => vec![Reason::new(
@@ -240,14 +231,9 @@ impl Verdict {
     }
 }
 
-/// The largest of the numbers; NaN if any is.
-pub(crate) fn largest(numbers: impl Iterator<Item = f64>) -> f64 {
-    numbers.fold(0.0, |largest, number| if number <= largest || largest.is_nan() { largest } else { number })
-}
-
 /// The digits of the coordinates at the end that their errors leave, at most `digits`.
 fn good_digits(errors: &[CoordinateError], digits: u32) -> u32 {
-    let digits_left = (-largest(errors.iter().map(|error| error.share(error.end))).log10()).floor();
+    let digits_left = (-errors.iter().map(|error| error.share(error.end)).fold(0.0, larger).log10()).floor();
     // The minimum of NaN and a number is the number, and NaN leaves no digit; nor does a negative number.
     if digits_left.is_nan() { 0 } else { digits_left.min(f64::from(digits)) as u32 }
 }

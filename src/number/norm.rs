@@ -8,7 +8,7 @@ pub fn max_abs<S: Real>(u: &[S]) -> S {
 }
 
 /// The larger of `a` and `b`; NaN if either is, which `f64::max` would drop.
-pub fn larger(a: f64, b: f64) -> f64 {
+pub fn larger<S: Real>(a: S, b: S) -> S {
     if a.is_nan() || b <= a { a } else { b }
 }
 

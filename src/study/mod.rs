@@ -9,7 +9,6 @@ mod method;
 pub mod run;
 pub mod stability;
 mod subject;
-pub mod verdict;
 pub mod work_precision;
 
 pub use method::Method;

@@ -8,8 +8,7 @@
 
 use std::cmp::Ordering;
 
-use super::extrema::Extrema;
-use super::legendre::{Tables, expansion};
+use super::legendre::{Extrema, Tables, expansion};
 use super::sampler::least;
 use super::{Sample, Sampler, slack};
 use crate::geometry::{Direction, Observable};

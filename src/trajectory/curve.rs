@@ -9,6 +9,7 @@ use super::partition;
 use crate::action::Form;
 use crate::geometry::{Geometry, Point};
 use crate::number::Real;
+use crate::number::norm::larger;
 use crate::sbp::gll::MOST_NODES;
 use crate::sbp::legendre::legendre;
 use crate::solve::{WindowNodes, WorldLine};
@@ -193,15 +194,10 @@ fn change<S: Real>(before: &[Vec<S>], after: &[Vec<S>], sizes: &[S]) -> S {
     let rows = before.iter().zip(after).zip(sizes);
     rows.fold(S::ZERO, |most, ((before, after), &size)| {
         let pairs = before.iter().zip(after);
-        let change = pairs.fold(S::ZERO, |change, (&before, &after)| largest(change, (after - before).abs()));
+        let change = pairs.fold(S::ZERO, |change, (&before, &after)| larger(change, (after - before).abs()));
         let size = after.iter().fold(size, |size, value| size.max(value.abs()));
-        if change == S::ZERO { most } else { largest(most, change / size) }
+        if change == S::ZERO { most } else { larger(most, change / size) }
     })
-}
-
-/// The larger of the two; NaN if one is NaN.
-fn largest<S: Real>(a: S, b: S) -> S {
-    if a >= b || a.is_nan() { a } else { b }
 }
 
 /// The Hermite polynomial of degree 2m − 1 through `values` with `slopes` on m `nodes`, at a place: divided differences

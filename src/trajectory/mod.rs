@@ -25,7 +25,6 @@
 
 mod crossings;
 mod curve;
-mod extrema;
 mod legendre;
 mod sampler;
 mod stream;

@@ -1,7 +1,7 @@
 //! Errors along a long run, with about the same work for every method. They show a drift, a bounded oscillation, or the
 //! random walk of rounding.
 
-use super::run::job;
+use super::trial::job;
 use super::{Arena, Method, RowErrors};
 use crate::case::{Form, SbpName};
 use crate::methods::{Composition, Dop853, Gauss, Output, Rk4, Setting, Taylor, Trajectory};

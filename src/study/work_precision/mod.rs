@@ -23,7 +23,6 @@
 mod arena;
 mod drift;
 mod front;
-mod run;
 mod trial;
 
 pub use super::method::Method;
