@@ -97,12 +97,7 @@ impl Case {
 
     /// The setup of a run that goes on at `q`, where an event sets parameters besides the state: that of the run
     /// before with the space-time and the formulas of the new numbers, if these have a value there.
-    pub(crate) fn with_set<S: Real>(
-        &self,
-        before: &Setup<S>,
-        values: &[(Quantity, f64)],
-        q: &[f64],
-    ) -> Option<Setup<S>> {
+    pub(crate) fn with_set(&self, before: &Setup, values: &[(Quantity, f64)], q: &[f64]) -> Option<Setup> {
         let mut set = before.set.clone();
         for &(quantity, value) in values {
             let Quantity::Parameter(parameter) = quantity else { continue };
@@ -113,9 +108,8 @@ impl Case {
             return None;
         }
         let case = self.with_parameters(&set, q)?;
-        let rough = Place { geometry: Arc::new(case.compiled.clone()), start: Arc::clone(&before.rough.start) };
-        let place = (&rough as &dyn Any).downcast_ref::<Place<S>>().cloned();
-        Some(Setup { place: place?, rough, until: case.ending(), set, ..before.clone() })
+        let place = Place { geometry: Arc::new(case.compiled.clone()), start: Arc::clone(&before.place.start) };
+        Some(Setup { rough: place.clone(), place, until: case.ending(), set, ..before.clone() })
     }
 
     /// A formula of what the solver computes.

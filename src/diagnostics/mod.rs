@@ -21,7 +21,6 @@ mod deviations;
 pub mod gaps;
 mod observed;
 mod of_x;
-mod reach;
 mod sawtooth;
 pub mod verdict;
 mod warnings;
@@ -30,8 +29,6 @@ pub use deviations::{ChargeDeviation, Deviation};
 pub use observed::WorkBalance;
 pub(crate) use observed::energy_off;
 pub use of_x::{NEGLIGIBLE, OfX};
-pub use reach::Extent;
-pub(crate) use reach::origin;
 pub use sawtooth::{Sawtooth, sawtooth};
 
 use std::borrow::Cow;
@@ -41,7 +38,7 @@ use self::observed::{energy, invariants, work};
 use crate::geometry::Observable;
 use crate::number::Real;
 use crate::number::norm::{larger, max_abs};
-use crate::solve::WorldLine;
+use crate::solve::{Place, WorldLine};
 
 /// Everything that is measured on a run, or on its last window if they were measured one after the other: then the rows
 /// are those of the last one, and the largest values and sums are those of all.
@@ -172,5 +169,45 @@ impl<S: Real> Diagnostics<S> {
             rows.iter_mut().flat_map(|row| row.to_mut().iter_mut()).for_each(|rate| *rate = -*rate);
         }
         rows
+    }
+}
+
+/// The number that the size of a coordinate counts from: 0 or, if it is ignorable, the start.
+pub(crate) fn origin<S: Real>(place: &Place<S>, a: usize) -> S {
+    if place.geometry.active().contains(&a) { S::ZERO } else { place.start.q[a] }
+}
+
+/// The least and the largest of some values; those of an ignorable coordinate count from the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extent {
+    /// The least one.
+    pub least: f64,
+    /// The largest one.
+    pub most: f64,
+}
+
+impl Extent {
+    /// The range of coordinate `a` on the nodes of a world-line.
+    pub fn new<S: Real>(line: &WorldLine<S>, a: usize) -> Self {
+        let origin = origin(&line.place, a);
+        Self::of(line.counted_from_origin(a, &line.q[a]).map(|q| (q - origin).to_f64()))
+    }
+
+    /// The range of these values.
+    pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        // Iteration from inside goes window by window, which is faster.
+        values.for_each(|q| (least, most) = (least.min(q), most.max(q)));
+        Self { least, most }
+    }
+
+    /// The largest absolute value.
+    pub fn size(self) -> f64 {
+        self.least.abs().max(self.most.abs())
+    }
+
+    /// The largest value minus the least.
+    pub fn range(self) -> f64 {
+        self.most - self.least
     }
 }

@@ -140,15 +140,10 @@ impl<S: Real> Start<S> {
         self
     }
 
-    /// The same in numbers of another kind.
-    pub(crate) fn map<T>(&self, number: impl Fn(S) -> T) -> Start<T> {
-        let of = |row: &[S]| row.iter().map(|&value| number(value)).collect();
-        Start { q: of(&self.q), q_dot: of(&self.q_dot), p: of(&self.p) }
-    }
-
     /// The same in `f64`.
     pub(crate) fn in_f64(&self) -> Start {
-        self.map(S::to_f64)
+        let of = |row: &[S]| row.iter().map(|value| value.to_f64()).collect();
+        Start { q: of(&self.q), q_dot: of(&self.q_dot), p: of(&self.p) }
     }
 }
 

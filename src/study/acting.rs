@@ -13,8 +13,8 @@ use crate::engine::{Accuracy, Handed};
 use crate::geometry::Start;
 use crate::number::Real;
 use crate::solve::{
-    Arithmetic, Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Quantity, Setup, Status,
-    Until, WorldLine, solve,
+    Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Quantity, Setup, Status, Until,
+    WorldLine, solve,
 };
 use crate::trajectory::{Sample, Sampler};
 
@@ -66,7 +66,7 @@ pub type Pieces<S> = (Vec<Piece<S>>, Option<RunError>);
 ///
 /// # Panics
 /// If the setup has neither an accuracy nor a tolerance.
-pub fn solve_acting<S: Arithmetic>(case: &Case, setup: &Setup<S>) -> Result<Pieces<S>, Box<Stopped<S>>> {
+pub fn solve_acting(case: &Case, setup: &Setup) -> Result<Pieces<f64>, Box<Stopped>> {
     let wanted = setup.settings.accuracy.expect("events act in runs to an accuracy");
     let mut pieces = chain(case, setup, wanted, false)?;
     if pieces.len() == 1 {
@@ -99,24 +99,19 @@ pub fn solve_acting<S: Arithmetic>(case: &Case, setup: &Setup<S>) -> Result<Piec
 }
 
 /// The failure of a run at the end of its last piece, where the event `place` was the last one.
-fn failed<S: Real>(setup: &Setup<S>, status: Status, pieces: &[Piece<S>], place: Option<usize>) -> NoSolution {
+fn failed(setup: &Setup, status: Status, pieces: &[Piece], place: Option<usize>) -> NoSolution {
     let line = &pieces.last().expect("a chain has pieces").line;
     let change = place.and_then(|place| setup.until[place].change.as_ref());
     let name = change.map_or_else(String::new, |change| change.name.clone());
     let event = LastEvent { name, count: pieces.iter().map(|piece| piece.acted.len()).sum() };
-    NoSolution::at_event(status, &setup.rough.geometry, line.gamma_f().to_f64(), &line.end().in_f64().q, event)
+    NoSolution::at_event(status, &setup.place.geometry, line.gamma_f(), &line.end().q, event)
 }
 
 /// The pieces of a run to an accuracy. A chain that `is_shaken` is off by its last digits at every event.
-fn chain<S: Arithmetic>(
-    case: &Case,
-    setup: &Setup<S>,
-    accuracy: Accuracy,
-    is_shaken: bool,
-) -> Result<Vec<Piece<S>>, Box<Stopped<S>>> {
-    let (mut pieces, mut here): (Vec<Piece<S>>, _) = (Vec::new(), setup.clone());
+fn chain(case: &Case, setup: &Setup, accuracy: Accuracy, is_shaken: bool) -> Result<Vec<Piece>, Box<Stopped>> {
+    let (mut pieces, mut here): (Vec<Piece>, _) = (Vec::new(), setup.clone());
     here.settings.accuracy = Some(accuracy);
-    (here.sides, _) = sides_at(setup, &setup.rough.start, (reach(setup), &[]));
+    (here.sides, _) = sides_at(setup, &setup.place.start, (reach(setup), &[]));
     let (mut unresolved, mut count) = (0, 0);
     loop {
         let mut line = match solve(&here) {
@@ -131,12 +126,10 @@ fn chain<S: Arithmetic>(
             pieces.push(Piece { line, setup: here, acted: Vec::new() });
             return Ok(pieces);
         };
-        let gamma = line.gamma_f().to_f64().abs().max(line.gamma_i.to_f64().abs());
-        let is_short = line.length.to_f64() <= SHORT * gamma;
+        let is_short = line.length <= SHORT * line.gamma_f().abs().max(line.gamma_i.abs());
         unresolved = if is_short { unresolved + 1 } else { 0 };
-        let shrinks_again = pieces
-            .last()
-            .is_some_and(|before| before.acted.contains(&first) && line.length.to_f64() < before.line.length.to_f64());
+        let is_longer = |before: &Piece| before.acted.contains(&first) && line.length < before.line.length;
+        let shrinks_again = pieces.last().is_some_and(is_longer);
         let piles_up = unresolved > IN_TURN
             || shrinks_again && (unresolved > 0 || is_low(&here, &line, first))
             || count >= MOST_EVENTS;
@@ -157,12 +150,12 @@ fn chain<S: Arithmetic>(
 
 /// The way from the end of a piece to that of the run; `None` if it is no longer than the rounding of γ or of the
 /// coordinate.
-fn rest_of<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<Limit<S>> {
-    let is_left = |rest: S, size: S| rest.to_f64().abs() > SHORT * size.to_f64().abs();
+fn rest_of(setup: &Setup, line: &WorldLine) -> Option<Limit> {
+    let is_left = |rest: f64, size: f64| rest.abs() > SHORT * size.abs();
     match setup.limit {
         Limit::Length(length) => {
             let rest = length - line.length;
-            (rest > S::ZERO && is_left(rest, line.gamma_f())).then_some(Limit::Length(rest))
+            (rest > 0.0 && is_left(rest, line.gamma_f())).then_some(Limit::Length(rest))
         }
         Limit::Value { coordinate, value } => {
             is_left(value - line.last_joint().q[coordinate], value).then_some(setup.limit)
@@ -171,16 +164,16 @@ fn rest_of<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<Limit<S>> {
 }
 
 /// The length of γ that the start of a run is looked at with.
-fn reach<S: Real>(setup: &Setup<S>) -> f64 {
-    let start = &setup.rough.start;
+fn reach(setup: &Setup) -> f64 {
+    let start = &setup.place.start;
     match setup.limit {
-        Limit::Length(length) => length.to_f64(),
-        Limit::Value { coordinate: a, value } => ((value.to_f64() - start.q[a]) / start.q_dot[a]).abs(),
+        Limit::Length(length) => length,
+        Limit::Value { coordinate: a, value } => ((value - start.q[a]) / start.q_dot[a]).abs(),
     }
 }
 
 /// Counts windows, iterations and what is not proved from the start of the run on.
-fn add_up<S: Real>(line: &mut WorldLine<S>, before: Option<&Piece<S>>) {
+fn add_up(line: &mut WorldLine, before: Option<&Piece>) {
     let Some(Piece { line: before, .. }) = before else { return };
     line.window_count += before.window_count;
     line.iterations.count += before.iterations.count;
@@ -189,42 +182,34 @@ fn add_up<S: Real>(line: &mut WorldLine<S>, before: Option<&Piece<S>>) {
 }
 
 /// Returns true if the formula of an event that began and ended a piece is zero in its middle, up to rounding.
-fn is_low<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, place: usize) -> bool {
-    let end = line.end_inside().in_f64();
-    let mut formula = setup.until[place].rough.clone();
-    let norm = setup.rough.geometry.norm(&setup.rough.start.q, &setup.rough.start.q_dot);
-    let at_end = Beginning::new((&setup.rough.geometry, &end), &mut formula, norm, (line.length.to_f64(), 0.0));
+fn is_low(setup: &Setup, line: &WorldLine, place: usize) -> bool {
+    let (Place { geometry, start }, mut formula) = (&setup.place, setup.until[place].formula.clone());
+    let norm = geometry.norm(&start.q, &start.q_dot);
+    let at_end = Beginning::new((geometry, &line.end_inside()), &mut formula, norm, (line.length, 0.0));
     let middle = Sampler::new(line).at_gamma(line.gamma_i + line.length.half());
-    middle.is_ok_and(|Sample { q, q_dot, p, .. }| {
-        let Start { q, q_dot, p } = Start { q, q_dot, p }.in_f64();
-        formula.at(&q, &q_dot, &p, norm).abs() <= LOW * at_end.noise
-    })
+    let mut value = |Sample { q, q_dot, p, .. }: Sample| formula.at(&q, &q_dot, &p, norm);
+    middle.is_ok_and(|middle| value(middle).abs() <= LOW * at_end.noise)
 }
 
 /// The state that the events at the end of a piece make of it, of which `first` ended it, with the setup behind them.
 /// Others whose formulas are zero there too, and are about to change their sign, act after it, each once. Returns their
 /// places last.
-fn changed<S: Real>(
-    case: &Case,
-    setup: &Setup<S>,
-    line: &WorldLine<S>,
-    first: usize,
-) -> Result<(Setup<S>, Start, Vec<usize>), Status> {
-    let begin = &setup.rough.start;
-    let norm = setup.rough.geometry.norm(&begin.q, &begin.q_dot);
-    let (mut start, mut here) = (line.end_inside().in_f64(), setup.clone());
+fn changed(case: &Case, setup: &Setup, line: &WorldLine, first: usize) -> Result<(Setup, Start, Vec<usize>), Status> {
+    let begin = &setup.place.start;
+    let norm = setup.place.geometry.norm(&begin.q, &begin.q_dot);
+    let (mut start, mut here) = (line.end_inside(), setup.clone());
     let (mut acted, mut next) = (Vec::new(), Some(first));
     while let Some(place) = next {
-        let Until { rough, change, .. } = &here.until[place];
-        let value = rough.clone().at(&start.q, &start.q_dot, &start.p, norm);
+        let Until { formula, change, .. } = &here.until[place];
+        let value = formula.clone().at(&start.q, &start.q_dot, &start.p, norm);
         let mut change: Change = change.clone().ok_or(Status::OutsideDomain)?;
         let values = change.values(&start, norm);
         if values.iter().any(|(quantity, _)| matches!(quantity, Quantity::Parameter(_))) {
             here = case.with_set(&here, &values, &start.q).ok_or(Status::OutsideDomain)?;
         }
-        start = change.of(&here.rough.geometry, &start, &values).ok_or(Status::OutsideDomain)?;
+        start = change.of(&here.place.geometry, &start, &values).ok_or(Status::OutsideDomain)?;
         acted.push((place, value));
-        let (sides, zeros) = sides_at(&here, &start, (line.length.to_f64(), &acted));
+        let (sides, zeros) = sides_at(&here, &start, (line.length, &acted));
         next = zeros.into_iter().find(|other| !acted.iter().any(|(place, _)| place == other));
         here.sides = sides;
     }
@@ -234,17 +219,13 @@ fn changed<S: Real>(
 /// Looks at all formulas at a state behind a piece of this length, at whose end these events acted where their
 /// formulas had these values. Returns their signs, as in [`Setup::sides`], and the places of those that are zero there
 /// and change their sign in a direction that counts.
-fn sides_at<S: Real>(
-    setup: &Setup<S>,
-    start: &Start,
-    (before, acted): (f64, &[(usize, f64)]),
-) -> (Vec<[f64; 2]>, Vec<usize>) {
-    let geometry = &setup.rough.geometry;
+fn sides_at(setup: &Setup, start: &Start, (before, acted): (f64, &[(usize, f64)])) -> (Vec<[f64; 2]>, Vec<usize>) {
+    let geometry = &setup.place.geometry;
     let norm = geometry.norm(&start.q, &start.q_dot);
     let (mut sides, mut zeros) = (Vec::new(), Vec::new());
     for (place, until) in setup.until.iter().enumerate() {
         let zero = acted.iter().find(|(other, _)| *other == place).map_or(0.0, |(_, value)| value.abs());
-        let found = Beginning::new((geometry, start), &mut until.rough.clone(), norm, (before, zero));
+        let found = Beginning::new((geometry, start), &mut until.formula.clone(), norm, (before, zero));
         let is_here = found.is_zero && found.side != 0.0 && until.direction.counts(found.side > 0.0);
         zeros.extend((is_here && until.change.is_some()).then_some(place));
         sides.push([found.side, if found.is_zero { found.noise } else { 0.0 }]);
@@ -253,14 +234,8 @@ fn sides_at<S: Real>(
 }
 
 /// The setup of the run that goes on with another start, up to `limit`, behind the events at the end of a piece.
-fn going_on<S: Real>(
-    setup: Setup<S>,
-    mut start: Start,
-    line: &WorldLine<S>,
-    limit: Limit<S>,
-    is_shaken: bool,
-) -> Setup<S> {
-    let geometry = &setup.rough.geometry;
+fn going_on(setup: Setup, mut start: Start, line: &WorldLine, limit: Limit, is_shaken: bool) -> Setup {
+    let geometry = &setup.place.geometry;
     if is_shaken {
         let mut is_up = line.window_count.is_multiple_of(2);
         for value in start.q.iter_mut().chain(&mut start.q_dot) {
@@ -271,14 +246,14 @@ fn going_on<S: Real>(
     }
     // A number that an event leaves as it is keeps the part that rounding took from it.
     let end = line.end_inside();
-    let keeps = |a: usize| end.q[a].to_f64() == start.q[a];
+    let keeps = |a: usize| end.q[a] == start.q[a];
     let low = |(a, &low): (usize, &f64)| if keeps(a) { low } else { 0.0 };
     let q_low: Vec<f64> = line.handed.q_low.iter().enumerate().map(low).collect();
     let handed = Handed { q_low, ..Handed::default() };
-    let exact = start.map(S::from);
+    let place = Place { geometry: Arc::clone(geometry), start: Arc::new(start) };
     Setup {
-        place: Place { geometry: Arc::clone(&setup.place.geometry), start: Arc::new(exact) },
-        rough: Place { geometry: Arc::clone(geometry), start: Arc::new(start) },
+        rough: place.clone(),
+        place,
         gamma_i: line.gamma_f(),
         carried: Some(Carried { sums: Vec::new(), handed }),
         limit,

@@ -18,7 +18,7 @@ pub(crate) type ChainError = (RunError, f64, [f64; GOOD_DIGITS.len()]);
 /// Compares the pieces of a run with those of a second one, at the same γ on the ends and in the middles of windows.
 /// Errors are `margin` times the differences. `None` if other events acted in it, or in another order; but events that
 /// come at once may be in any order, whose result the pieces behind them show.
-pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], margin: f64) -> Option<ChainError> {
+pub(crate) fn chain_error(pieces: &[Piece], second: &[Piece], margin: f64) -> Option<ChainError> {
     let [flights, others] = [pieces, second].map(flights);
     if flights.len() != others.len() || flights.iter().zip(&others).any(|(one, other)| one.1 != other.1) {
         return None;
@@ -45,17 +45,17 @@ pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], mar
             let inside = if gamma > end { end } else { gamma.max(of_other.gamma_i) };
             let other = there.at_gamma(inside).ok()?;
             let straight = other.q.iter().zip(&other.q_dot).map(|(&q, &q_dot)| q + (gamma - inside) * q_dot);
-            found.see(q.iter().zip(straight).map(|(&q, other)| margin * (q - other).to_f64()));
+            found.see(q.iter().zip(straight).map(|(&q, other)| margin * (q - other)));
             let share = relative(&found.end) + own;
             for (good, digits) in good.iter_mut().zip(GOOD_DIGITS) {
                 let is_good = share <= 10.0_f64.powi(-digits);
-                *good = if is_good { *good } else { good.or(Some((gamma - last.gamma_i).to_f64())) };
+                *good = if is_good { *good } else { good.or(Some(gamma - last.gamma_i)) };
             }
         }
     }
     if let Some(end_coordinate) = end_coordinate(&end.setup, last) {
         let (q_dot, late) = (last.end().q_dot, found.end[end_coordinate]);
-        let pace = |a: usize| (q_dot[a] / q_dot[end_coordinate]).to_f64().abs();
+        let pace = |a: usize| (q_dot[a] / q_dot[end_coordinate]).abs();
         let off = |(a, off): (usize, &f64)| if a == end_coordinate { 0.0 } else { *off + late * pace(a) };
         found.see(found.end.iter().enumerate().map(off).collect::<Vec<_>>());
     }
@@ -63,18 +63,18 @@ pub(crate) fn chain_error<S: Real>(pieces: &[Piece<S>], second: &[Piece<S>], mar
     let stepped_over = pieces.iter().map(|piece| own_windows(&piece.setup, &piece.line)).fold(0.0, f64::max);
     let judge = Judge::SecondSolve(of_second.accuracy.map_or(own, |accuracy| own.max(accuracy.value())));
     let error = RunError { own: sizes.iter().map(|size| own * size).collect(), judge, stepped_over, ..found };
-    let whole = last.length.to_f64();
+    let whole = last.length;
     Some((error, estimate, good.map(|good| good.unwrap_or(whole))))
 }
 
 /// The pieces of a run that are more than next to nothing, each with the events up to the next one, in the order of
 /// the case.
-fn flights<S: Real>(pieces: &[Piece<S>]) -> Vec<(&Piece<S>, Vec<usize>)> {
-    let mut flights: Vec<(&Piece<S>, Vec<usize>)> = Vec::new();
+fn flights(pieces: &[Piece]) -> Vec<(&Piece, Vec<usize>)> {
+    let mut flights: Vec<(&Piece, Vec<usize>)> = Vec::new();
     for piece in pieces {
         let whole = piece.line.gamma_f() - pieces[0].line.gamma_i;
         match flights.last_mut() {
-            Some((_, acted)) if (piece.line.length / whole).to_f64() <= AT_ONCE => acted.extend(&piece.acted),
+            Some((_, acted)) if piece.line.length / whole <= AT_ONCE => acted.extend(&piece.acted),
             _ => flights.push((piece, piece.acted.clone())),
         }
     }

@@ -12,7 +12,6 @@
 //! instead, and the Δγ that results from it.
 
 mod arena;
-mod frequency;
 mod limit;
 mod run;
 pub mod status;
