@@ -19,22 +19,19 @@
 
 mod deviations;
 pub mod gaps;
-mod observed;
 mod of_x;
 mod sawtooth;
 pub mod verdict;
 mod warnings;
 
-pub use deviations::{ChargeDeviation, Deviation};
-pub use observed::WorkBalance;
-pub(crate) use observed::energy_off;
+pub(crate) use deviations::energy_off;
+pub use deviations::{ChargeDeviation, Deviation, WorkBalance};
 pub use of_x::{NEGLIGIBLE, OfX};
 pub use sawtooth::{Sawtooth, sawtooth};
 
 use std::borrow::Cow;
 
-use self::deviations::{Fields, tangent};
-use self::observed::{energy, invariants, work};
+use self::deviations::{Fields, energy, invariants, tangent, work};
 use crate::geometry::Observable;
 use crate::number::Real;
 use crate::number::norm::{larger, max_abs};

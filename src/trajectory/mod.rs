@@ -27,11 +27,9 @@ mod crossings;
 mod curve;
 mod legendre;
 mod sampler;
-mod stream;
 
 pub use crossings::{Crossing, EventSearch, Watch, crossings};
-pub use sampler::{Sample, Sampler};
-pub use stream::{Coordinate, NoSamples, SampleStream};
+pub use sampler::{Coordinate, NoSamples, Sample, SampleStream, Sampler};
 
 use crate::number::Real;
 

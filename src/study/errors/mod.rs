@@ -6,10 +6,9 @@
 //! which that is wanted.
 
 mod between;
-mod chain;
 mod compare;
 
-pub(crate) use chain::chain_error;
+pub(crate) use compare::chain_error;
 
 use self::between::own_windows;
 use self::compare::{Points, end_coordinate};

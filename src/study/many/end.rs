@@ -34,26 +34,23 @@ pub struct End {
 
 impl End {
     /// The names of the largest deviations and of the growth that a run of `case` has.
+    ///
+    /// They are the keys of `summary.json`, those of a charge with its coordinate.
     pub fn maxima_of(case: &Case) -> Vec<String> {
-        names_of_maxima(case, &case.geometry::<f64>())
+        let geometry: Geometry = case.geometry();
+        let of_charge = |a: usize| {
+            let name = &geometry.names()[a];
+            ["interior", "last", "corrected"].map(|at| format!("max_abs_delta_q_{name}_{at}"))
+        };
+        let k = if case.is_lifted() { "energy" } else { "k" };
+        let mut names: Vec<String> = geometry.ignorable().flat_map(of_charge).collect();
+        names.push("max_abs_delta_g_interior".to_owned());
+        names.extend(["", "_ends"].map(|at| format!("max_abs_delta_{k}{at}")));
+        names.extend(case.invariants.iter().map(|(name, _)| format!("max_abs_delta_{name}")));
+        names.push("gradient_norm".to_owned());
+        names.extend(["lyapunov", "megno"].into_iter().filter(|_| case.settings.sensitivity).map(str::to_owned));
+        names
     }
-}
-
-/// The names of deviations: those of the charges, of the equations, of K or the energy, of invariants; last those of
-/// the growth, if there is one. They are the keys of `summary.json`, those of a charge with its coordinate.
-fn names_of_maxima<S: Real>(case: &Case, geometry: &Geometry<S>) -> Vec<String> {
-    let of_charge = |a: usize| {
-        let name = &geometry.names()[a];
-        ["interior", "last", "corrected"].map(|at| format!("max_abs_delta_q_{name}_{at}"))
-    };
-    let k = if case.is_lifted() { "energy" } else { "k" };
-    let mut names: Vec<String> = geometry.ignorable().flat_map(of_charge).collect();
-    names.push("max_abs_delta_g_interior".to_owned());
-    names.extend(["", "_ends"].map(|at| format!("max_abs_delta_{k}{at}")));
-    names.extend(case.invariants.iter().map(|(name, _)| format!("max_abs_delta_{name}")));
-    names.push("gradient_norm".to_owned());
-    names.extend(["lyapunov", "megno"].into_iter().filter(|_| case.settings.sensitivity).map(str::to_owned));
-    names
 }
 
 /// Solves a case.
@@ -94,8 +91,7 @@ fn maxima<S: Real>(case: &Case, line: &WorldLine<S>, diagnostics: &Diagnostics<S
     values.extend(invariants.iter().map(|(_, invariant)| invariant.max_interior));
     values.push(line.gradient_norm);
     values.extend(line.sensitivity.iter().flat_map(|it| [it.lyapunov(), it.megno()]).map(S::from));
-    let names = names_of_maxima(case, line.geometry()).into_iter();
-    names.zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
+    End::maxima_of(case).into_iter().zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
 }
 
 /// The word for what ended a run, from the place of the formula that did.

@@ -15,7 +15,6 @@ mod arena;
 mod limit;
 mod run;
 pub mod status;
-mod track;
 
 use rayon::prelude::*;
 
