@@ -153,6 +153,29 @@ mod tests {
         }
     }
 
+    /// In units of their own, rows and columns of any size are solved like those of size one, to the last bit.
+    #[test]
+    fn units_of_rows_and_columns_change_no_digit() {
+        let places: Vec<(u32, u32)> = (0..4).flat_map(|row| (0..4).map(move |column| (row, column))).collect();
+        let entries = [3.0, 1.0, -2.0, 0.5, 1.0, -4.0, 0.25, 2.0, 0.0, 1.5, 5.0, -1.0, 2.0, 0.75, 1.0, -3.0];
+        let (of_rows, of_columns) = ([-300, 0, 250, 7], [200, -280, 3, 0]);
+        let scaled = |b: &[f64], powers: &[i32]| -> Vec<f64> {
+            b.iter().zip(powers).map(|(b, &power)| b * 2.0_f64.powi(power)).collect()
+        };
+        let of_places: Vec<i32> = places.iter().map(|&(i, j)| of_rows[i as usize] + of_columns[j as usize]).collect();
+        let solved = |entries: &[f64], units: [&[f64]; 2], b: &[f64]| {
+            let lu = Pattern::new(4, &places).factor(entries, units).unwrap();
+            let mut x = b.to_vec();
+            lu.solve_in_place(&mut x);
+            x
+        };
+        let b = [1.0, -2.0, 0.3, 4.0];
+        let in_ones = solved(&entries, [&[1.0; 4]; 2], &b);
+        let units = [scaled(&[1.9; 4], &of_rows), scaled(&[1.1; 4], &of_columns)];
+        let in_units = solved(&scaled(&entries, &of_places), [&units[0], &units[1]], &scaled(&b, &of_rows));
+        assert_eq!(scaled(&in_units, &of_columns), in_ones);
+    }
+
     #[test]
     fn a_matrix_without_a_solution_is_seen() {
         let pattern = Pattern::new(3, &[(0, 0), (2, 2), (1, 0), (0, 1)]);

@@ -155,3 +155,26 @@ fn probes(coefficients: usize) -> &'static [Probe] {
         (0..=last).map(|k| (place(k), legendre(coefficients.max(2) - 1, place(k)))).collect()
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn extrema_are_where_the_slope_vanishes() {
+        let expansion: Expansion<f64> = Expansion::new(24);
+        let z: Vec<f64> = expansion.nodes.iter().map(|s| 2.0 * s - 1.0).collect();
+        let of = |f: &dyn Fn(f64) -> f64| {
+            Extrema::new(&expansion.coefficients(&z.iter().map(|&z| f(z)).collect::<Vec<_>>()))
+        };
+        let wave = of(&|z| (5.0 * z).sin());
+        let expected: Vec<f64> = [-1.5, -0.5, 0.5, 1.5].map(|k| k * std::f64::consts::PI / 5.0).to_vec();
+        let found = wave.extrema();
+        assert_eq!(found.len(), expected.len());
+        assert!(found.iter().zip(&expected).all(|(found, expected)| (found - expected).abs() < 1e-10), "{found:?}");
+        // Two zeros at a distance of 0.002 have an extremum between them.
+        let close = of(&|z| (z - 0.31).powi(2) - 1e-6);
+        assert!(close.extrema().iter().any(|z| (z - 0.31).abs() < 1e-9));
+        assert!(of(&|z| 6.0 + (5.0 * z).sin()).extrema().is_empty());
+    }
+}

@@ -65,3 +65,14 @@ fn partition(intervals: usize, reached: impl Fn(usize) -> bool) -> usize {
     }
     low
 }
+
+#[cfg(test)]
+mod tests {
+    use super::within;
+
+    #[test]
+    fn what_lies_little_outside_is_moved_to_the_end() {
+        let moved = |value: f64| within(value, [-2.0, 1.0], 0.25);
+        assert_eq!([-2.75, -2.5, 0.5, 1.5, 1.75].map(moved), [None, Some(-2.0), Some(0.5), Some(1.0), None]);
+    }
+}
