@@ -24,10 +24,7 @@ pub struct Layout {
 impl Layout {
     /// The layout for `dimension` coordinates on `points` = N nodes.
     pub fn new(dimension: usize, points: usize, form: Form) -> Self {
-        let multipliers = match form {
-            Form::Strong => MULTIPLIERS_PER_COORDINATE * dimension,
-            Form::Weak => 0,
-        };
+        let multipliers = if form == Form::Strong { MULTIPLIERS_PER_COORDINATE * dimension } else { 0 };
         Self { dimension, points, multipliers }
     }
 

@@ -115,7 +115,7 @@ impl<S: Real> Diagnostics<S> {
             energy,
             invariants,
             motion: if of_x.is_some() { 0.0 } else { fields.motion() },
-            sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], line.windows.iter()))).collect(),
+            sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], &line.windows))).collect(),
             work: work(&fields),
             reaches: (0..n).map(|a| Extent::new(line, a)).collect(),
             branch_distance: line.is_doubled().then(|| line.branch_distance()),

@@ -36,11 +36,8 @@ pub struct Sawtooth<S = f64> {
 
 impl<S: Real> Sawtooth<S> {
     /// The sawtooth of `row` in the windows that are equidistant; the last node of the strong form is left out.
-    pub(super) fn new<'g>(row: &[S], grids: impl Iterator<Item = &'g Window<S>> + Clone) -> Self
-    where
-        S: 'g,
-    {
-        let windows = || grids.clone().filter(|window| window.is_equidistant()).map(|grid| &row[grid.exact()]);
+    pub(super) fn new(row: &[S], windows: &[Window<S>]) -> Self {
+        let windows = || windows.iter().filter(|window| window.is_equidistant()).map(|window| &row[window.exact()]);
         Self {
             amplitude: windows().filter_map(sawtooth).reduce(S::max),
             sixth_difference: windows().filter_map(sixth_difference).map(S::to_f64).reduce(f64::max),

@@ -119,11 +119,8 @@ impl<S: Real> OfX<S> {
                  is",
                 LARGE_DRIFT * size
             );
-            let remedy = match line.accuracy {
-                Some(_) => SMALLER_ACCURACY,
-                None => "raise n_gamma or windows, or use an operator of higher order",
-            };
-            Reason::sign(finding, remedy)
+            let finer = "raise n_gamma or windows, or use an operator of higher order";
+            Reason::sign(finding, if line.accuracy.is_some() { SMALLER_ACCURACY } else { finer })
         })
     }
 
@@ -148,10 +145,8 @@ impl<S: Real> OfX<S> {
         (deviation > NOT_NEWTONIAN).then(|| {
             let percent = 100.0 * deviation;
             let share = if deviation < 10.0 { format!("{percent:.2} %") } else { format!("{deviation:.1e}") };
-            let remedy = match self.c() {
-                Some(c) => format!("; particle.c = {c} would make that about {NEGLIGIBLE:e}"),
-                None => String::new(),
-            };
+            let with_c = |c| format!("; particle.c = {c} would make that about {NEGLIGIBLE:e}");
+            let remedy = self.c().map_or(String::new(), with_c);
             format!(
                 "x(t) is a geodesic and not the motion of Newton's mechanics: the acceleration differs by up to \
                  {share} (2 v^2/g00), above {} %{remedy}",
@@ -163,14 +158,12 @@ impl<S: Real> OfX<S> {
     fn horizon_warning(&self, line: &WorldLine<S>) -> Option<Reason> {
         let g00 = self.g00;
         (g00 < NEAR_A_HORIZON).then(|| {
-            let remedy = match line.accuracy {
-                Some(_) => "end the run earlier or raise c",
-                None => "end the run earlier, raise c, or ask for solver.accuracy",
-            };
+            let remedies =
+                ["end the run earlier, raise c, or ask for solver.accuracy", "end the run earlier or raise c"];
             let finding = format!(
                 "g00 falls to {g00:.1e} c^2, below {NEAR_A_HORIZON}: near a horizon x changes ever faster in gamma"
             );
-            Reason::new(finding, remedy)
+            Reason::new(finding, remedies[usize::from(line.accuracy.is_some())])
         })
     }
 

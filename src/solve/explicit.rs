@@ -49,10 +49,8 @@ pub(super) fn two_step<S: Real>(window: &Problem<'_, S>) -> Result<Piece<S>, Fai
         }
     }
     let left = left.map(|(index, point)| OutsideGeometry { index, ..point });
-    match left.or_else(|| leap(geometry, &q)) {
-        Some(point) => Err(Failure::outside(point)),
-        None => Ok(Piece::in_limit(window, [q, p], Vec::new(), InitialGuess::None)),
-    }
+    let left = left.or_else(|| leap(geometry, &q)).map(Failure::outside);
+    left.map_or_else(|| Ok(Piece::in_limit(window, [q, p], Vec::new(), InitialGuess::None)), Err)
 }
 
 /// The value at node k + 1, if there is one, from the rate at node k.

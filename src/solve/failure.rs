@@ -187,11 +187,8 @@ impl NoSolution {
 
 impl fmt::Display for NoSolution {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let message = match &self.reasons.event {
-            Some(event) => self.message_of(event),
-            None => self.message(),
-        };
-        f.write_str(&message)?;
+        let event = self.reasons.event.as_ref();
+        f.write_str(&event.map_or_else(|| self.message(), |event| self.message_of(event)))?;
         match self.reasons.towards_zero.as_slice() {
             [] => Ok(()),
             names => write!(f, "; {} → 0, where the formulas have no value", names.join(", ")),

@@ -101,10 +101,7 @@ impl<S: Real> Window<S> {
 
     /// The nodes whose ΔG is not affected by the last node of the strong form, in such an array.
     pub(crate) fn uncoupled(&self) -> Range<usize> {
-        self.nodes_but(match self.form {
-            Form::Strong => self.sbp().rows_reaching_last_node(),
-            Form::Weak => 0,
-        })
+        self.nodes_but(if self.form == Form::Strong { self.sbp().rows_reaching_last_node() } else { 0 })
     }
 
     fn nodes_but(&self, last: usize) -> Range<usize> {

@@ -126,10 +126,7 @@ impl<S: Arithmetic> Measures<'_, '_, S> {
             observer(part, &here);
         }
         let before = self.measured.take().filter(|_| part.window_count > part.windows.len());
-        self.measured = Some(match before {
-            Some(before) => before.followed_by(here),
-            None => here,
-        });
+        self.measured = Some(if let Some(before) = before { before.followed_by(here) } else { here });
         self.events.see(part);
         self.samples.iter_mut().for_each(|samples| samples.see(part));
     }
@@ -201,10 +198,8 @@ fn solved<S: Arithmetic>(
         Some(measures) => solve_window_by_window(setup, &mut |part| measures.see(part)),
         None => solve(setup),
     };
-    match line {
-        Ok(line) => Ok((vec![Piece { line, setup: setup.clone(), acted: Vec::new() }], None)),
-        Err(failure) => Err(Box::new(Stopped { failure, pieces: Vec::new(), next: None })),
-    }
+    let line = line.map_err(|failure| Box::new(Stopped { failure, pieces: Vec::new(), next: None }))?;
+    Ok((vec![Piece { line, setup: setup.clone(), acted: Vec::new() }], None))
 }
 
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
@@ -288,12 +283,9 @@ impl<S: Real> Run<S> {
         // The nodes before the last window may be gone; what is written is compared all the same.
         let samples = if self.is_whole { &[] } else { self.samples.as_slice() };
         let reference = if reference { reference_error(setup, line, samples) } else { None };
-        let has_estimate = line.error_estimate.is_some();
-        let estimate = match &self.error {
-            Some(error) => Some(error.clone()),
-            None if has_estimate || reference.is_none() => run_error(setup, line, samples),
-            None => None,
-        };
+        let is_estimated = line.error_estimate.is_some() || reference.is_none();
+        let estimate = || is_estimated.then(|| run_error(setup, line, samples)).flatten();
+        let estimate = self.error.clone().or_else(estimate);
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
         let facts = facts_of_run(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
         let mut verdict = Verdict::new(&facts);

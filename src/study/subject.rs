@@ -134,9 +134,7 @@ pub(super) fn length_of<S: Real>(setup: &Setup<S>) -> Result<S, ReferenceEnds> {
 
 /// The rows of a run, counted as the points of the reference are.
 pub(super) fn rows<S: Real>(line: &WorldLine<S>) -> Vec<Vec<S>> {
-    let of = |a: usize| match line.origin {
-        Some(_) => line.counted_from_origin(a, &line.q[a]).collect(),
-        None => line.q(a).collect(),
-    };
+    let counted = |a: usize| line.counted_from_origin(a, &line.q[a]).collect();
+    let of = |a: usize| if line.origin.is_some() { counted(a) } else { line.q(a).collect() };
     (0..line.geometry().dimension()).map(of).collect()
 }

@@ -116,10 +116,7 @@ impl Arena {
         let (reference, ends) = Reference::up_to(&subject.plain.place, own_length, 0.0)?;
         let mut arena = Self { subject, reference, trusted: false, ends, pace: Pace::Length(1.0), own_length };
         arena.look()?;
-        let wanted = match lengths {
-            [] => arena.default_lengths(),
-            lengths => lengths.to_vec(),
-        };
+        let wanted = if lengths.is_empty() { arena.default_lengths() } else { lengths.to_vec() };
         let (longest, reached) = (wanted.into_iter().fold(0.0, f64::max), arena.reference.reached);
         if longest > reached {
             let (reference, ends) = Reference::up_to(arena.place(), longest, reached)?;
