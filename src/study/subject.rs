@@ -28,8 +28,6 @@ pub(super) struct Subject {
     pub(super) plain: Setup,
     /// True if it is a world-line of Newton's law.
     pub(super) is_lifted: bool,
-    /// True if it is that of a scene.
-    pub(super) is_scene: bool,
     /// See [`Problem::g00`].
     g00: Option<Vec<f64>>,
 }
@@ -47,8 +45,7 @@ impl Subject {
             ..own.settings
         };
         let plain = Setup { gamma_i: 0.0, carried: None, regularised: true, settings, ..own.clone() };
-        let (is_lifted, is_scene, g00) = (case.is_lifted(), !case.is_of_x, case.g00());
-        Self { exact: case.setup(), own, plain, is_lifted, is_scene, g00 }
+        Self { exact: case.setup(), own, plain, is_lifted: case.is_lifted(), g00: case.g00() }
     }
 
     /// The place with another tangent, in units of its own.

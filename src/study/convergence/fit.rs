@@ -156,11 +156,15 @@ mod tests {
         assert_eq!(Fit::new(&h[..2], &n[..2], &errors[..2]).unwrap().standard_error, None);
     }
 
-    /// Counts the errors that follow this law on twelve grids and are above the plateau.
+    /// Counts the errors that are above the plateau.
+    fn above(errors: &[f64]) -> usize {
+        let (h, n) = grids(errors.len() as u32);
+        points_above_plateau(&h, &n, errors, 1.0, 16)
+    }
+
+    /// The same of errors that follow a law on twelve grids.
     fn kept(error: impl Fn(f64) -> f64) -> usize {
-        let (h, n) = grids(12);
-        let errors: Vec<f64> = h.iter().map(|&h| error(h)).collect();
-        points_above_plateau(&h, &n, &errors, 1.0, 16)
+        above(&grids(12).0.into_iter().map(error).collect::<Vec<_>>())
     }
 
     #[test]
@@ -176,7 +180,7 @@ mod tests {
         assert!((4..=6).contains(&ends), "{ends}: the least error is 2e-2, and it grows from there");
         assert_eq!(kept(|_| 1e-16), 0);
         assert_eq!(kept(|h| if h < 1e-3 { 0.0 } else { h }), 6);
-        assert_eq!(points_above_plateau(&[], &[], &[], 1.0, 16), 0);
+        assert_eq!(above(&[]), 0);
         // A sweep that ends just as the plateau begins.
         let (h, n) = grids(12);
         assert_eq!(points_above_plateau(&h[8..11], &n[8..11], &[8e-13, 1e-13, 4e-14], 1.0, 16), 1);
@@ -189,10 +193,8 @@ mod tests {
             let crossing = 1.0_f64 / 512.0;
             let amplitude = 1e-7 / crossing.powf(low);
             let law = |h: f64| amplitude * (h.powf(low) + crossing.powf(low - high) * h.powf(high));
-            let (h, n) = grids(12);
-            let errors: Vec<f64> = h.iter().map(|&h| law(h)).filter(|&error| error > 1e-12).collect();
-            let all = errors.len();
-            assert_eq!(points_above_plateau(&h[..all], &n[..all], &errors, 1.0, 16), all, "{high} to {low}");
+            let errors: Vec<f64> = grids(12).0.into_iter().map(law).filter(|&error| error > 1e-12).collect();
+            assert_eq!(above(&errors), errors.len(), "{high} to {low}");
         }
         assert_eq!(kept(|h| h.powi(2)), 12);
         // In another unit as many errors are above rounding.
@@ -210,13 +212,8 @@ mod tests {
     /// Close to rounding a fall that is far slower than before is none, and two errors are no trend.
     #[test]
     fn what_still_falls_may_be_a_plateau() {
-        let (delta_gamma, n) = grids(7);
-        let slow = [1.6e-10, 1e-11, 6e-13, 8e-15, 4e-15, 2e-15, 1e-15];
-        assert!(points_above_plateau(&delta_gamma, &n, &slow, 1.0, 16) <= 4);
-        let accident = [1e-5, 1e-6, 1e-7, 1e-8, 1e-12, 1e-9, 1e-10];
-        assert!(points_above_plateau(&delta_gamma, &n, &accident, 1.0, 16) < 7);
-        let (delta_gamma, n) = grids(8);
+        assert!(above(&[1.6e-10, 1e-11, 6e-13, 8e-15, 4e-15, 2e-15, 1e-15]) <= 4);
         let accident = [1e-5, 1e-6, 1e-7, 1e-8, 1e-12, 1e-9, 1e-10, 1e-11];
-        assert_eq!(points_above_plateau(&delta_gamma, &n, &accident, 1.0, 16), 8);
+        assert!(above(&accident[..7]) < 7 && above(&accident) == 8);
     }
 }

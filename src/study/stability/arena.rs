@@ -149,7 +149,8 @@ impl Arena {
         &self.subject.plain.place
     }
 
-    pub(super) fn geometry(&self) -> &Geometry {
+    /// The space-time: that of t and x, or of a scene.
+    pub fn geometry(&self) -> &Geometry {
         &self.place().geometry
     }
 
@@ -210,24 +211,9 @@ impl Arena {
         Sizes { q: all(&size), k }
     }
 
-    /// Returns true if it is that of a scene.
-    pub fn is_scene(&self) -> bool {
-        self.subject.is_scene
-    }
-
     /// Returns true if it is that of a scene that is the lift of Newton's law, which has an energy.
     pub fn has_energy(&self) -> bool {
         self.subject.is_lifted
-    }
-
-    /// The names of the coordinates: t and x, or those of a scene.
-    pub fn coordinates(&self) -> &[String] {
-        self.geometry().names()
-    }
-
-    /// The coordinates whose momenta are charges, by their places.
-    pub fn charges(&self) -> impl Iterator<Item = usize> + '_ {
-        self.geometry().ignorable()
     }
 
     /// The largest local frequency along the reference; 0 if nothing oscillates. In one coordinate ω² = −dẍ/dx where
@@ -239,7 +225,7 @@ impl Arena {
 
     /// ṫ_i of the case; `None` in a scene without a coordinate t.
     pub fn t_dot(&self) -> Option<f64> {
-        let t = self.coordinates().iter().position(|name| name == "t")?;
+        let t = self.geometry().names().iter().position(|name| name == "t")?;
         Some(self.place().start.q_dot[t])
     }
 

@@ -100,10 +100,11 @@ impl Job {
     fn ran(&self, arena: &Arena) -> Option<Ran> {
         let (subject, place) = (&arena.subject, arena.subject.stretched(self.tangent));
         let wanted = (self.length / self.setting).round().max(1.0) as usize;
+        let is_of_x = arena.geometry().c_squared().is_some();
         let whole = |nodes: usize| (wanted as f64 / nodes as f64).round().max(1.0) as usize;
         let mut setup = Setup { place: place.clone(), rough: place, ..subject.plain.clone() };
         let solved = |setup: Setup| {
-            let is_affordable = !subject.is_scene || bytes_needed(&setup, false, 0) <= MOST_BYTES;
+            let is_affordable = is_of_x || bytes_needed(&setup, false, 0) <= MOST_BYTES;
             is_affordable.then(|| solved(&setup, subject.is_lifted))
         };
         let (scheme, nodes) = match self.method {
@@ -120,9 +121,7 @@ impl Job {
                 ((sbp, form), WINDOW + 1)
             }
             Method::Elements(nodes) => ((SbpName::Gll(nodes as u8), Form::Weak), whole(nodes - 1) * (nodes - 1) + 1),
-            Method::Unregularised(sbp) if wanted < MOST_UNREGULARISED && !subject.is_scene => {
-                ((sbp, Form::Strong), wanted + 1)
-            }
+            Method::Unregularised(sbp) if wanted < MOST_UNREGULARISED && is_of_x => ((sbp, Form::Strong), wanted + 1),
             Method::Unregularised(_) | Method::March(_) | Method::Other(_) => return None,
         };
         let mut setup = on_grid(&setup, scheme, nodes, self.length).ok()?;
