@@ -51,8 +51,7 @@ impl Columns {
         cells.extend(runs.values(run).into_iter().map(str::to_owned));
         cells.extend([status.to_owned(), exit_code.to_string()]);
         if let Some(end) = end {
-            cells.extend([end.ended_by.clone(), end.gamma.clone()]);
-            cells.extend(end.q.iter().chain(&end.q_dot).cloned());
+            cells.extend([&end.ended_by].into_iter().chain(&end.state).cloned());
             // A charge that only some runs have is a column if the first one has it.
             let value = |name: &String| end.maxima.iter().find(|(other, _)| other == name);
             cells.extend(self.maxima.iter().map(|name| value(name).map_or_else(String::new, |(_, v)| v.clone())));

@@ -43,11 +43,6 @@ impl Fit {
         Some(Self { slope, standard_error, slope_vs_inverse_n, local_slopes: local_slopes(delta_gamma, errors) })
     }
 
-    /// Smallest and largest local slope.
-    pub fn local_range(&self) -> (f64, f64) {
-        range(&self.local_slopes)
-    }
-
     /// Returns true if the local slopes agree well enough for the fit to describe an order, and not a transition
     /// between orders.
     pub fn is_asymptotic(&self) -> bool {
@@ -65,7 +60,7 @@ impl Fit {
 }
 
 /// The smallest and the largest of some slopes.
-fn range(slopes: &[f64]) -> (f64, f64) {
+pub(super) fn range(slopes: &[f64]) -> (f64, f64) {
     slopes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &s| (low.min(s), high.max(s)))
 }
 

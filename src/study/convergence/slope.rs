@@ -1,6 +1,6 @@
 //! The slopes of a sweep, and when they should not be read as orders.
 
-use super::fit::{Fit, points_above_plateau};
+use super::fit::{Fit, points_above_plateau, range};
 use super::{Convergence, Quantity};
 use crate::case::{Form, SbpName};
 use crate::number::Real;
@@ -69,7 +69,7 @@ impl Slope {
                 Some("no slope, fewer than two grids were solved in the range; sweep more with --n-gamma".to_owned())
             }
             Some(fit) if !fit.is_asymptotic() => {
-                let (low, high) = fit.local_range();
+                let (low, high) = range(&fit.local_slopes);
                 let finest = self.n_range.map_or(0, |(_, finest)| finest);
                 let remedy = match self.asymptotic_from {
                     Some(coarsest) => format!("fit finer grids: --fit-range {coarsest}:{finest}"),

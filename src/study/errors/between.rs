@@ -13,7 +13,7 @@ use crate::number::Real;
 use crate::solve::{Setup, WorldLine};
 
 /// So many points are looked at, spread evenly over the run.
-const PROBES: usize = 8192;
+pub(super) const PROBES: usize = 8192;
 /// The least number of probes in every window.
 const IN_A_WINDOW: usize = 8;
 /// A deviation of K below this share of the largest term of K can be rounding.
@@ -87,7 +87,7 @@ impl<'g> Between<'g> {
         }
     }
 
-    /// Takes points of the whole run at [`fractions`] into account.
+    /// Takes the points in the middles of [`PROBES`] parts of the whole run into account.
     pub(super) fn see_points(&mut self, points: Vec<Start>) {
         let rows = |of: fn(&Start) -> &[f64]| {
             let row = |a: usize| points.iter().map(|point| of(point)[a]).collect();
@@ -153,13 +153,8 @@ pub(super) fn own_windows<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> f64
     between.share()
 }
 
-/// The places of the points of a whole run, as fractions of it.
-pub(super) fn fractions() -> impl Iterator<Item = f64> {
-    middles(PROBES)
-}
-
 /// The middles of so many equal parts, as fractions of the whole.
-fn middles(parts: usize) -> impl Iterator<Item = f64> {
+pub(super) fn middles(parts: usize) -> impl Iterator<Item = f64> {
     (0..parts).map(move |k| (k as f64 + 0.5) / parts as f64)
 }
 

@@ -1,7 +1,7 @@
 //! The comparison of a run with a second and cheaper solve, and with the Taylor series of [`crate::reference`]; and that of
 //! a run with events that act with a second one.
 
-use super::between::{Between, fractions, own_windows};
+use super::between::{Between, PROBES, middles, own_windows};
 use super::{Judge, RunError};
 use crate::diagnostics::{Extent, origin};
 use crate::engine::{Accuracy, Engine, GOOD_DIGITS};
@@ -155,7 +155,7 @@ impl<'l, S: Real> Points<'l, S> {
         found.see(self.at_end(off(last, &end.q), &end.in_f64().q_dot));
         let mut between = Between::new(&place.geometry, &place.start, length.to_f64());
         if !S::IS_EXTENDED {
-            between.see_points(fractions().map(|share| reference.at(*length * S::from(share)).in_f64()).collect());
+            between.see_points(middles(PROBES).map(|share| reference.at(*length * S::from(share)).in_f64()).collect());
         }
         let error = reference.error_estimate();
         let (own, judge) = (self.own(error, &self.sizes()), Judge::Taylor(error));

@@ -15,12 +15,8 @@ pub struct End {
     /// The reason, in the word of the column `ended_by`: `gamma_f`, `t_f`, `until` for the formula of `grid.until`, or
     /// the name of the event that ends a run.
     pub ended_by: String,
-    /// γ.
-    pub gamma: String,
-    /// Every coordinate.
-    pub q: Vec<String>,
-    /// dq/dγ of every coordinate with which the world-line can be continued.
-    pub q_dot: Vec<String>,
+    /// γ, every coordinate, and every dq/dγ with which the world-line can be continued.
+    pub state: Vec<String>,
     /// Largest deviations on the way, and the growth of small changes, if it was asked for, with their names: those of
     /// [`maxima_of`](End::maxima_of).
     pub maxima: Vec<(String, String)>,
@@ -28,7 +24,7 @@ pub struct End {
     pub error_estimate: Option<f64>,
     /// The verdict on the result.
     pub verdict: Verdict,
-    /// The events of the case, in the order of γ: the name, then γ, every coordinate, and every dq/dγ.
+    /// The events of the case, in the order of γ: the name, then the state.
     pub events: Vec<(String, Vec<String>)>,
 }
 
@@ -62,17 +58,16 @@ pub(super) fn outcome<S: Arithmetic>(case: &Case) -> Result<End, NoSolution> {
         Err(NoRun::Unsampled(_)) => unreachable!("a row has no samples"),
     };
     let (line, verdict) = (&found.line, found.judged(&setup, false, false).verdict);
-    let all = |values: &[S]| values.iter().map(|value| value.to_decimal(line.digits)).collect::<Vec<_>>();
+    let state = |gamma: S, q: &[S], q_dot: &[S]| -> Vec<String> {
+        std::iter::once(&gamma).chain(q).chain(q_dot).map(|value| value.to_decimal(line.digits)).collect()
+    };
     let events = found.events.iter().map(|Crossing { watch, sample }| {
-        let state = [&[sample.gamma][..], &sample.q, &sample.q_dot].concat();
-        (case.events[*watch].name.clone(), all(&state))
+        (case.events[*watch].name.clone(), state(sample.gamma, &sample.q, &sample.q_dot))
     });
     let end = line.end();
     Ok(End {
         ended_by: ended_by(case, line.ended_by).to_owned(),
-        gamma: line.gamma_f().to_decimal(line.digits),
-        q: all(&end.q),
-        q_dot: all(&end.q_dot),
+        state: state(line.gamma_f(), &end.q, &end.q_dot),
         maxima: maxima(case, line, &found.diagnostics),
         error_estimate: line.error_estimate,
         verdict,

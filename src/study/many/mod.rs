@@ -14,7 +14,7 @@
 //! assert_eq!(runs.values(3), ["0.75", "SBP42"]);
 //! let case = runs.case(3).map_err(|error| error.to_string())?;
 //! let end = runs.outcome(&case).map_err(|failure| failure.to_string())?;
-//! assert_eq!(end.q.len(), 2);
+//! assert_eq!(end.state.len(), 5);
 //! # Ok::<(), String>(())
 //! ```
 

@@ -91,7 +91,7 @@ impl Job {
             numbers.sawtooth_from = [numbers.sawtooth_from, here].into_iter().flatten().reduce(f64::min);
         }
         let sizes = Sizes { k: sizes.k * self.tangent * self.tangent, ..sizes.clone() };
-        let status = judge(&errors, &sawtooth, track.k_drift(), &sizes, active);
+        let status = judge(&errors, &sawtooth, drift_of(&track.delta_k), &sizes, active);
         numbers.errors = Some(errors);
         (status, numbers)
     }
@@ -171,23 +171,23 @@ fn intervals(setup: &Setup) -> usize {
 }
 
 /// A trajectory on its nodes, window by window.
-pub(super) struct Track {
+struct Track {
     /// γ − γ_i.
-    pub(super) gamma: Vec<f64>,
+    gamma: Vec<f64>,
     /// The coordinates, a row for each.
-    pub(super) q: Vec<Vec<f64>>,
+    q: Vec<Vec<f64>>,
     delta_k: Vec<f64>,
     /// Equidistant stretches of nodes.
     stretches: Vec<Range<usize>>,
-    pub(super) intervals: usize,
-    pub(super) iterations: Option<usize>,
+    intervals: usize,
+    iterations: Option<usize>,
     /// What needs no reference.
-    pub(super) numbers: Numbers,
+    numbers: Numbers,
 }
 
 impl Track {
     /// The track of a run of this program, which is the lift of Newton's law if `is_lifted`.
-    pub(super) fn of_line(line: &WorldLine, is_lifted: bool) -> Self {
+    fn of_line(line: &WorldLine, is_lifted: bool) -> Self {
         let Diagnostics { charges, norm, energy, .. } = Diagnostics::of(line, &[], &mut [], is_lifted);
         let delta_energy_max = energy.map(|energy| {
             let inside = line.windows.iter().map(|grid| max_abs(&energy.delta[grid.exact()])).fold(0.0, larger);
@@ -219,7 +219,7 @@ impl Track {
 
     /// The track of another method, whose states are known at equal distances. Between the ends of its steps, which
     /// have equal lengths only if `is_equidistant` says so, there is nothing of a sawtooth.
-    pub(super) fn of_states(problem: &Problem, found: &Trajectory, is_equidistant: bool, is_lifted: bool) -> Self {
+    fn of_states(problem: &Problem, found: &Trajectory, is_equidistant: bool, is_lifted: bool) -> Self {
         let Problem { space, start, length, .. } = problem;
         let mut q: Vec<Vec<f64>> = start.q.iter().map(|&q| vec![q]).collect();
         let k = space.norm(&start.q, &start.q_dot);
@@ -251,7 +251,7 @@ impl Track {
     }
 
     /// The largest error of each coordinate over the nodes.
-    pub(super) fn errors(&self, reference: &[Start]) -> Vec<f64> {
+    fn errors(&self, reference: &[Start]) -> Vec<f64> {
         let largest = |(a, row): (usize, &Vec<f64>)| {
             row.iter().zip(reference).fold(0.0, |most, (here, exact)| larger(most, (here - exact.q[a]).abs()))
         };
@@ -259,22 +259,17 @@ impl Track {
     }
 
     /// The amplitude of the (−1)^k component of a row of values on the nodes.
-    pub(super) fn sawtooth(&self, row: &[f64]) -> Option<f64> {
+    fn sawtooth(&self, row: &[f64]) -> Option<f64> {
         self.stretches.iter().filter_map(|nodes| sawtooth(&row[nodes.clone()])).reduce(f64::max)
     }
 
     /// γ − γ_i where that of coordinate `a` first exceeds `threshold`.
-    pub(super) fn sawtooth_from(&self, a: usize, threshold: f64) -> Option<f64> {
+    fn sawtooth_from(&self, a: usize, threshold: f64) -> Option<f64> {
         let first = |nodes: &Range<usize>| {
             let rough = |w: &[f64]| sawtooth(w).is_some_and(|amplitude| amplitude > threshold);
             self.q[a][nodes.clone()].windows(5).position(rough).map(|k| self.gamma[nodes.start + k + 2])
         };
         self.stretches.iter().find_map(first)
-    }
-
-    /// The drift of K along the nodes.
-    pub(super) fn k_drift(&self) -> f64 {
-        drift_of(&self.delta_k)
     }
 }
 
