@@ -16,7 +16,6 @@ use geodesic_ivp::geometry::{Geometry, OutsideGeometry, Start};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
-use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::{Case, Solution, solve};
 
 fn main() {
@@ -29,7 +28,7 @@ fn case(name: &str, settings: &str) -> Case {
     Case::parse(name, builtin::text(name).expect("it is built in"), &settings).expect("the case is valid")
 }
 
-fn solves<S: Arithmetic>(bencher: Bencher, settings: &str) {
+fn solves<S: Real>(bencher: Bencher, settings: &str) {
     let case = case("quartic", settings);
     bencher.bench_local(|| solve::<S>(black_box(&case)));
 }

@@ -4,8 +4,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use geodesic_ivp::case::Expect;
-use geodesic_ivp::number::Extended;
-use geodesic_ivp::solve::Arithmetic;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::study::run::{NoRun, Run, Wanted, run};
 use geodesic_ivp::{Case, CaseError, Status};
 
@@ -49,7 +48,7 @@ pub(super) fn check(args: &CheckArgs) -> anyhow::Result<ExitCode> {
 ///
 /// # Errors
 /// [`ExpectationNotMet`] if anything is different, and if there is not enough memory.
-fn compare<S: Arithmetic>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
+fn compare<S: Real>(case: &Case, expect: &Expect) -> anyhow::Result<Vec<String>> {
     let setup = case.setup::<S>();
     memory::check(&setup, false, 0)?;
     let result = run(case, &setup, Wanted::default()).0;

@@ -8,7 +8,6 @@ use geodesic_ivp::case::{Form, SbpName, on_grid};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::output::{OutputSet, Target, convergence_summary, convergence_table, pictures, slopes_table};
-use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::study::convergence::paper::published;
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope, Sweep, SweepError};
 
@@ -134,7 +133,7 @@ pub(super) fn sweep_into(target: Target, case: &Case, args: &ConvergeArgs, name:
 }
 
 /// Returns true if the finest grids fit into memory.
-fn check_memory<S: Arithmetic>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<()> {
+fn check_memory<S: Real>(case: &Case, args: &ConvergeArgs) -> anyhow::Result<()> {
     let finest = args.n_gamma.iter().max().copied().unwrap_or(0);
     for &sbp in &args.sbp {
         let grid = on_grid(&case.setup::<S>(), (sbp, case.settings.form), finest, S::ONE).ok();
@@ -151,7 +150,7 @@ fn mixes_parities<S>(convergence: &Convergence<S>) -> bool {
     parities.any(|parity| Some(parity) != first)
 }
 
-fn sweep_in<S: Arithmetic>(target: Target, case: &Case, args: &ConvergeArgs, name: &str) -> anyhow::Result<Swept> {
+fn sweep_in<S: Real>(target: Target, case: &Case, args: &ConvergeArgs, name: &str) -> anyhow::Result<Swept> {
     let warn = |warning: &str| report::warn(&format!("{name}{warning}"));
     case.warnings().iter().for_each(|warning| warn(warning));
     check_memory::<S>(case, args)?;
@@ -214,7 +213,7 @@ fn draw<S: Real>(
 }
 
 /// Sweeps, with a progress bar. After an interrupt the result has the grids that were finished.
-fn measured<S: Arithmetic>(
+fn measured<S: Real>(
     files: OutputSet,
     case: &Case,
     args: &ConvergeArgs,

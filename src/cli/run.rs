@@ -16,7 +16,7 @@ use geodesic_ivp::output::tables::{
     StreamedTable, branches, residuals, trajectory, write_events, write_nodes, write_samples, write_sensitivity,
 };
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
-use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
+use geodesic_ivp::solve::{Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
@@ -160,7 +160,7 @@ fn run_case(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     if case.settings.is_extended() { execute::<Extended>(case, args) } else { execute::<f64>(case, args) }
 }
 
-fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
+fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     let setup = case.setup::<S>();
     args.samples.check(args.stdout)?;
     check_options(case, args)?;
@@ -208,7 +208,7 @@ fn execute<S: Arithmetic>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCod
 }
 
 /// Writes what there is of a case without a run, and returns the error.
-fn failed<S: Arithmetic>(
+fn failed<S: Real>(
     case: &Case,
     setup: &Setup<S>,
     args: &RunArgs,
@@ -234,7 +234,7 @@ fn failed<S: Arithmetic>(
 
 /// Writes the rows before a failure and the events there, which the run that failed has not kept: it is solved once
 /// more, window by window. Returns whether there is any row.
-fn until_failure<S: Arithmetic>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> anyhow::Result<bool> {
+fn until_failure<S: Real>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> anyhow::Result<bool> {
     let Settings { windows, accuracy, .. } = setup.settings;
     if windows == 1 && accuracy.is_none() {
         return Ok(false);
@@ -265,7 +265,7 @@ fn takes_windows<S: Real>(setup: &Setup<S>, args: &RunArgs) -> bool {
 }
 
 /// Writes one table to standard output: the samples, or everything on the nodes.
-fn to_standard_output<S: Arithmetic>(
+fn to_standard_output<S: Real>(
     case: &Case,
     setup: &Setup<S>,
     args: &RunArgs,
@@ -342,7 +342,7 @@ fn write_table<S: Real>(name: &str, out: &File, case: &Case, run: &Run<S>, every
 }
 
 /// Solves, with a spinner if standard error is a terminal. Returns also the seconds in the solver.
-fn solved<S: Arithmetic>(
+fn solved<S: Real>(
     case: &Case,
     setup: &Setup<S>,
     args: &RunArgs,

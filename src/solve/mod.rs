@@ -44,7 +44,6 @@ mod status;
 mod sweeps;
 mod world_line;
 
-pub use crate::number::Real as Arithmetic;
 pub(crate) use acting::Beginning;
 pub use acting::{Change, Quantity};
 pub use continuation::{Carried, Continuation};

@@ -10,7 +10,7 @@ use crate::diagnostics::{Diagnostics, Extent, OfX};
 use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
 use crate::number::norm::larger;
-use crate::solve::{Arithmetic, NoSolution, Setup, WorldLine, solve, solve_window_by_window};
+use crate::solve::{NoSolution, Setup, WorldLine, solve, solve_window_by_window};
 use crate::study::acting::{Piece, Pieces, Stopped, solve_acting};
 use crate::study::errors::{RunError, reference_error, run_error};
 use crate::study::subject::timed;
@@ -107,7 +107,7 @@ struct Measures<'m, 'o, S: Real> {
     set: Vec<(usize, f64)>,
 }
 
-impl<S: Arithmetic> Measures<'_, '_, S> {
+impl<S: Real> Measures<'_, '_, S> {
     /// Goes on with the formulas of a setup, whose parameters events may have set.
     fn of(&mut self, setup: &Setup<S>) {
         if setup.set == self.set {
@@ -183,7 +183,7 @@ impl<S: Arithmetic> Measures<'_, '_, S> {
 }
 
 /// The pieces of a run, of which `measures`, if they are given, see the only one window by window where no event acts.
-fn solved<S: Arithmetic>(
+fn solved<S: Real>(
     case: &Case,
     setup: &Setup<S>,
     measures: Option<&mut Measures<'_, '_, S>>,
@@ -204,7 +204,7 @@ fn solved<S: Arithmetic>(
 
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
 /// is streamed they contain those of measuring.
-pub fn run<S: Arithmetic>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
+pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let rough = &setup.rough;
     let has_sums = wanted.sums && !case.is_of_x;
     let sums = if has_sums { rough.geometry.conserved_sums(&rough.start, || case.geometry()) } else { Vec::new() };

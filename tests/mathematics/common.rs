@@ -4,8 +4,9 @@ use geodesic_ivp::case::builtin;
 use geodesic_ivp::geometry::{
     FormulaError, Geometry, GeometryError, GeometryText, Law, MetricText, PotentialText, Preset, Source, Start,
 };
+use geodesic_ivp::number::Real;
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::{Arithmetic, Limit, Settings, Setup, System, WorldLine};
+use geodesic_ivp::solve::{Limit, Settings, Setup, System, WorldLine};
 use geodesic_ivp::study::errors::{RunError, reference_error};
 use geodesic_ivp::{Case, NoSolution, Solution, solve};
 
@@ -39,7 +40,7 @@ pub(crate) fn solved(overrides: &str) -> Solution {
 }
 
 /// The solution of `QUARTIC` with overrides in another arithmetic.
-pub(crate) fn solved_in<S: Arithmetic>(overrides: &str) -> Solution<S> {
+pub(crate) fn solved_in<S: Real>(overrides: &str) -> Solution<S> {
     solve(&case(overrides)).unwrap_or_else(|error| panic!("{overrides}: {error}"))
 }
 
@@ -58,7 +59,7 @@ pub(crate) fn shipped(name: &str, set: &[&str]) -> Case {
 
 /// The solution of a case.
 #[track_caller]
-pub(crate) fn line_of<S: Arithmetic>(case: &Case) -> WorldLine<S> {
+pub(crate) fn line_of<S: Real>(case: &Case) -> WorldLine<S> {
     solve(case).unwrap_or_else(|failure| panic!("{:?}: {failure}", case.title.as_deref()))
 }
 
@@ -86,13 +87,13 @@ pub(crate) fn end(line: &WorldLine, name: &str) -> f64 {
 }
 
 /// The Taylor trajectory of a run, in its own digits.
-pub(crate) fn reference_of<S: Arithmetic>(line: &WorldLine<S>) -> ReferenceTrajectory<S> {
+pub(crate) fn reference_of<S: Real>(line: &WorldLine<S>) -> ReferenceTrajectory<S> {
     let (start, length) = (&line.place.start, line.length);
     ReferenceTrajectory::new(line.geometry(), start, length, line.digits).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The space-time of t and x in the potential of a formula, for a particle of this mass.
-pub(crate) fn of_x<S: Arithmetic>(expression: &str, mass: f64, c: f64) -> Geometry<S> {
+pub(crate) fn of_x<S: Real>(expression: &str, mass: f64, c: f64) -> Geometry<S> {
     Geometry::of_x(PotentialText::of_x(expression, mass, c)).unwrap_or_else(|error| panic!("{expression}: {error}"))
 }
 
@@ -115,7 +116,7 @@ pub(crate) fn one(expression: &str, c: f64, [x, t_dot, x_dot]: [f64; 3]) -> (Geo
 #[derive(Debug)]
 pub(crate) struct Formula<S = f64>(Geometry<S>);
 
-impl<S: Arithmetic> Formula<S> {
+impl<S: Real> Formula<S> {
     pub(crate) fn new(expression: &str, parameters: &[(&str, f64)]) -> Result<Self, FormulaError> {
         let text = MetricText {
             coordinates: ["t", "x"].map(str::to_owned).to_vec(),
@@ -163,7 +164,7 @@ pub(crate) fn norm_of(geometry: &Geometry, point: &Start) -> f64 {
 }
 
 /// max |a − b|.
-pub(crate) fn distance<S: Arithmetic>(a: &[S], b: &[S]) -> S {
+pub(crate) fn distance<S: Real>(a: &[S], b: &[S]) -> S {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).map(|(&a, &b)| (a - b).abs()).fold(S::ZERO, S::max)
 }
@@ -191,17 +192,17 @@ pub(crate) fn newtonian(coordinates: &[&str], expression: &str) -> PotentialText
 }
 
 /// The geometry of a metric.
-pub(crate) fn geometry<S: Arithmetic>(text: &MetricText) -> Geometry<S> {
+pub(crate) fn geometry<S: Real>(text: &MetricText) -> Geometry<S> {
     Geometry::new(&GeometryText::Metric(text.clone())).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// The geometry of a potential.
-pub(crate) fn of_potential<S: Arithmetic>(text: &PotentialText) -> Geometry<S> {
+pub(crate) fn of_potential<S: Real>(text: &PotentialText) -> Geometry<S> {
     Geometry::new(&GeometryText::Potential(text.clone())).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A start by positions and velocities.
-pub(crate) fn start<S: Arithmetic>(geometry: &Geometry<S>, q: &[S], q_dot: &[S]) -> Start<S> {
+pub(crate) fn start<S: Real>(geometry: &Geometry<S>, q: &[S], q_dot: &[S]) -> Start<S> {
     Start { q: q.to_vec(), q_dot: q_dot.to_vec(), p: geometry.momenta(q, q_dot) }
 }
 
@@ -212,7 +213,7 @@ pub(crate) fn start_with_momenta(geometry: &Geometry, q: &[f64], p: &[f64]) -> S
 }
 
 /// A Newtonian start at t = s = 0 with dt/dγ = 1; ds/dγ makes K zero.
-pub(crate) fn newtonian_start<S: Arithmetic>(geometry: &Geometry<S>, x: &[S], v: &[S]) -> Start<S> {
+pub(crate) fn newtonian_start<S: Real>(geometry: &Geometry<S>, x: &[S], v: &[S]) -> Start<S> {
     let q: Vec<S> = [S::ZERO].iter().chain(x).copied().chain([S::ZERO]).collect();
     let mut q_dot: Vec<S> = [S::ONE].iter().chain(v).copied().chain([S::ZERO]).collect();
     *q_dot.last_mut().unwrap() = -geometry.norm(&q, &q_dot).half();

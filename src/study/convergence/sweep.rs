@@ -9,7 +9,7 @@ use crate::case::{Form, SbpName, on_grid};
 use crate::diagnostics::Diagnostics;
 use crate::number::Real;
 use crate::reference::ReferenceTrajectory;
-use crate::solve::{Arithmetic, Settings, Setup, Status, WorldLine, solve};
+use crate::solve::{Settings, Setup, Status, WorldLine, solve};
 use crate::study::subject::{length_of, rows, sizes, timed};
 
 /// A sweep that is ready to run: every grid is possible, and there is a reference.
@@ -22,7 +22,7 @@ pub struct Sweep<S: Real = f64> {
     empty: Convergence<S>,
 }
 
-impl<S: Arithmetic> Sweep<S> {
+impl<S: Real> Sweep<S> {
     /// A sweep of what a case sets up over every operator with its form and every number of nodes.
     ///
     /// A run that ends at a physical time, where a coordinate has a value, or where a formula changes its sign, is
@@ -80,7 +80,7 @@ impl<S: Arithmetic> Sweep<S> {
 }
 
 /// A grid for each operator with its form and each number of nodes, every scheme once and with ascending numbers.
-fn grids<S: Arithmetic>(
+fn grids<S: Real>(
     setup: &Setup<S>,
     schemes: &[(SbpName, Form)],
     n_gamma: &[usize],
@@ -98,7 +98,7 @@ fn grids<S: Arithmetic>(
     Ok(grids)
 }
 
-fn measure<S: Arithmetic>(setup: &Setup<S>, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
+fn measure<S: Real>(setup: &Setup<S>, length: S, reference: &ReferenceTrajectory<S>) -> ConvergencePoint {
     let Settings { sbp, form, n_gamma, windows, .. } = setup.settings;
     let intervals = windows * (n_gamma - 1);
     let (result, seconds) = timed(|| solve(setup));
@@ -111,7 +111,7 @@ fn measure<S: Arithmetic>(setup: &Setup<S>, length: S, reference: &ReferenceTraj
 }
 
 /// The errors of a world-line at its nodes. The L2 norms use the quadratures of its operators.
-fn errors<S: Arithmetic>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S>) -> Errors {
+fn errors<S: Real>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S>) -> Errors {
     let rows = rows(line);
     let (mut at_end, mut squared) = (vec![0.0; rows.len()], vec![0.0; rows.len()]);
     for grid in &line.windows {

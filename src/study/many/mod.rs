@@ -29,7 +29,7 @@ use crate::diagnostics::Diagnostics;
 use crate::diagnostics::verdict::Verdict;
 use crate::geometry::Geometry;
 use crate::number::{Extended, Real};
-use crate::solve::{Arithmetic, NoSolution, WorldLine};
+use crate::solve::{NoSolution, WorldLine};
 use crate::study::run::{NoRun, Wanted, run};
 use crate::trajectory::Crossing;
 
@@ -159,7 +159,7 @@ impl End {
 }
 
 /// Solves a case.
-fn outcome<S: Arithmetic>(case: &Case) -> Result<End, NoSolution> {
+fn outcome<S: Real>(case: &Case) -> Result<End, NoSolution> {
     let setup = case.setup::<S>();
     let found = match run(case, &setup, Wanted::default()).0 {
         Ok(found) => found,

@@ -4,7 +4,7 @@ use geodesic_ivp::engine::{Engine, MOST_POINTS, State};
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::number::vector::Twofold;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::solve::{Arithmetic, InitialGuess, WorldLine};
+use geodesic_ivp::solve::{InitialGuess, WorldLine};
 
 use crate::common::{QUARTIC_POTENTIAL, line_of, one, parsed};
 
@@ -51,7 +51,7 @@ pub(super) const SCENES: [(&str, &str); 6] = [
     ),
 ];
 
-fn line<S: Arithmetic>(text: &str, more: &str) -> WorldLine<S> {
+fn line<S: Real>(text: &str, more: &str) -> WorldLine<S> {
     line_of(&parsed(&format!("{text}{more}"), &[]))
 }
 

@@ -1,8 +1,7 @@
 //! Reference trajectories to published digits, in double and in extended precision.
 
-use geodesic_ivp::number::Extended;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::Arithmetic;
 
 use crate::common::parsed;
 
@@ -58,7 +57,7 @@ const PUBLISHED: [Published; 4] = [
     },
 ];
 
-fn check_published<S: Arithmetic>(row: &Published, digits: u32, (most, is_relative): Tolerance) {
+fn check_published<S: Real>(row: &Published, digits: u32, (most, is_relative): Tolerance) {
     let case = parsed(&format!("{}\nscheme.sbp = 'GLL12'\nsolver.digits = {digits}", row.text), &[]);
     let (geometry, start, length) = (case.geometry::<S>(), case.start::<S>(), S::from(row.length));
     let reference = ReferenceTrajectory::new(&geometry, &start, length, digits).unwrap();

@@ -2,8 +2,7 @@
 
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{Form, SbpName};
-use geodesic_ivp::number::Extended;
-use geodesic_ivp::solve::Arithmetic;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, Sweep, SweepError};
 
 use crate::common::{case, parsed, shipped};
@@ -11,7 +10,7 @@ use crate::common::{case, parsed, shipped};
 const LINEAR: &str = "potential={linear={alpha=0.25}}";
 const BOTH: [(SbpName, Form); 2] = [(SbpName::Sbp21, Form::Strong), (SbpName::Sbp42, Form::Strong)];
 
-fn swept<S: Arithmetic>(case: &Case, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Convergence<S> {
+fn swept<S: Real>(case: &Case, schemes: &[(SbpName, Form)], n_gamma: &[usize]) -> Convergence<S> {
     Sweep::new(case, schemes, n_gamma).unwrap().run(&|_, _| ())
 }
 

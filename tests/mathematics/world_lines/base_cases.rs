@@ -5,10 +5,10 @@ use crate::common::{QUARTIC, case, distance, line_of, parsed, shipped, solved_in
 use geodesic_ivp::case::{Case, Form};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::solve::{Arithmetic, WorldLine};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Solution, Status, solve};
 
-fn read<S: Arithmetic>(text: &str) -> S {
+fn read<S: Real>(text: &str) -> S {
     S::from_decimal(text).unwrap()
 }
 
@@ -76,13 +76,13 @@ const SYSTEMS: [&str; 2] = ["solver.system=physical-limit", "solver.system=doubl
 /// ε|t|/h, the rounding level of Dt at N = 32, with room for the operator's row sum and g00.
 const ROUNDING: f64 = 32.0 * 8.0 * f64::EPSILON;
 
-fn solved_base<S: Arithmetic>(base: &Base, more: &str) -> WorldLine<S> {
+fn solved_base<S: Real>(base: &Base, more: &str) -> WorldLine<S> {
     let set: Vec<&str> = base.set.split_whitespace().chain(more.split(' ')).collect();
     line_of(&parsed(base.text, &set))
 }
 
 /// p_a − p_a,i at node k of the only window, from D̄q.
-fn deviation<S: Arithmetic>(line: &WorldLine<S>, a: usize, k: usize) -> S {
+fn deviation<S: Real>(line: &WorldLine<S>, a: usize, k: usize) -> S {
     let start = &line.place.start;
     let rows: Vec<Vec<S>> = (0..start.q.len()).map(|a| line.q(a).collect()).collect();
     let q: Vec<S> = rows.iter().map(|row| row[k]).collect();
@@ -93,7 +93,7 @@ fn deviation<S: Arithmetic>(line: &WorldLine<S>, a: usize, k: usize) -> S {
 
 /// In one coordinate all that is zero in theory is below `zero`; the last nodes of the strong form, which are not, stay
 /// where they are.
-fn assert_exact<S: Arithmetic>(name: &str, line: &WorldLine<S>, zero: S) {
+fn assert_exact<S: Real>(name: &str, line: &WorldLine<S>, zero: S) {
     let (found, is_weak) = (Diagnostics::new(line), line.form == Form::Weak);
     let (charge, last) = (&found.charges[0], line.x().len() - 1);
     assert!(charge.max_interior < zero && charge.max_corrected < zero, "{name}: ΔQ_t");
@@ -122,7 +122,7 @@ fn assert_exact<S: Arithmetic>(name: &str, line: &WorldLine<S>, zero: S) {
     assert!(S::IS_EXTENDED || residuals.fold(f64::INFINITY, f64::min) > 1e4 * 32.0 * ROUNDING, "{name}");
 }
 
-fn check<S: Arithmetic>(base: &Base, digits: u32, [close, zero]: [&str; 2]) {
+fn check<S: Real>(base: &Base, digits: u32, [close, zero]: [&str; 2]) {
     for system in SYSTEMS {
         let name = format!("{} {system} {digits}", base.set);
         let line: WorldLine<S> = solved_base(base, &format!("{system} solver.digits={digits}"));

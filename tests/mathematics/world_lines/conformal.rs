@@ -3,7 +3,6 @@
 use geodesic_ivp::case::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::WorldLine;
 
 use crate::common::{line_of, parsed, shipped};
@@ -25,7 +24,7 @@ fn case(text: &str, more: &str) -> Case {
 }
 
 /// The largest difference of coordinates, relative to max(1, |q|).
-fn distance<S: Arithmetic>(one: &[S], other: &[S]) -> f64 {
+fn distance<S: Real>(one: &[S], other: &[S]) -> f64 {
     let off = |(&a, &b): (&S, &S)| ((a - b).abs() / S::ONE.max(a.abs())).to_f64();
     one.iter().zip(other).map(off).fold(0.0, f64::max)
 }

@@ -2,7 +2,7 @@
 
 use geodesic_ivp::Status;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::solve::{Arithmetic, WorldLine};
+use geodesic_ivp::solve::WorldLine;
 
 use crate::common::{failure, line_of, shipped, solved, solved_in, text_solved};
 
@@ -15,7 +15,7 @@ fn proper_time(r: f64) -> f64 {
 /// On a grid, to all digits, and with windows for an accuracy: r = 0.01 is just before the singularity.
 #[test]
 fn a_fall_goes_through_the_horizon_and_ends_where_a_formula_changes_its_sign() {
-    fn fall<S: Arithmetic>(length: f64, until: &str, scheme: &[&str]) -> WorldLine<S> {
+    fn fall<S: Real>(length: f64, until: &str, scheme: &[&str]) -> WorldLine<S> {
         let end = [format!("grid.gamma_f={length:?}"), format!("grid.until={until}")];
         let set: Vec<&str> = end.iter().map(String::as_str).chain(scheme.iter().copied()).collect();
         line_of(&shipped("schwarzschild-plunge", &set))

@@ -6,20 +6,19 @@ use std::f64::consts::{PI, TAU};
 use geodesic_ivp::case::Case;
 use geodesic_ivp::geometry::Start;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::trajectory::{Crossing, crossings};
 
 use crate::common::{line_of, parsed, reference_of, shipped};
 
-fn run<S: Arithmetic>(case: &Case) -> (WorldLine<S>, Vec<Crossing<S>>) {
+fn run<S: Real>(case: &Case) -> (WorldLine<S>, Vec<Crossing<S>>) {
     let line = line_of(case);
     let found = crossings(&line, &mut case.watches());
     (line, found)
 }
 
 /// γ of the crossings of one of the events.
-fn gammas<S: Arithmetic>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
+fn gammas<S: Real>(found: &[Crossing<S>], watch: usize) -> Vec<f64> {
     found.iter().filter(|crossing| crossing.watch == watch).map(|crossing| crossing.sample.gamma.to_f64()).collect()
 }
 

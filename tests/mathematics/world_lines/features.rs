@@ -2,7 +2,7 @@
 
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::solve::{Arithmetic, WorldLine};
+use geodesic_ivp::solve::WorldLine;
 
 use crate::common::{line_of, parsed};
 
@@ -17,7 +17,7 @@ const SCENE: &str = "initial = { t = 0.1, x = 0.5, y = -0.2, z = 0.3, \
 const FORMS: [&str; 2] = ["strong", "weak"];
 const SYSTEMS: [&str; 2] = ["physical-limit", "doubled"];
 
-fn solved<S: Arithmetic>(sbp: &str, [form, system]: [&str; 2], n_gamma: usize, windows: usize) -> WorldLine<S> {
+fn solved<S: Real>(sbp: &str, [form, system]: [&str; 2], n_gamma: usize, windows: usize) -> WorldLine<S> {
     let digits = if S::IS_EXTENDED { 40 } else { 16 };
     let grid = format!("grid={{gamma_f=2.0,n_gamma={n_gamma},windows={windows}}}");
     let scheme = format!("scheme={{sbp='{sbp}',form='{form}'}}");

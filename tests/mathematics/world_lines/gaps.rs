@@ -2,9 +2,8 @@
 
 use geodesic_ivp::case::{Case, builtin};
 use geodesic_ivp::diagnostics::gaps::Gaps;
-use geodesic_ivp::number::Extended;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve;
-use geodesic_ivp::solve::Arithmetic;
 use geodesic_ivp::solve::WorldLine;
 
 use crate::common::{parsed, shipped};
@@ -40,7 +39,7 @@ fn on_a_line(height: f64, width: f64, place: f64, [x, x_dot]: [f64; 2], grid: &s
     parsed(&text, &[])
 }
 
-fn gaps_of<S: Arithmetic>(case: &Case, error: Option<f64>) -> Option<Gaps> {
+fn gaps_of<S: Real>(case: &Case, error: Option<f64>) -> Option<Gaps> {
     let line: WorldLine<S> = solve(case).ok()?;
     Some(Gaps::new(&line, &case.geometry(), error))
 }

@@ -1,7 +1,6 @@
 //! The estimate of memory grows with everything that is asked for as the rows do that have to be kept.
 
-use geodesic_ivp::number::Extended;
-use geodesic_ivp::solve::Arithmetic;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{Setup, bytes_needed};
 
 use crate::common::shipped;
@@ -14,7 +13,7 @@ fn near(found: f64, wanted: f64) -> bool {
     (found - wanted).abs() < 1e-6 * wanted.abs()
 }
 
-fn setup<S: Arithmetic>(name: &str, n: u32, windows: u32, rest: &str) -> Setup<S> {
+fn setup<S: Real>(name: &str, n: u32, windows: u32, rest: &str) -> Setup<S> {
     let grid = [format!("grid.n_gamma={n}"), format!("grid.windows={windows}")];
     shipped(name, &grid.iter().map(String::as_str).chain(rest.split_whitespace()).collect::<Vec<_>>()).setup()
 }

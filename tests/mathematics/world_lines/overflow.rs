@@ -6,8 +6,8 @@ use geodesic_ivp::case::{Case, Form, SbpName};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::geometry::Geometry;
 use geodesic_ivp::methods::{Output, PEERS, Problem, Setting, Step};
-use geodesic_ivp::number::Extended;
-use geodesic_ivp::solve::{Arithmetic, WorldLine};
+use geodesic_ivp::number::{Extended, Real};
+use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::convergence::Sweep;
 use geodesic_ivp::study::errors::reference_error;
 
@@ -35,7 +35,7 @@ fn hill(formula: &str, rest: &str) -> Case {
 }
 
 /// t and x at the end.
-fn end_of<S: Arithmetic>(formula: &str, rest: &str) -> [f64; 2] {
+fn end_of<S: Real>(formula: &str, rest: &str) -> [f64; 2] {
     let line: WorldLine<S> = line_of(&hill(formula, rest));
     let [t, x] = [line.t().last(), line.x().last().copied()].map(|last| last.unwrap().to_f64());
     assert!(x > 20.0, "{x}");
@@ -95,7 +95,7 @@ const LENGTH: f64 = 5.90825;
 const END: [f64; 2] = [2.97915981, 4.77890017];
 
 /// x and y are those `expected`, to their eight digits, and so are the measures of the run numbers.
-fn check<S: Arithmetic>(case: &Case, expected: [f64; 2]) {
+fn check<S: Real>(case: &Case, expected: [f64; 2]) {
     let line: WorldLine<S> = line_of(case);
     let q = line.end().q;
     for (found, expected) in q[1..3].iter().zip(expected) {

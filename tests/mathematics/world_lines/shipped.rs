@@ -7,7 +7,7 @@ use geodesic_ivp::diagnostics::{ChargeDeviation, Diagnostics};
 use geodesic_ivp::engine::Accuracy;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::{Arithmetic, Settings, WorldLine, solve, solve_window_by_window};
+use geodesic_ivp::solve::{Settings, WorldLine, solve, solve_window_by_window};
 use geodesic_ivp::{Solution, Status};
 
 use crate::common::{distance, line_of, reference_of, shipped};
@@ -58,12 +58,12 @@ fn size(line: &WorldLine, charge: &ChargeDeviation) -> f64 {
 }
 
 /// Six digits are for the size of t and for rounding that grows like N.
-fn small<S: Arithmetic>(line: &WorldLine<S>) -> S {
+fn small<S: Real>(line: &WorldLine<S>) -> S {
     S::from_decimal(&format!("1e-{}", line.digits - 6)).unwrap()
 }
 
 /// The end is the expected one, to the tolerance of the case or to its accuracy.
-fn assert_end<S: Arithmetic>(name: &str, case: &Case, end: &[S]) {
+fn assert_end<S: Real>(name: &str, case: &Case, end: &[S]) {
     let expect = case.expect.as_ref().unwrap_or_else(|| panic!("{name} has no [expect]"));
     let tolerance: S = expect.tolerance.as_ref().map_or(S::ZERO, |tolerance| case.value(tolerance));
     assert!(expect.finals.len() > usize::from(case.is_of_x), "{name}");
@@ -79,7 +79,7 @@ fn assert_end<S: Arithmetic>(name: &str, case: &Case, end: &[S]) {
 }
 
 /// Both systems end where the case expects it, in critical points, and, if `all`, are equal at every node.
-fn check<S: Arithmetic>(name: &str, set: &[&str], all: bool) {
+fn check<S: Real>(name: &str, set: &[&str], all: bool) {
     let [limit, doubled] = ["physical-limit", "doubled"].map(|system| {
         let case = shipped(name, &[set, &[&format!("solver.system={system}")]].concat());
         let line: Solution<S> = line_of(&case);

@@ -1,7 +1,6 @@
 //! Nothing depends on units: lengths, times and masses that are powers of two times as large change exponents only.
 
-use geodesic_ivp::number::Extended;
-use geodesic_ivp::solve::Arithmetic;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::study::run::{Wanted, run};
 
 use crate::common::parsed;
@@ -98,7 +97,7 @@ fn mantissa(number: f64) -> f64 {
 }
 
 /// Everything that a run tells, without units.
-fn told<S: Arithmetic>(text: &str) -> Vec<(String, Vec<f64>)> {
+fn told<S: Real>(text: &str) -> Vec<(String, Vec<f64>)> {
     let case = parsed(text, &[]);
     let setup = case.setup::<S>();
     let wanted = Wanted { sums: true, ..Wanted::default() };

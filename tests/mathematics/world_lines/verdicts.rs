@@ -7,17 +7,17 @@ use std::borrow::Cow;
 use geodesic_ivp::Solution;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::engine::{Accuracy, Engine};
-use geodesic_ivp::number::Extended;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::{trajectory, write_nodes};
 use geodesic_ivp::reference::ReferenceTrajectory;
-use geodesic_ivp::solve::{Arithmetic, Setup, WorldLine, solve_window_by_window};
+use geodesic_ivp::solve::{Setup, WorldLine, solve_window_by_window};
 use geodesic_ivp::study::errors::{Judge, RunError, run_error};
 use geodesic_ivp::trajectory::{Coordinate, SampleStream};
 
 use crate::common::{case, line_of, parsed, reference, reference_of, solved, solved_in};
 
 /// The largest errors of the coordinates over the nodes, and those at the end, against a Taylor trajectory.
-fn true_errors<S: Arithmetic>(line: &WorldLine<S>) -> [Vec<f64>; 2] {
+fn true_errors<S: Real>(line: &WorldLine<S>) -> [Vec<f64>; 2] {
     let (reference, n) = (reference_of(line), line.geometry().dimension());
     let rows: Vec<Vec<S>> = (0..n).map(|a| line.q(a).collect()).collect();
     let (mut largest, mut last) = (vec![0.0_f64; n], vec![0.0; n]);
@@ -76,7 +76,7 @@ fn an_error_below_the_digits_of_f64_is_seen_by_a_series_in_the_precision_of_the_
 
 #[test]
 fn where_the_time_is_given_an_error_of_t_is_one_of_x() {
-    fn error_of_x<S: Arithmetic>(scheme: &str) -> (f64, RunError) {
+    fn error_of_x<S: Real>(scheme: &str) -> (f64, RunError) {
         let (solution, case): (Solution<S>, _) = (solved_in(scheme), case(scheme));
         let (geometry, start, digits) = (case.geometry::<S>(), case.start::<S>(), solution.digits);
         let duration = S::from_decimal("1.2").unwrap();
