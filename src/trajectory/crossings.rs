@@ -235,11 +235,15 @@ impl<S: Real> Progress<S> {
     ) {
         let (norm, direction, least) = (self.norm, watched.direction, least(sampler.line, interval.window));
         let mut at = |place: S| value(watched, &sampler.in_window(interval.window, place), norm);
-        let marks = interval.marks(values, extrema, &mut at);
+        // The points of the interval with their values and, in their order, the extrema of the polynomial through these.
+        let [first, last] = interval.ends;
+        let mut marks: Vec<[S; 2]> =
+            interval.places.iter().zip(values).map(|(&place, &value)| [place, value]).collect();
+        let places = extrema.extrema().into_iter().map(|z| first + S::from(0.5 * (z + 1.0)) * (last - first));
+        marks.extend(places.map(|place| [place, at(place)]));
+        marks.sort_by(|a, b| order(&a[0], &b[0]));
         let start = self.starts[watch];
-        if interval.is_first
-            && !self.is_at_zero((interval.ends[1] - interval.ends[0]).half(), start, extrema.slope(-1.0))
-        {
+        if interval.is_first && !self.is_at_zero((last - first).half(), start, extrema.slope(-1.0)) {
             self.signs[watch] = Some(start > S::ZERO);
         }
         // The start of an interval is the end of the one before, whose sign counts.
@@ -262,20 +266,6 @@ impl<S: Real> Progress<S> {
     /// there but for rounding.
     fn is_at_zero(&self, half: S, value: S, slope: S) -> bool {
         value == S::ZERO || value.abs() * half <= slope.abs() * self.nowhere
-    }
-}
-
-impl<S: Real> Interval<S> {
-    /// Places with values of the formula, in order: the points of the interval, and the extrema of the polynomial
-    /// through its values there.
-    fn marks(&self, values: &[S], extrema: &Extrema<S>, at: &mut impl FnMut(S) -> S) -> Vec<[S; 2]> {
-        let [first, last] = self.ends;
-        let points = self.places.iter().zip(values).map(|(&place, &value)| [place, value]);
-        let mut marks: Vec<[S; 2]> = points.collect();
-        let extrema = extrema.extrema().into_iter().map(|z| first + S::from(0.5 * (z + 1.0)) * (last - first));
-        marks.extend(extrema.map(|place| [place, at(place)]));
-        marks.sort_by(|a, b| order(&a[0], &b[0]));
-        marks
     }
 }
 

@@ -116,14 +116,9 @@ impl<S: Real> Extrema<S> {
         series(&self.derivative, &legendre(self.derivative.len().max(2) - 1, z))
     }
 
-    /// Returns true if the polynomial is bounded away from zero.
-    fn keeps_its_sign(&self) -> bool {
-        self.coefficients[1..].iter().map(|c| c.abs()).sum::<f64>() < self.coefficients[0].abs()
-    }
-
     /// Where the polynomial has extrema between −1 and 1; nowhere if they cannot be beyond zero.
     pub(super) fn extrema(&self) -> Vec<f64> {
-        if self.keeps_its_sign() {
+        if self.coefficients[1..].iter().map(|c| c.abs()).sum::<f64>() < self.coefficients[0].abs() {
             return Vec::new();
         }
         let probes = probes(self.coefficients.len());
