@@ -1,18 +1,13 @@
 //! The status of a cell, and the rules for it.
 //!
-//! A result is judged by its trajectory and never by its charges. The sizes that errors are compared with come from the
-//! reference over the same length: A is half the range of x, W is the largest |dx/dγ|, and T = A / max |dx/dt| is the
-//! time in which the particle moves by A (at most t_f − t_i).
+//! A result is judged by its trajectory and never by its charges. `docs/trust.md` has the rules, of which the first that
+//! holds gives the status, and the sizes A, W and T that errors are compared with. They come from the reference over the
+//! same length. With Γ, the shortest range of γ in which an active coordinate of a scene moves by its A, at most the
+//! length of the run, the T of an ignorable one is max |q̇|·Γ. In the rules x stands for every active coordinate, and t
+//! for every ignorable one.
 //!
-//! In a scene every active coordinate has its A, and coordinates with the same g_aa at the start share the largest. Γ
-//! is the shortest range of γ in which one of them moves by its A, at most the length of the run. An ignorable
-//! coordinate is felt as t is: its T is max |q̇|·Γ. W² is what motion contributes to K: at most over the run, the sum
-//! of the |g_ab q̇^a q̇^b| without the largest of them. In the rules x stands for every active coordinate, and t for
-//! every ignorable one.
-//!
-//! The first rule that holds gives the status; `docs/trust.md` lists them in words. If the geodesic itself leaves the
-//! domain before the end, there is no trajectory to compare with. A result is then called inaccurate, and its errors
-//! are empty.
+//! If the geodesic itself leaves the domain before the end, there is no trajectory to compare with. A result is then
+//! called inaccurate, and its errors are empty.
 
 /// Largest error of an accurate trajectory, relative to A and T.
 pub const ACCURATE: f64 = 1e-2;
