@@ -68,7 +68,7 @@ pub fn on_grid<S: Real>(
         None => (n_gamma, setup.settings.windows),
     };
     let intervals = n_gamma.max(2).saturating_sub(1).saturating_mul(windows);
-    if !setup.regularised && form == Form::Weak {
+    if !setup.settings.regularised && form == Form::Weak {
         return Err("regularised = false is not possible with form = \"weak\"".to_owned());
     }
     check_nodes(sbp, n_gamma, windows)

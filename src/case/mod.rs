@@ -103,8 +103,6 @@ pub struct Case {
     pub grid: Grid,
     /// The settings by which its world-line is computed.
     pub settings: Settings,
-    /// True if the action has the regularised operator D̄ or, to show what that is for, D.
-    pub regularised: bool,
     /// Sizes of coordinates, by their index, below which an accuracy is absolute.
     floors: Vec<(usize, String)>,
     /// The results that this case must have.

@@ -42,7 +42,7 @@ impl Case {
         let events = root.table("events");
         scenery.text.set_tables(tables::read(&root.table("tables"), &scenery.text)?);
         scenery.text.hold(observables::set_names(&events));
-        let (mut settings, regularised) = settings::solver(root)?;
+        let mut settings = settings::solver(root)?;
         check::particle(&scenery)?;
         let compiled = scenery.geometry::<f64>()?;
         let initial = initial::read(root.table("initial"), &scenery, &compiled)?;
@@ -80,7 +80,6 @@ impl Case {
             is_double,
             ignores_scheme: settings.accuracy.is_some() && root.get("scheme").is_some(),
             settings,
-            regularised,
             floors,
             folder: root.source.folder.clone(),
             text: root.source.text.clone(),

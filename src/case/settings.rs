@@ -40,14 +40,15 @@ pub struct Expect {
 }
 
 /// Reads `[solver]` and `[scheme]`, but for `solver.floor`, which needs the coordinates: the settings, without the
-/// numbers of nodes and of windows, and whether the action is regularised. With an accuracy `[scheme]` is not used.
-pub(super) fn solver(root: &Field<'_>) -> Result<(Settings, bool), CaseError> {
+/// numbers of nodes and of windows. With an accuracy `[scheme]` is not used.
+pub(super) fn solver(root: &Field<'_>) -> Result<Settings, CaseError> {
     let (solver, scheme) = (root.table("solver"), root.table("scheme"));
     let promised = solver.read("accuracy", chosen)?.map(Accuracy::Promised);
     let accuracy = promised.or(solver.read("tolerance", chosen)?.map(Accuracy::Estimated));
     let mut settings = Settings {
         sbp: SbpName::Gll(POINTS as u8),
         form: Form::Weak,
+        regularised: true,
         n_gamma: POINTS,
         windows: 1,
         system: solver.read("system", Field::word)?.unwrap_or_default(),
@@ -90,13 +91,13 @@ pub(super) fn solver(root: &Field<'_>) -> Result<(Settings, bool), CaseError> {
         return Err(scheme.at("regularised").error(message).with_help(help));
     }
     if accuracy.is_none() {
-        settings.form = form;
+        (settings.form, settings.regularised) = (form, regularised);
         settings.sbp = scheme.read("sbp", Field::word)?.ok_or_else(|| {
             let help = "give scheme.sbp, for example \"GLL16\", and, unless it is a spectral element, grid.n_gamma";
             scheme.error("missing field `sbp`").with_help(help)
         })?;
     }
-    Ok((settings, regularised || accuracy.is_some()))
+    Ok(settings)
 }
 
 /// Reads `solver.floor`.

@@ -159,7 +159,6 @@ impl Case {
             until: self.ending(),
             sides: Vec::new(),
             set: Vec::new(),
-            regularised: self.regularised,
             floors: self.floors.iter().map(|(a, size)| (*a, self.value(size))).collect(),
             settings: self.settings.within::<S>(),
         }

@@ -14,7 +14,7 @@ impl Case {
         let unregularised = "regularised = false: without the regularisation critical points are wrong or missing";
         let unread = "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what \
                       [scheme] says is not used";
-        let fixed = [(!self.regularised, unregularised), (self.ignores_scheme, unread)];
+        let fixed = [(!self.settings.regularised, unregularised), (self.ignores_scheme, unread)];
         let fixed = fixed.into_iter().filter(|(holds, _)| *holds).map(|(_, warning)| warning.to_owned());
         unused.chain(fixed).chain(self.warning_of_speed()).collect()
     }

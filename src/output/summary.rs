@@ -95,7 +95,7 @@ pub fn failure_summary<S: Real>(
 
 /// The space-time and the scheme.
 fn problem<S: Real>(case: &Case, geometry: &Geometry<S>, settings: Settings, iterations: &Iterations) -> Value {
-    let Settings { sbp, form, n_gamma, windows, system, digits, accuracy, .. } = settings;
+    let Settings { sbp, form, regularised, n_gamma, windows, system, digits, accuracy, .. } = settings;
     let names = geometry.names();
     let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| &names[a]).collect::<Vec<_>>();
     let coordinates = (!case.is_of_x).then(|| {
@@ -113,7 +113,7 @@ fn problem<S: Real>(case: &Case, geometry: &Geometry<S>, settings: Settings, ite
             "sbp": String::from(sbp),
             "form": form,
             "system": system,
-            "regularised": case.regularised,
+            "regularised": regularised,
             "digits": digits,
             "n_gamma": n_gamma,
             "windows": windows,

@@ -85,10 +85,11 @@ impl<S: Real> Pair<'_, S> {
     fn doubled_from(&self, q: &[Vec<f64>], multipliers: &[f64]) -> Result<Piece<S>, Failure> {
         let Self { window, rough, .. } = self;
         let rows: Vec<&[f64]> = q.iter().map(Vec::as_slice).collect();
-        let (action, layout) = (window.action(window.is_regularised), window.layout());
+        let settings = window.settings;
+        let (action, layout) = (window.action(settings.regularised), window.layout());
         let guess = layout.physical_limit(&rows, multipliers);
-        let limits = (window.settings.digits, window.settings.max_iterations);
-        let root = critical_point::solve(&action, &rough.action(rough.is_regularised), guess, limits)?;
+        let limits = (settings.digits, settings.max_iterations);
+        let root = critical_point::solve(&action, &rough.action(settings.regularised), guess, limits)?;
         let rows = |branch| layout.branch(&root.unknowns, branch).into_iter().map(<[S]>::to_vec).collect::<Vec<_>>();
         let (q, backward) = (rows(0), rows(1));
         let multipliers = layout.multipliers(&root.unknowns).to_vec();

@@ -26,8 +26,6 @@ pub(super) struct Problem<'w, S> {
     pub(super) sbp: &'w SbpOperator<S>,
     pub(super) geometry: &'w Geometry<S>,
     pub(super) start: &'w Start<S>,
-    /// True if the strong action has D̄ in it, or for the ablation D.
-    pub(super) is_regularised: bool,
 }
 
 impl<'w, S: Real> Problem<'w, S> {

@@ -117,13 +117,13 @@ impl<'o, S: Real> Run<'o, S> {
         operator: &WindowOperator<S>,
         rough: &WindowOperator<f64>,
     ) -> Result<Piece<S>, NoSolution> {
-        let (settings, is_regularised, mut start) = (&setup.settings, setup.regularised, self.here.clone());
+        let (settings, mut start) = (&setup.settings, self.here.clone());
         let geometry = &*self.line.place.geometry;
         geometry.ignorable().for_each(|a| start.q[a] = S::ZERO);
         let rough_start = start.in_f64();
-        let window = Problem { settings, sbp: operator.get(), geometry, start: &start, is_regularised };
+        let window = Problem { settings, sbp: operator.get(), geometry, start: &start };
         let (geometry, sbp) = (&*setup.rough.geometry, rough.get());
-        let rough = Problem { settings, sbp, geometry, start: &rough_start, is_regularised };
+        let rough = Problem { settings, sbp, geometry, start: &rough_start };
         let pair = Pair { window, rough, gamma: (self.line.gamma_i + self.gamma()).to_f64() };
         match settings.system {
             System::PhysicalLimit => pair.physical_limit(),

@@ -56,6 +56,8 @@ pub struct Settings {
     pub sbp: SbpName,
     /// The form of the action.
     pub form: Form,
+    /// True if the action has the regularised operator D̄ or, to show what that is for, D.
+    pub regularised: bool,
     /// The nodes of a window.
     pub n_gamma: usize,
     /// Windows of one length.
@@ -111,8 +113,6 @@ pub struct Setup<S: Real = f64> {
     pub sides: Vec<[f64; 2]>,
     /// The parameters that events have set so far, by their places, with their values.
     pub set: Vec<(usize, f64)>,
-    /// D̄ (true) or D (false) in the action.
-    pub regularised: bool,
     /// Sizes of coordinates below which an accuracy is absolute.
     pub floors: Vec<(usize, f64)>,
     /// The settings by which it is computed.
@@ -157,7 +157,6 @@ impl<S: Real> Setup<S> {
             until: self.until.iter().map(until).collect(),
             sides: self.sides.clone(),
             set: self.set.clone(),
-            regularised: self.regularised,
             floors: self.floors.clone(),
             settings: self.settings.within::<f64>(),
         }

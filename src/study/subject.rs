@@ -37,6 +37,7 @@ impl Subject {
         let own: Setup = case.setup();
         let settings = Settings {
             system: System::PhysicalLimit,
+            regularised: true,
             digits: f64::MOST_DIGITS,
             accuracy: None,
             sensitivity: false,
@@ -44,7 +45,7 @@ impl Subject {
             max_iterations: MAX_ITERATIONS,
             ..own.settings
         };
-        let plain = Setup { gamma_i: 0.0, carried: None, regularised: true, settings, ..own.clone() };
+        let plain = Setup { gamma_i: 0.0, carried: None, settings, ..own.clone() };
         Self { exact: case.setup(), own, plain, is_lifted: case.is_lifted(), g00: case.g00() }
     }
 

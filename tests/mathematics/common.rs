@@ -263,11 +263,11 @@ pub(crate) fn setup_of(line: &WorldLine) -> Setup {
         until: Vec::new(),
         sides: Vec::new(),
         set: Vec::new(),
-        regularised: true,
         floors: Vec::new(),
         settings: Settings {
             sbp: line.sbp_name,
             form: line.form,
+            regularised: true,
             n_gamma: line.nodes(),
             windows: 1,
             system: System::PhysicalLimit,

@@ -126,7 +126,7 @@ impl Job {
         };
         let mut setup = on_grid(&setup, scheme, nodes, self.length).ok()?;
         if matches!(self.method, Method::Unregularised(_)) {
-            (setup.settings.system, setup.regularised) = (System::Doubled, false);
+            (setup.settings.system, setup.settings.regularised) = (System::Doubled, false);
         }
         let spacing = self.length / intervals(&setup) as f64;
         let ratio = (spacing / self.setting).max(self.setting / spacing);
