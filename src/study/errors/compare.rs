@@ -26,6 +26,16 @@ pub(super) fn end_coordinate<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> 
     }
 }
 
+/// Errors where a run ends at a value of a coordinate: all of the error is in the others.
+fn in_others<S: Real>(mut errors: Vec<f64>, end_coordinate: Option<usize>, q_dot: &[S]) -> Vec<f64> {
+    if let Some(end) = end_coordinate {
+        let late = std::mem::take(&mut errors[end]);
+        let others = errors.iter_mut().enumerate().filter(|(a, _)| *a != end);
+        others.for_each(|(a, error)| *error += late * (q_dot[a] / q_dot[end]).to_f64().abs());
+    }
+    errors
+}
+
 /// The nodes of a run, counted from its start and its origin, or samples in place of some of them.
 pub(super) struct Points<'l, S> {
     line: &'l WorldLine<S>,
@@ -78,27 +88,15 @@ impl<'l, S: Real> Points<'l, S> {
         let Some(end_coordinate) = self.end_coordinate else { return off };
         let at = |a: usize| {
             let pace = q_dot[a] / q_dot[end_coordinate];
-            (off[a] - off[end_coordinate] * pace).abs()
-                + 0.5 * off[end_coordinate].abs() * (self.pace(a, end_coordinate) - pace).abs()
+            let own = (self.q_dot[a] / self.q_dot[end_coordinate]).to_f64();
+            (off[a] - off[end_coordinate] * pace).abs() + 0.5 * off[end_coordinate].abs() * (own - pace).abs()
         };
         (0..off.len()).map(|a| if a == end_coordinate { 0.0 } else { at(a) }).collect()
     }
 
-    /// dq^a by the change of the coordinate `end_coordinate`, at the end.
-    fn pace(&self, a: usize, end_coordinate: usize) -> f64 {
-        (self.q_dot[a] / self.q_dot[end_coordinate]).to_f64()
-    }
-
-    /// The errors of a judge that is off by this share of these sizes. In a run that ends at a value of a coordinate,
-    /// all of the error is in the others.
+    /// The errors of a judge that is off by this share of these sizes.
     fn own(&self, share: f64, sizes: &[f64]) -> Vec<f64> {
-        let mut errors: Vec<f64> = sizes.iter().map(|size| share * size).collect();
-        if let Some(end_coordinate) = self.end_coordinate {
-            let late = std::mem::take(&mut errors[end_coordinate]);
-            let others = errors.iter_mut().enumerate().filter(|(a, _)| *a != end_coordinate);
-            others.for_each(|(a, own)| *own += late * self.pace(a, end_coordinate).abs());
-        }
-        errors
+        in_others(sizes.iter().map(|size| share * size).collect(), self.end_coordinate, &self.q_dot)
     }
 
     /// Compares with a second solve from `place`. `None` if that does not reach the end.
@@ -208,12 +206,7 @@ pub(crate) fn chain_error(pieces: &[Piece], second: &[Piece], margin: f64) -> Op
             }
         }
     }
-    if let Some(end_coordinate) = end_coordinate(&end.setup, last) {
-        let (q_dot, late) = (last.end().q_dot, found.end[end_coordinate]);
-        let pace = |a: usize| (q_dot[a] / q_dot[end_coordinate]).abs();
-        let off = |(a, off): (usize, &f64)| if a == end_coordinate { 0.0 } else { *off + late * pace(a) };
-        found.see(found.end.iter().enumerate().map(off).collect::<Vec<_>>());
-    }
+    found.see(in_others(found.end.clone(), end_coordinate(&end.setup, last), &last.end().q_dot));
     let estimate = relative(&found.largest) + own;
     let stepped_over = pieces.iter().map(|piece| own_windows(&piece.setup, &piece.line)).fold(0.0, f64::max);
     let judge = Judge::SecondSolve(of_second.accuracy.map_or(own, |accuracy| own.max(accuracy.value())));
