@@ -220,7 +220,7 @@ impl<'g> Watches<'g> {
         let (place, side) = (dip.place, dip.side);
         let [first, .., last] = dip.points.map(|point| point[0]);
         let lowest = (0..STEPS_TO_EXTREMUM).find_map(|_| {
-            let at = dip.extremum()?;
+            let [at, _] = dip.extremum()?;
             let here = self.inside(place, dense, at);
             dip.narrow([at, here]);
             (here * side < 0.0).then_some(at)
@@ -240,23 +240,20 @@ struct Dip {
 }
 
 impl Dip {
-    /// Where the parabola is nearest to zero, if that is between the points.
-    fn extremum(&self) -> Option<f64> {
+    /// Where the parabola is nearest to zero, if that is between the points, and how far it is from zero there.
+    fn extremum(&self) -> Option<[f64; 2]> {
         let [[a, at_a], [b, at_b], [c, at_c]] = self.points;
         let [left, right] = [(at_b - at_a) / (b - a), (at_c - at_b) / (c - b)];
         let curvature = (right - left) / (c - a);
         let at = 0.5 * (a + b) - 0.5 * left / curvature;
-        (curvature * self.side > 0.0 && at > a && at < c).then_some(at)
+        let lowest = self.side * (at_a + left * (at - a) + curvature * (at - a) * (at - b));
+        (curvature * self.side > 0.0 && at > a && at < c).then_some([at, lowest])
     }
 
     /// Returns true if the parabola is much nearer to zero there than at the points.
     fn comes_near(&self) -> bool {
-        let [[a, at_a], [b, at_b], [c, at_c]] = self.points;
-        let Some(at) = self.extremum() else { return false };
-        let left = (at_b - at_a) / (b - a);
-        let curvature = ((at_c - at_b) / (c - b) - left) / (c - a);
-        let lowest = self.side * (at_a + left * (at - a) + curvature * (at - a) * (at - b));
-        lowest < NEAR_ZERO * self.points.iter().fold(f64::INFINITY, |least, [_, value]| least.min(value.abs()))
+        let least = self.points.iter().fold(f64::INFINITY, |least, [_, value]| least.min(value.abs()));
+        self.extremum().is_some_and(|[_, lowest]| lowest < NEAR_ZERO * least)
     }
 
     /// Takes in the value at another place between the points.
