@@ -11,9 +11,9 @@
 //! ```
 //!
 //! draws so many runs of every family, or of one, half in random units. Refusals, broken promises and estimates below
-//! the error are printed with what draws them again. The table has, by families and by decades of the accuracy, the numbers of
-//! runs, of undecided ones, of broken promises and of estimates that are too low, then accuracy/error (least and
-//! median), estimate/error (least, median and 90 %), and refusals. The exit code is 1 if a promise is broken.
+//! the error are printed with what draws them again. The table has, by families and by decades of the accuracy, the
+//! numbers of runs, of undecided ones, of broken promises and of estimates that are too low, then accuracy/error (least
+//! and median), estimate/error (least, median and 90 %), and refusals. The exit code is 1 if a promise is broken.
 
 #[path = "../verdict/random.rs"]
 mod random;
@@ -71,7 +71,7 @@ impl Tally {
     }
 }
 
-/// The largest error of a run relative to the sizes of coordinates, the doubt about that, and the error that it expects.
+/// The largest error of a run relative to sizes of coordinates, the doubt about that, and the error that it expects.
 struct Found {
     error: f64,
     doubt: f64,

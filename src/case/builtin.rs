@@ -14,7 +14,7 @@ pub struct BuiltIn {
     pub name: &'static str,
     /// The heading of its section.
     pub heading: &'static str,
-    /// The folder of its file: `scenes` for scenes of several coordinates, `hard` for cases at the edge of what a scheme
+    /// The folder of its file: `scenes` for those of several coordinates, `hard` for cases at the edge of what a scheme
     /// can do, or nothing.
     pub folder: &'static str,
     /// The text of its file.
