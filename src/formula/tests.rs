@@ -25,6 +25,13 @@ fn is_same(one: f64, other: f64) -> bool {
 }
 
 #[test]
+fn powers_beside_each_other_are_no_powers_of_powers() {
+    let mut graph = Graph::<f64>::default();
+    let sum = nodes(&mut graph, &["x"], &[["x^2"; 600].join("+")]);
+    assert_eq!(values(&Program::new(&mut graph, 1, &sum), [3.0, 0.0, 0.0, 0.0]), [5400.0]);
+}
+
+#[test]
 fn derivatives_by_the_last_of_many_variables() {
     let mut graph = Graph::<f64>::default();
     let variables: Vec<_> = (0..80).map(|variable| graph.variable(variable)).collect();

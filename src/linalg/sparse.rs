@@ -69,12 +69,6 @@ impl Pattern {
     }
 }
 
-impl std::fmt::Debug for Pattern {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Pattern({} rows, {} entries)", self.entries.nrows(), self.entries.compute_nnz())
-    }
-}
-
 /// The power of two below a positive number; 1 for what is not one. Division by it does not round.
 fn power_of_two(unit: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff0_0000_0000_0000;

@@ -143,4 +143,27 @@ mod tests {
         let failure = NoSolution::overflow(&of_x("ln(-x)"), 1.0, &[0.0, 2.0]);
         assert!(failure.advice().starts_with("V is not a number there"), "{failure}");
     }
+
+    #[test]
+    fn advice_speaks_of_what_the_case_has() {
+        let free: Geometry = Geometry::of_x(PotentialText::of_x("0", 1.0, 1.0)).unwrap();
+        let advice = |status, adaptive, domain| {
+            NoSolution { adaptive, domain, ..NoSolution::new(status, &free, 1.0, &[0.0, 2.0]) }.advice()
+        };
+        use Status::*;
+        let stalled = |residual| NoSolution { residual, ..NoSolution::new(Stalled, &free, 1.0, &[0.0, 2.0]) }.advice();
+        assert!(stalled(1e-14).contains("level of rounding") && !stalled(1e-3).contains("level of rounding"));
+        for (status, adaptive) in [(OutsideDomain, false), (OutsideDomain, true), (EndTimeNotReached, false)]
+            .into_iter()
+            .chain([EndTimeNotReached, TooManyNodes, EvaluationLimit, Stalled].map(|status| (status, true)))
+        {
+            let [of_x, of_scene] = [Domain::G00(-1.0), Domain::Scene].map(|domain| advice(status, adaptive, domain));
+            assert!(!["metric", "scene", "accuracy,"].iter().any(|word| of_x.contains(word)), "{status:?}: {of_x}");
+            assert!(
+                !["g00", "V", "t_f", "samples"].iter().any(|word| of_scene.contains(word)),
+                "{status:?}: {of_scene}"
+            );
+            assert_ne!(of_x, of_scene, "{status:?}");
+        }
+    }
 }

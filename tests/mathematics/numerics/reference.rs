@@ -4,7 +4,7 @@
 use geodesic_ivp::engine::Engine;
 use geodesic_ivp::geometry::{Geometry, MetricText, Start};
 use geodesic_ivp::number::Extended;
-use geodesic_ivp::reference::{EndReason, ReferenceTrajectory};
+use geodesic_ivp::reference::{EndReason, ReferenceTrajectory, time_parametrised};
 
 use crate::common::{
     QUARTIC_POTENTIAL, assert_near, g00, geometry, metric, newtonian, newtonian_start, norm_of, of_potential, of_x,
@@ -281,4 +281,19 @@ fn a_time_that_is_not_reached() {
     assert_near(gamma, 2.0_f64.ln(), 1e-14, "gamma");
     let end = ReferenceTrajectory::length_of(&geometry, &start, 0, 2.0, 16).unwrap_err();
     assert_eq!(end.reason, EndReason::TimeNotReached, "{end}");
+}
+
+/// With time as the parameter an oscillator is x = cos t for all that c = 1e4 changes.
+#[test]
+fn the_motion_in_time_goes_to_its_end_or_to_where_it_is_defined() {
+    let geometry = of_x("x^2/2", 1.0, 1e4);
+    let states = time_parametrised(&geometry, &start(&geometry, &[0.0, 1.0], &[1.0, 0.0]), 5.0, 11);
+    assert_eq!(states.len(), 11);
+    for (time, x) in states {
+        assert_near(x, time.cos(), 1e-7, "x");
+    }
+    // Left of 0 there is no ln(x).
+    let geometry = of_x("ln(x)", 1.0, 1e4);
+    let states = time_parametrised(&geometry, &start(&geometry, &[0.0, 1.0], &[1.0, -2.0]), 5.0, 11);
+    assert!((2..11).contains(&states.len()), "{states:?}");
 }

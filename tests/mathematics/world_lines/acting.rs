@@ -218,12 +218,12 @@ fn a_star_that_loses_mass_leaves_an_ellipse() {
 #[test]
 fn a_field_that_is_zero_at_first_can_be_switched_on() {
     let text = r#"
-        potential = { coordinates = ["x"], formula = "-f*x", parameters = { f = 0 } }
+        potential = { coordinates = ["x"], formula = "-pull*x", parameters = { f = 0, pull = "3*f" } }
         particle.law = "newtonian"
         initial = { x = 0.0, x_dot = 1.0 }
         grid.gamma_f = 4.0
         solver.accuracy = 1e-11
-        events.on = { when = "t - 1", set = { f = 3 } }
+        events.on = { when = "t - 1", set = { f = 1 } }
         events.off = { when = "t - 2", set = { f = 0 } }
     "#;
     // x = 1 at t = 1, 1 + 1 + 3/2 at t = 2, and the speed 4 from there on.
@@ -247,5 +247,25 @@ fn an_event_can_move_its_own_formula() {
     assert_eq!(run.acting_events, 2, "{:?}", run.events);
     for (event, known) in run.events.iter().zip(known) {
         assert!((event.sample.gamma - known).abs() < 1e-11, "{} {known}", event.sample.gamma);
+    }
+}
+
+/// A parabola goes below zero for two thousandths of the run.
+#[test]
+fn of_two_crossings_between_two_nodes_that_of_the_direction_acts() {
+    let dip = r#"
+        potential = { coordinates = ["z"], formula = "-2*z" }
+        particle.law = "newtonian"
+        initial = { z = "1 - 1e-6", z_dot = -2.0 }
+        grid.gamma_f = 2.0
+        solver.accuracy = 1e-11
+    "#;
+    for (direction, time) in [("down", 0.999), ("up", 1.001)] {
+        let stop = format!("events.floor={{ when = \"z\", direction = \"{direction}\", set = {{ z_dot = \"0\" }} }}");
+        let run = solved(dip, &[&stop]).unwrap();
+        assert_eq!(run.acting_events, 1, "{direction}");
+        assert!((run.events[0].sample.gamma - time).abs() < 1e-8, "{direction}: {:?}", run.events[0]);
+        let way = 2.0 - time;
+        assert!((run.line.end().q[1] - way * way).abs() < 1e-9, "{direction}: {:?}", run.line.end().q);
     }
 }

@@ -24,8 +24,8 @@ fn the_free_particle_conserves_all_three_charges() {
         assert!(also_at_the_last_node || overrides.starts_with("initial"), "{overrides}");
         assert!(free[0].max(free[1]) < 1e-13, "{overrides}: {free:?}");
     }
-    for other in ["quartic={kappa=0.5}", "polynomial={coefficients=[1.0,0.5]}", "polynomial={coefficients=[0,0,0.5]}"] {
-        let found = Diagnostics::new(&solved(&format!("potential={{{other}}}"))).of_x.unwrap();
+    for other in ["[0.5]", "[1.0,0.5]", "[0,0,0.5]", "[0,0,0,0,0.5]"] {
+        let found = Diagnostics::new(&solved(&format!("potential.polynomial.coefficients={other}"))).of_x.unwrap();
         assert!(found.free_particle.is_none(), "{other}");
     }
 }
