@@ -4,11 +4,15 @@ use std::sync::Arc;
 
 use super::grid::Window;
 use super::status::Iterations;
-use crate::action::{Form, Layout};
+use crate::action::{Form, Layout, MULTIPLIERS_PER_COORDINATE};
 use crate::engine::{Accuracy, GOOD_DIGITS, Handed, Sensitivity};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::sbp::{SbpName, SbpOperator};
+
+/// The places of t and of x in one coordinate.
+const T: usize = 0;
+const X: usize = 1;
 
 /// A space-time with the start of a world-line in it, in numbers of one kind.
 #[derive(Debug, Clone)]
@@ -82,8 +86,7 @@ pub struct WorldLine<S = f64> {
     pub accuracy: Option<Accuracy>,
     /// γ − γ_i until which that estimate is below each of [`GOOD_DIGITS`].
     pub good_until: [f64; GOOD_DIGITS.len()],
-    /// The place in [`Setup::until`](super::Setup::until) of the formula that ended the run, if one
-    /// did.
+    /// The place in [`Setup::until`](super::Setup::until) of the formula that ended the run, if one did.
     pub ended_by: Option<usize>,
     /// The coordinate whose value ended the run, if one did, and what it is at the end: in a run to an accuracy what
     /// was asked for, to the last bit. In one coordinate it is known of such runs only.
@@ -186,6 +189,24 @@ impl<'l, S: Real> WindowNodes<'l, S> {
         all.extend(active.iter().map(|&a| counted(&momenta[a], self.start.p[a])));
         all
     }
+}
+
+/// The world-line of a particle in a potential, in the coordinates t and x with the momenta p_t = Q_t and
+/// p_x = −dx/dγ.
+pub type Solution<S = f64> = WorldLine<S>;
+
+/// The values from which to continue the trajectory. In the strong form these are not (Dt)_N and (Dx)_N: the last node
+/// takes up the compatibility defect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EndState<S = f64> {
+    /// t at the last node.
+    pub t: S,
+    /// x at the last node.
+    pub x: S,
+    /// w*_N = (Dx)_N − λ8/H_N; in the weak form w_N = (D̄x)_N.
+    pub x_dot: S,
+    /// Q_t, in the doubled system of the strong form as −λ5.
+    pub q_t: S,
 }
 
 impl<S: Real> WorldLine<S> {
@@ -326,5 +347,53 @@ impl<S: Real> WorldLine<S> {
     pub fn branch_distance(&self) -> S {
         let rows = self.q.iter().zip(&self.backward);
         rows.flat_map(|(one, two)| one.iter().zip(two)).fold(S::ZERO, |d, (&one, &two)| d.max((one - two).abs()))
+    }
+
+    /// t_i.
+    pub fn t_i(&self) -> S {
+        self.origin_of(T) + self.place.start.q[T]
+    }
+
+    /// t on the nodes (forward branch), counted from the start of their window.
+    pub fn elapsed(&self) -> &[S] {
+        &self.q[T]
+    }
+
+    /// x on the nodes (forward branch).
+    pub fn x(&self) -> &[S] {
+        &self.q[X]
+    }
+
+    /// t on the nodes, window by window, joints twice.
+    pub fn t(&self) -> impl Iterator<Item = S> + '_ {
+        self.q(T)
+    }
+
+    /// Returns the state to continue from.
+    pub fn end_state(&self) -> EndState<S> {
+        let [t, x] = [T, X].map(|a| self.last_position(a));
+        let q_t = self.views().last().map_or(self.place.start.p[T], |view| view.end_momentum(T));
+        EndState { t, x, x_dot: self.signed(-self.last_joint().p[X]), q_t: self.signed(q_t) }
+    }
+
+    /// t_N − t_i.
+    pub fn duration(&self) -> S {
+        self.last_joint().q[T]
+    }
+
+    /// λ1 … λ8 of the last window; the weak form has none.
+    pub fn multipliers(&self) -> Option<&[S; 2 * MULTIPLIERS_PER_COORDINATE]> {
+        self.windows.last()?.multipliers.first_chunk()
+    }
+
+    /// Q_t of the start.
+    pub fn q_t(&self) -> S {
+        self.signed(self.place.start.p[T])
+    }
+
+    /// K of the start.
+    pub fn norm(&self) -> S {
+        let Start { q, q_dot, .. } = &*self.place.start;
+        self.geometry().norm(q, q_dot)
     }
 }
