@@ -1,5 +1,5 @@
-//! What the charges, K, the equations and what a case watches leave on the nodes of a run, row by row, for any number of
-//! coordinates.
+//! The deviations of charges, of K and of what a case watches from their values at the start, and the residuals of the
+//! equations, on the nodes of a run, row by row, for any number of coordinates.
 
 use std::borrow::Cow;
 use std::ops::Range;
