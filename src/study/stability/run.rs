@@ -181,7 +181,7 @@ struct Track {
     stretches: Vec<Range<usize>>,
     intervals: usize,
     iterations: Option<usize>,
-    /// What needs no reference.
+    /// The measures that need no reference.
     numbers: Numbers,
 }
 
