@@ -39,10 +39,8 @@ fn table(field: &Field<'_>) -> Result<Table, CaseError> {
         Some(file) => from_file(file, &absolute(&file.source.folder, file.string()?), [&x, &y])?,
         None => from_arrays(&x, &y)?,
     };
-    Table::new(&points, kind, outside).map_err(|error| {
-        let help = (error == TableError::TooMany).then(|| "use fewer tables in one process".to_owned());
-        file.as_ref().unwrap_or(&x).error(error.to_string()).with_hint(help)
-    })
+    let mistake = |TableError(message, help)| file.as_ref().unwrap_or(&x).error(message).with_hint(help);
+    Table::new(&points, kind, outside).map_err(mistake)
 }
 
 /// The value of `spline`.

@@ -6,7 +6,7 @@ use super::rule::{Order, Tables};
 use super::system::System;
 use super::window::{Known, Solver};
 use crate::number::Compensated;
-use crate::number::vector::{Lanes, Level, Nodes, Twofold, Weights, multiply, two_product};
+use crate::number::vector::{Lanes, Level, Nodes, Weights, multiply};
 
 impl<const N: usize> Solver<'_, N> {
     /// Computes the end of the window with these tables, and what is wanted on its nodes.
@@ -91,39 +91,31 @@ impl<const N: usize> Solver<'_, N> {
                 let (row, slope) = (&mut rows[pass.first + k], &registers[pass.slopes[k]]);
                 row.slopes_before = Lanes::new(s, slope).nodes();
                 if is_exact {
-                    row.end = plus(row.start, tables.end_weights.dot(s, slope));
+                    row.end = row.start.plus_small(tables.end_weights.dot(s, slope));
                     if *order == Order::Second {
-                        let (way, low) = two_product::<S>(tables.length, row.velocity.high);
-                        row.end = plus(row.end, Twofold::new(way, low + tables.length * row.velocity.low));
+                        row.end = row.end.plus_small(Compensated::from(tables.length) * row.velocity);
                     }
                 } else {
                     // The increment contains the part that the start lacks.
                     row.end = Compensated::from(row.start.high).plus(row.increment);
                 }
                 if *order == Order::Second {
-                    row.velocity_end = plus(row.velocity, sum(s, &tables.weights, slope, is_exact));
+                    row.velocity_end = row.velocity.plus_small(sum(s, &tables.weights, slope, is_exact));
                 }
             }
         }
         for k in 0..ignorable.len() {
             let (a, gain) = (self.ignorable[k], sum(s, &tables.weights, &registers[ignorable[k]], is_exact));
-            self.end.q[a] = plus(self.start.q[a], gain);
+            self.end.q[a] = self.start.q[a].plus_small(gain);
         }
     }
 }
 
 #[inline(always)]
-fn sum<S: Simd, const N: usize>(s: S, weights: &Weights<N>, values: &Nodes<N>, is_exact: bool) -> Twofold {
+fn sum<S: Simd, const N: usize>(s: S, weights: &Weights<N>, values: &Nodes<N>, is_exact: bool) -> Compensated {
     if is_exact {
         weights.dot(s, values)
     } else {
-        Twofold { hi: Lanes::new(s, &weights.high).dot(Lanes::new(s, values)), lo: 0.0 }
+        Compensated::from(Lanes::new(s, &weights.high).dot(Lanes::new(s, values)))
     }
-}
-
-/// A sum with one more term, of which nothing is lost.
-#[inline(always)]
-fn plus(sum: Compensated<f64>, term: Twofold) -> Compensated<f64> {
-    let Twofold { hi: high, lo: low } = Twofold { hi: sum.high, lo: sum.low }.plus_update((term.hi, term.lo));
-    Compensated { high, low }
 }

@@ -4,7 +4,8 @@ use std::sync::OnceLock;
 
 use super::rule::{Order, Rule, Tables};
 use super::{MOST_POINTS, POINTS};
-use crate::number::vector::{Matrix, Twofold};
+use crate::number::Compensated;
+use crate::number::vector::Matrix;
 
 /// k runs from −REACH to REACH.
 const REACH: i32 = 200;
@@ -57,7 +58,7 @@ impl Ladder {
     ) -> (&Tables<POINTS>, Option<&Matrix<POINTS>>) {
         let (order, is_exact, h) = (self.order, self.is_exact, self.length(k));
         let rung = self.rungs[(k + REACH) as usize].get_or_insert_with(|| {
-            let tables = rule.tables(order, Twofold::from(h), is_exact);
+            let tables = rule.tables(order, Compensated::from(h), is_exact);
             Box::new(Rung { tables, continuations: [const { None }; CONTINUED] })
         });
         let longer = previous.map(|previous| k - previous).filter(|j| (SHORTEST..=LONGEST).contains(j));
@@ -73,7 +74,7 @@ impl Ladder {
     /// which cost a tenth of the matrix for it.
     #[cold]
     pub(super) fn odd(&self, rule: &Rule<POINTS>, h: f64) -> Tables<POINTS> {
-        rule.tables(self.order, Twofold::from(h), self.is_exact)
+        rule.tables(self.order, Compensated::from(h), self.is_exact)
     }
 }
 

@@ -6,7 +6,8 @@ use super::sizes::Sizes;
 use super::window::{Known, Solver};
 use super::{Failure, Handed, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
-use crate::number::vector::{Matrix, Twofold};
+use crate::number::vector::Matrix;
+use crate::number::{Compensated, Extended};
 use crate::sbp::collocation::Collocation;
 
 /// The windows of a run with a rule of up to N nodes.
@@ -40,13 +41,13 @@ impl<'g, const N: usize> March<'g, N> {
         tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
         let sizes = Sizes::new(geometry, start, length)?;
-        let h = Twofold::from(length) / Twofold::from(windows as f64);
+        let h = Compensated::nearest(Extended::from(length) / Extended::from(windows as f64));
         let mut solver = Solver::new(geometry, Rule::new(operators), false);
         solver.begin(start, &sizes);
         let (order, rule) = (solver.system.order, &solver.rule);
         Ok(Self {
             tables: rule.tables(order, h, true),
-            continuation: rule.matrix(order.power_of(h.hi), continued(rule, order, 0)),
+            continuation: rule.matrix(order.power_of(h.high), continued(rule, order, 0)),
             tolerance,
             windows,
             solved: 0,

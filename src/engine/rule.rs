@@ -1,6 +1,7 @@
 //! Tables of a collocation for the lanes of a window.
 
-use crate::number::vector::{Matrix, Nodes, Twofold, Weights};
+use crate::number::Compensated;
+use crate::number::vector::{Matrix, Nodes, Weights};
 use crate::sbp::collocation::Collocation;
 use crate::sbp::legendre::legendre;
 
@@ -45,14 +46,13 @@ impl<const N: usize> Rule<N> {
     pub(super) fn new(operators: &'static Collocation) -> Self {
         let n = operators.points();
         let mut weights = Nodes::ZERO;
-        weights.0[..n].iter_mut().zip(operators.weights()).for_each(|(to, weight)| *to = weight.hi);
-        let node = |i: usize| operators.nodes()[i.min(n - 1)];
-        let nodes = [Nodes(std::array::from_fn(|i| node(i).hi)), Nodes(std::array::from_fn(|i| node(i).lo))];
-        let integral = matrix(n, |i, j| operators.a()[i * n + j].hi);
+        weights.0[..n].iter_mut().zip(&operators.weights).for_each(|(to, weight)| *to = weight.high);
+        let node = |i: usize| operators.nodes[i.min(n - 1)];
+        let nodes = [Nodes(std::array::from_fn(|i| node(i).high)), Nodes(std::array::from_fn(|i| node(i).low))];
+        let integral = matrix(n, |i, j| operators.a[i * n + j].high);
         let mut modes = vec![Nodes::ZERO; n];
-        for k in 0..n {
-            modes.iter_mut().zip(operators.mode(k)).for_each(|(modes, weight)| modes.0[k] = weight);
-        }
+        let rows = modes.iter_mut().zip(operators.modes.chunks_exact(n));
+        rows.for_each(|(modes, weights)| modes.0[..n].copy_from_slice(weights));
         Self { operators, nodes, weights, integral, modes }
     }
 
@@ -63,7 +63,7 @@ impl<const N: usize> Rule<N> {
 
     /// Returns true if the last node is the end of the window.
     pub(super) fn has_end(&self) -> bool {
-        self.operators.has_end()
+        self.operators.has_end
     }
 
     /// D̄ on Lobatto nodes.
@@ -73,21 +73,21 @@ impl<const N: usize> Rule<N> {
     }
 
     /// The tables of windows of length `h`. Exact ones keep what rounding takes from their entries.
-    pub(super) fn tables(&self, order: Order, h: Twofold, is_exact: bool) -> Tables<N> {
+    pub(super) fn tables(&self, order: Order, h: Compensated, is_exact: bool) -> Tables<N> {
         let n = self.points();
         let factor = if order == Order::First { h } else { h * h };
         let entries = self.entries(order);
-        let exact: Vec<Twofold> = entries.iter().filter(|_| is_exact).map(|&entry| factor * entry).collect();
+        let exact: Vec<Compensated> = entries.iter().filter(|_| is_exact).map(|&entry| factor * entry).collect();
         let end = |j: usize| match order {
-            Order::First => self.operators.weights()[j],
-            Order::Second => self.operators.position_weight(j),
+            Order::First => self.operators.weights[j],
+            Order::Second => self.operators.position_weights[j],
         };
-        let rounded = |i: usize, j: usize| factor.hi * entries[i * n + j].hi;
+        let rounded = |i: usize, j: usize| factor.high * entries[i * n + j].high;
         Tables {
-            length: h.hi,
-            collocation: if is_exact { matrix(n, |i, j| exact[i * n + j].hi) } else { matrix(n, rounded) },
-            collocation_low: is_exact.then(|| matrix(n, |i, j| exact[i * n + j].lo)),
-            weights: Weights::new(n, |j| h * self.operators.weights()[j]),
+            length: h.high,
+            collocation: if is_exact { matrix(n, |i, j| exact[i * n + j].high) } else { matrix(n, rounded) },
+            collocation_low: is_exact.then(|| matrix(n, |i, j| exact[i * n + j].low)),
+            weights: Weights::new(n, |j| h * self.operators.weights[j]),
             end_weights: Weights::new(n, |j| factor * end(j)),
         }
     }
@@ -99,7 +99,7 @@ impl<const N: usize> Rule<N> {
         let mut product = vec![0.0; n * n];
         for (row, entries) in product.chunks_exact_mut(n).zip(entries.chunks_exact(n)) {
             for (entry, by) in entries.iter().zip(continued.chunks_exact(n)) {
-                row.iter_mut().zip(by).for_each(|(sum, value)| *sum += entry.hi * value);
+                row.iter_mut().zip(by).for_each(|(sum, value)| *sum += entry.high * value);
             }
         }
         product
@@ -112,8 +112,8 @@ impl<const N: usize> Rule<N> {
     }
 
     /// A or A², row by row.
-    fn entries(&self, order: Order) -> &[Twofold] {
-        if order == Order::First { self.operators.a() } else { self.operators.a_squared() }
+    fn entries(&self, order: Order) -> &[Compensated] {
+        if order == Order::First { &self.operators.a } else { &self.operators.a_squared }
     }
 
     /// The weights of the values on the nodes in the highest four Legendre modes, the highest one first.
@@ -135,12 +135,12 @@ impl<const N: usize> Rule<N> {
     /// times as long, row by row.
     fn continuation(&self, ratio: f64) -> Vec<f64> {
         let modes = CONTINUED_MODES.min(self.points());
-        let row = |c: &Twofold| {
-            let values = legendre(modes - 1, 1.0 + 2.0 * ratio * c.hi);
+        let row = |c: &Compensated| {
+            let values = legendre(modes - 1, 1.0 + 2.0 * ratio * c.high);
             let entry = |weights: &Nodes<N>| values.iter().zip(&weights.0).map(|(p, mode)| p * mode).sum();
             self.modes.iter().map(entry).collect::<Vec<f64>>()
         };
-        self.operators.nodes().iter().flat_map(row).collect()
+        self.operators.nodes.iter().flat_map(row).collect()
     }
 }
 

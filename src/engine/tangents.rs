@@ -17,7 +17,8 @@ use super::rule::{Order, Rule, Tables};
 use super::sensitivity::Sensitivity;
 use super::system::{Finished, System};
 use crate::geometry::Geometry;
-use crate::number::vector::{Lanes, Level, Nodes, Twofold, multiply};
+use crate::number::Compensated;
+use crate::number::vector::{Lanes, Level, Nodes, multiply};
 
 /// The sweeps of the motion converged, and these do at the same pace.
 const MOST_SWEEPS: usize = 200;
@@ -58,7 +59,7 @@ impl<'g, const N: usize> Tangents<'g, N> {
         Self {
             active,
             rows,
-            tables: rule.tables(linear.order, Twofold::from(1.0), false),
+            tables: rule.tables(linear.order, Compensated::from(1.0), false),
             first: (0..=rows).map(|row| linear.rows.partition_point(|term| term.row < row)).collect(),
             jacobian: vec![Nodes::ZERO; linear.rows.len()],
             bases: room(),

@@ -4,7 +4,7 @@ use super::rule::{Order, Rule};
 use super::sizes::Sizes;
 use super::window::{Known, Solver};
 use crate::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Start};
-use crate::number::vector::Twofold;
+use crate::number::Compensated;
 use crate::sbp::collocation::Collocation;
 use crate::sbp::legendre::Family;
 
@@ -147,7 +147,7 @@ impl<'g> Pair<'g> {
 fn advance(solver: &mut Solver<'_, 16>, h: f64) -> Vec<f64> {
     // At the start of a run that changes nothing.
     solver.advance();
-    let tables = solver.rule.tables(solver.system.order, Twofold::from(h), true);
+    let tables = solver.rule.tables(solver.system.order, Compensated::from(h), true);
     solver.solve(&tables, None, 1e-15).unwrap();
     solver.finish(&tables, Known::Velocities);
     let geometry = solver.geometry;

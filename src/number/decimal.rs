@@ -244,20 +244,6 @@ mod tests {
             let error = |f: f64| size(exact(number) - exact(Extended::from(f)));
             prop_assert!(error(rounded) <= error(rounded.next_up()) && error(rounded) <= error(rounded.next_down()));
         }
-
-        /// The arithmetic of the f256 crate, on which all extended results depend.
-        #[test]
-        fn arithmetic_is_correctly_rounded(a in numbers(), b in numbers()) {
-            prop_assert!(is_nearest(a + b, &(exact(a) + exact(b))));
-            prop_assert!(is_nearest(a - b, &(exact(a) - exact(b))));
-            prop_assert!(is_nearest(a * b, &(exact(a) * exact(b))));
-            prop_assert!(is_nearest(a / b, &(exact(a) / exact(b))));
-            // a lies between (√a − half a unit)² and (√a + half a unit)².
-            let (root, square) = (a.abs().sqrt(), exact(a.abs()));
-            let two = BigRational::from_integer(2.into());
-            let middle = |n: Extended| { let m = (exact(root) + exact(n)) / &two; &m * &m };
-            prop_assert!(middle(root.next_down()) <= square && square <= middle(root.next_up()));
-        }
     }
 
     #[test]

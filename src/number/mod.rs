@@ -23,7 +23,7 @@ pub mod norm;
 pub(crate) mod root;
 pub(crate) mod runge_kutta;
 pub mod spline;
-pub mod vector;
+pub(crate) mod vector;
 
 pub(crate) use compensated::Compensated;
 pub use function::Function;
@@ -34,6 +34,14 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
 /// IEEE 754 binary256: 237 significant bits, 71 decimal digits, correctly rounded arithmetic.
 pub type Extended = f256::f256;
+
+/// Functions by their names in formulas.
+macro_rules! functions {
+    ($($name:ident)*) => {$(
+        #[doc = concat!("The function `", stringify!($name), "` of formulas.")]
+        fn $name(self) -> Self;
+    )*};
+}
 
 /// A type of real numbers. Its functions are those of the formula grammar, in the full precision of the type.
 pub trait Real:
@@ -91,34 +99,9 @@ pub trait Real:
     fn max(self, other: Self) -> Self;
     /// 1 or −1, with the sign of the number; for 0 and −0 too.
     fn signum(self) -> Self;
-    /// √self.
-    fn sqrt(self) -> Self;
     /// self^exponent.
     fn powf(self, exponent: Self) -> Self;
-    /// e^self.
-    fn exp(self) -> Self;
-    /// Natural logarithm.
-    fn ln(self) -> Self;
-    /// Decimal logarithm.
-    fn log10(self) -> Self;
-    /// Sine.
-    fn sin(self) -> Self;
-    /// Cosine.
-    fn cos(self) -> Self;
-    /// Tangent.
-    fn tan(self) -> Self;
-    /// Arc sine.
-    fn asin(self) -> Self;
-    /// Arc cosine.
-    fn acos(self) -> Self;
-    /// Arc tangent.
-    fn atan(self) -> Self;
-    /// Hyperbolic sine.
-    fn sinh(self) -> Self;
-    /// Hyperbolic cosine.
-    fn cosh(self) -> Self;
-    /// Hyperbolic tangent.
-    fn tanh(self) -> Self;
+    functions!(sqrt exp ln log10 sin cos tan asin acos atan sinh cosh tanh);
 
     /// The number as text, see [`Self::write_decimal`].
     fn to_decimal(self, digits: u32) -> String {

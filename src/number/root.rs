@@ -46,30 +46,3 @@ pub(crate) fn try_root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl
     }
     Some(if sizes[0] < sizes[1] { low } else { high })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    type Function = fn(f64) -> f64;
-
-    #[test]
-    fn roots_of_smooth_steep_and_flat_functions_are_found() {
-        let functions: [(Function, f64); 5] = [
-            (|x| x * x - 2.0, 2.0_f64.sqrt()),
-            (|x| (x - 1.2).powi(3), 1.2),
-            (|x| (40.0 * (x - 0.3)).tanh(), 0.3),
-            (|x| x.exp() - 1e-9, 1e-9_f64.ln()),
-            (|x| if x < 1.7 { -1.0 } else { 3.0 }, 1.7),
-        ];
-        for (f, exact) in functions {
-            let (low, high) = (exact - 1.3, exact + 0.9);
-            let mut calls = 0;
-            let found = root([low, f(low)], [high, f(high)], 1e-15, |x| {
-                calls += 1;
-                f(x)
-            });
-            assert!((found - exact).abs() < 2e-15 * exact.abs().max(1.0) && calls < 250, "{found}, {exact}, {calls}");
-        }
-    }
-}

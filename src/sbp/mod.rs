@@ -18,7 +18,7 @@
 //! ```
 
 pub mod coefficients;
-pub mod collocation;
+pub(crate) mod collocation;
 pub mod gll;
 pub(crate) mod legendre;
 mod name;
@@ -31,6 +31,7 @@ pub use regularised::RegularisedOperator;
 
 use pulp::{Arch, Simd, WithSimd};
 
+use self::coefficients::quotient;
 use self::gll::LobattoRule;
 use crate::number::{Real, sum};
 
@@ -83,16 +84,16 @@ impl<S: Real> SbpOperator<S> {
         }
         let mut weights = vec![spacing; points];
         for (k, weight) in coefficients.norm.iter().enumerate() {
-            weights[k] = weight.to_real::<S>() * spacing;
+            weights[k] = quotient::<S>(weight) * spacing;
             weights[points - 1 - k] = weights[k];
         }
-        let row_sums = coefficients.closure.iter().map(|row| row.iter().map(|c| c.to_real::<f64>().abs()).sum());
+        let row_sums = coefficients.closure.iter().map(|row| row.iter().map(|c| quotient::<f64>(c).abs()).sum());
         let closure = coefficients.closure.iter().flat_map(|row| row.iter());
         Ok(Self {
             spacing,
-            closure: closure.map(|c| c.to_real::<S>() / spacing).collect(),
+            closure: closure.map(|c| quotient::<S>(c) / spacing).collect(),
             closure_width: coefficients.closure[0].len(),
-            interior: coefficients.interior.iter().map(|c| c.to_real::<S>() / spacing).collect(),
+            interior: coefficients.interior.iter().map(|c| quotient::<S>(c) / spacing).collect(),
             nodes: Vec::new(),
             columns: Vec::new(),
             weights,

@@ -39,13 +39,6 @@ impl<'a, S: Real> RegularisedOperator<'a, S> {
         out[0] += self.penalty * (u[0] - self.initial_value);
     }
 
-    /// D̄`u` in a new vector of length N.
-    pub fn derivative(&self, u: &[S]) -> Vec<S> {
-        let mut out = vec![S::ZERO; u.len()];
-        self.apply(u, &mut out);
-        out
-    }
-
     /// Writes D̄_linᵀ H `v` into `out`, where D̄_lin = D + H⁻¹E_0 is the linear part. With the regularisation the
     /// result is −HDv + E_N v.
     pub fn apply_transpose_weighted(&self, v: &[S], out: &mut [S]) {

@@ -36,22 +36,9 @@ pub enum Outside {
     Linear,
 }
 
-/// A mistake in the points of a table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum TableError {
-    /// There are fewer than three points.
-    #[error("a table needs three points at least, and this one has {0}")]
-    TooFew(usize),
-    /// A point is not beyond the one before; its index.
-    #[error("the arguments of a table must increase, and that of point {} does not", .0 + 1)]
-    NotIncreasing(usize),
-    /// A number is not finite, or differences of numbers are not; the index of the point.
-    #[error("point {} of the table is not finite", .0 + 1)]
-    NotFinite(usize),
-    /// The process has as many tables as it can have.
-    #[error("there are more than {MOST_TABLES} different tables")]
-    TooMany,
-}
+/// What is wrong with the points of a table, and what to do.
+#[derive(Debug, PartialEq)]
+pub struct TableError(pub String, pub Option<String>);
 
 /// A derivative of a spline, as a function of formulas. Equal tables are one, which lives as long as the process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -84,7 +71,10 @@ impl Table {
         let spline = Spline::new(points, kind, outside)?;
         let _adding = ADDING.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let is_free = |place: &OnceLock<Spline>| place.get().is_none_or(|known| known.is_same(&spline));
-        let index = TABLES.iter().position(is_free).ok_or(TableError::TooMany)?;
+        let index = TABLES.iter().position(is_free).ok_or_else(|| {
+            let help = "use fewer tables in one process".to_owned();
+            TableError(format!("there are more than {MOST_TABLES} different tables"), Some(help))
+        })?;
         TABLES[index].get_or_init(|| spline);
         Ok(Self { index: index as u16, derivative: 0 })
     }
@@ -207,20 +197,23 @@ impl Table {
 
 impl Spline {
     fn new(points: &[[Extended; 2]], kind: Kind, outside: Outside) -> Result<Self, TableError> {
+        let mistake = |message: String| Err(TableError(message, None));
+        let not_finite = |index: usize| mistake(format!("point {} of the table is not finite", index + 1));
         if points.len() < 3 {
-            return Err(TableError::TooFew(points.len()));
+            return mistake(format!("a table needs three points at least, and this one has {}", points.len()));
         }
         let is_finite = |point: &[Extended; 2]| point.iter().all(|number| number.to_f64().is_finite());
         if let Some(index) = points.iter().position(|point| !is_finite(point)) {
-            return Err(TableError::NotFinite(index));
+            return not_finite(index);
         }
         // Knots must be different in f64, too.
         if let Some(index) = points.windows(2).position(|pair| pair[0][0].to_f64() >= pair[1][0].to_f64()) {
-            return Err(TableError::NotIncreasing(index + 1));
+            let place = index + 2;
+            return mistake(format!("the arguments of a table must increase, and that of point {place} does not"));
         }
         let coefficients = coefficients(points, &even_derivatives(points, kind));
         if let Some(place) = coefficients.iter().position(|number| !number.to_f64().is_finite()) {
-            return Err(TableError::NotFinite((place / COEFFICIENTS).min(points.len() - 1)));
+            return not_finite((place / COEFFICIENTS).min(points.len() - 1));
         }
         let (degree, knots) = (kind.degree(), points.iter().map(|point| point[0]).collect());
         Ok(Self { degree, knots: Constants::new(knots), coefficients: Constants::new(coefficients), outside })
@@ -235,7 +228,7 @@ impl Spline {
 
 #[cfg(test)]
 mod tests {
-    use super::{Kind, Outside, Table, TableError};
+    use super::{Kind, Outside, Table};
     use crate::number::{Extended, Real};
 
     fn points(f: impl Fn(f64) -> f64, knots: &[f64]) -> Vec<[Extended; 2]> {
@@ -348,6 +341,7 @@ mod tests {
         assert_eq!(table(Kind::Natural, Outside::Linear), table(Kind::Natural, Outside::Linear));
         assert_ne!(table(Kind::Natural, Outside::Linear), table(Kind::Clamped, Outside::Linear));
         let points = points(|x| x, &[0.0, f64::NAN, 1.0]);
-        assert_eq!(Table::new(&points, Kind::Natural, Outside::Refused), Err(TableError::NotFinite(1)));
+        let error = Table::new(&points, Kind::Natural, Outside::Refused).unwrap_err();
+        assert_eq!(error.0, "point 2 of the table is not finite");
     }
 }

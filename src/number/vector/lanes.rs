@@ -8,7 +8,8 @@ use std::ops::{Add, Mul, Sub};
 
 use pulp::Simd;
 
-use super::{Nodes, Twofold, abs, multiply_add, neg, product_error, vectors, vectors_mut};
+use super::{Nodes, abs, multiply_add, neg, product_error, vectors, vectors_mut};
+use crate::number::Compensated;
 
 /// N numbers, N a multiple of 8. The token `s` has no size.
 #[derive(Clone, Copy)]
@@ -168,10 +169,10 @@ pub(crate) struct Weights<const N: usize> {
 
 impl<const N: usize> Weights<N> {
     /// Makes one of n ≤ N nodes.
-    pub(crate) fn new(n: usize, weight: impl Fn(usize) -> Twofold) -> Self {
+    pub(crate) fn new(n: usize, weight: impl Fn(usize) -> Compensated) -> Self {
         let (mut high, mut low) = (Nodes::ZERO, Nodes::ZERO);
         for (j, (high, low)) in high.0.iter_mut().zip(&mut low.0).enumerate().take(n) {
-            Twofold { hi: *high, lo: *low } = weight(j);
+            Compensated { high: *high, low: *low } = weight(j);
         }
         Self { high, low }
     }
@@ -182,7 +183,7 @@ impl<const N: usize> Weights<N> {
     /// any order (Rump, Ogita, Oishi 2008, "Accurate floating-point summation", ExtractVector). What is cut off is
     /// added plainly.
     #[inline(always)]
-    pub(crate) fn dot<S: Simd>(&self, s: S, values: &Nodes<N>) -> Twofold {
+    pub(crate) fn dot<S: Simd>(&self, s: S, values: &Nodes<N>) -> Compensated {
         let largest = Lanes::new(s, &self.high).abs().largest() * Lanes::new(s, values).abs().largest();
         // 1.5 times a power of two, and at least 4 Σ |w v|.
         let power_of_two = f64::from_bits((8.0 * N as f64 * largest).to_bits() & 0x7ff0_0000_0000_0000);
@@ -198,7 +199,7 @@ impl<const N: usize> Weights<N> {
             to[place] = s.add_f64s(to[place], s.add_f64s(error, s.sub_f64s(product, cut)));
             sum = s.add_f64s(sum, cut);
         }
-        Twofold::new(s.reduce_sum_f64s(sum), rest.total())
+        Compensated::new(s.reduce_sum_f64s(sum), rest.total())
     }
 }
 

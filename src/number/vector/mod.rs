@@ -7,54 +7,35 @@
 pub(crate) mod elementary;
 mod lanes;
 mod nodes;
-pub(crate) mod twofold;
 
 pub(crate) use lanes::{Lanes, Matrix, Weights, multiply};
 pub(crate) use nodes::Nodes;
-pub use twofold::Twofold;
-
-use std::sync::atomic::{AtomicU8, Ordering};
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-use self::twofold::SPLITTER;
+use super::compensated::SPLITTER;
 
 /// Which instructions to use.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Level {
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Level {
     /// The best that the machine has.
-    #[default]
     Best,
     /// AVX2 with fused multiply-add where the machine has it, otherwise [`Self::Scalar`].
+    #[cfg(test)]
     Avx2,
     /// One number at a time, no fused multiply-add.
+    #[cfg(test)]
     Scalar,
 }
 
-/// [`Level::Best`] means this.
-static LIMIT: AtomicU8 = AtomicU8::new(Level::Best as u8);
-
 impl Level {
-    /// From now on [`Self::Best`] means this level, in all of the process: benches compare instructions so.
-    pub fn limit(self) {
-        LIMIT.store(self as u8, Ordering::Relaxed);
-    }
-
-    fn limited(self) -> Self {
-        match LIMIT.load(Ordering::Relaxed) {
-            limit if self != Self::Best || limit == Self::Best as u8 => self,
-            limit if limit == Self::Avx2 as u8 => Self::Avx2,
-            _ => Self::Scalar,
-        }
-    }
-
     #[inline]
     pub(crate) fn dispatch<W: WithSimd>(self, work: W) -> W::Output {
-        let level = self.limited();
         #[cfg(target_arch = "x86_64")]
-        match (level, Arch::new()) {
+        match (self, Arch::new()) {
             (Self::Best, Arch::V4(simd)) => return Simd::vectorize(simd, work),
             (Self::Best, Arch::V3(simd)) => return Simd::vectorize(simd, work),
+            #[cfg(test)]
             (Self::Avx2, _) => {
                 if let Some(simd) = pulp::x86::V3::try_new() {
                     return Simd::vectorize(simd, work);
@@ -63,7 +44,7 @@ impl Level {
             _ => {}
         }
         #[cfg(target_arch = "aarch64")]
-        if let (Self::Best, Arch::Neon(simd)) = (level, Arch::new()) {
+        if let (Self::Best, Arch::Neon(simd)) = (self, Arch::new()) {
             return Simd::vectorize(simd, work);
         }
         one_by_one(work)
@@ -128,17 +109,6 @@ pub(crate) fn product_error<S: Simd>(s: S, a: S::f64s, b: S::f64s, p: S::f64s) -
 #[inline(always)]
 pub(crate) fn product_error_of<S: Simd>(a: f64, b: f64, p: f64) -> f64 {
     if is_fused::<S>() { a.mul_add(b, -p) } else { 0.0 }
-}
-
-/// a b exactly, for one number.
-#[inline(always)]
-pub(crate) fn two_product<S: Simd>(a: f64, b: f64) -> (f64, f64) {
-    if is_fused::<S>() {
-        let p = a * b;
-        (p, a.mul_add(b, -p))
-    } else {
-        twofold::two_product(a, b)
-    }
 }
 
 /// The vectors of a slice whose length is a multiple of 8, and with it of the vector length.

@@ -6,9 +6,9 @@ use nalgebra::{Complex, ComplexField};
 
 use super::{Method, WINDOW};
 use crate::case::{Form, SbpName};
-use crate::geometry::{Geometry, PotentialText, Start as Position};
+use crate::geometry::{Geometry, PotentialText, Start};
 use crate::methods::{Output, Peer, Problem, Setting};
-use crate::sbp::symbol::{Start, amplification, largest_symbol};
+use crate::sbp::symbol::{amplification, largest_symbol};
 
 /// The relative growth of an oscillation over a window or step, above which it cannot be rounding.
 const GROWTH: f64 = 1e-9;
@@ -47,8 +47,7 @@ impl Method {
 
 fn of_windows(sbp: SbpName, points: usize, form: Form) -> Limit {
     let Ok(operator) = sbp.operator(points, 1.0) else { return Limit::None };
-    let start = if form == Form::Weak { Start::Penalty } else { Start::Fixed };
-    first_growing(|step| amplification(&operator, start, Complex::new(0.0, step)).modulus())
+    first_growing(|step| amplification(&operator, form == Form::Weak, Complex::new(0.0, step)).modulus())
 }
 
 /// The first hω at which an oscillation grows.
@@ -80,7 +79,7 @@ fn step_radius(peer: &dyn Peer, step: f64) -> f64 {
     let Ok(space) = Geometry::of_x(PotentialText::of_x("x*x/2", 1.0, 1.0)).map(Arc::new) else { return f64::INFINITY };
     let column = |x: f64, x_dot: f64| {
         let (q, q_dot) = (vec![0.0, SMALL * x], vec![1.0, SMALL * x_dot]);
-        let start = Position { p: space.momenta(&q, &q_dot), q, q_dot };
+        let start = Start { p: space.momenta(&q, &q_dot), q, q_dot };
         let problem = Problem { space: Arc::clone(&space), start, length: step, g00: Some(vec![1.0, 0.0, 1.0]) };
         let states = peer.run(&problem, &Output::even(1), Setting::steps(1)).ok()?.states;
         let state = states.last()?;
