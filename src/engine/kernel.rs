@@ -32,7 +32,7 @@ pub(super) fn evaluate<S: Simd, const N: usize>(
 ) {
     s.vectorize(Evaluate { steps, registers });
     if let Some(program) = mended {
-        program.mend_points(program.outputs(), N, registers, &mut 1);
+        program.mend(program.outputs.len(), N, registers, &mut 1);
     }
 }
 

@@ -153,48 +153,33 @@ pub(crate) const BLOCK: usize = 16;
 /// After so many points that cannot be mended no others are tried.
 pub(crate) const MOST_LOST: usize = 16;
 
-/// Carries out steps at one point.
+/// Carries out steps at N points.
 #[inline]
-pub(crate) fn run_at_point<S: Real>(steps: &[Step], registers: &mut [S]) {
-    run(&Plain::<S, 1>(PhantomData), steps, registers.as_chunks_mut().0);
+pub(crate) fn run_at<S: Real, const N: usize>(steps: &[Step], registers: &mut [[S; N]]) {
+    run(&Plain(PhantomData), steps, registers);
 }
 
 impl<S: Real> Program<S> {
     /// All outputs at one point, given by its variables.
     #[cfg(test)]
     pub(crate) fn values<const N: usize>(&self, variables: &[S]) -> [S; N] {
-        let mut registers = self.registers(|constant| constant);
-        registers[..variables.len()].copy_from_slice(variables);
-        self.run(N, &mut registers);
-        std::array::from_fn(|output| registers[self.output(output)])
+        let mut registers = self.registers(|constant| [constant]);
+        registers.as_flattened_mut()[..variables.len()].copy_from_slice(variables);
+        self.run(N, 1, &mut registers, &mut 1);
+        std::array::from_fn(|output| registers[self.output(output)][0])
     }
 
-    /// Computes the first outputs in `registers`, in which the constants and the variables are in place.
-    #[inline]
-    pub(crate) fn run(&self, outputs: usize, registers: &mut [S]) {
-        self.run_once(outputs, registers);
-        if self.is_broken(outputs, |register| registers[register]) {
-            self.mend(outputs, registers, |number| number);
-        }
-    }
-
-    /// The same for callers that look at the outputs themselves, and call [`Self::mend`] where one is not finite.
-    #[inline]
-    pub(crate) fn run_once(&self, outputs: usize, registers: &mut [S]) {
-        run_at_point(self.steps_to(outputs), registers);
-    }
-
-    /// Carries out the steps to the first outputs on a block, of which so many points count, and mends them
-    /// ([`Self::mend_points`]).
-    pub(crate) fn run_block<const N: usize>(
+    /// Computes the first outputs on a block, of which so many points count, and mends them ([`Self::mend`]). The
+    /// constants and the variables are in their registers.
+    pub(crate) fn run<const N: usize>(
         &self,
         outputs: usize,
         points: usize,
         registers: &mut [[S; N]],
         chances: &mut usize,
     ) {
-        run(&Plain(PhantomData), self.steps_to(outputs), registers);
-        self.mend_points(outputs, points, registers, chances);
+        run_at(self.steps_to(outputs), registers);
+        self.mend(outputs, points, registers, chances);
     }
 
     /// Writes the first outputs at many points into `out`, an array for each. There is an array of the points for each
@@ -216,7 +201,7 @@ impl<S: Real> Program<S> {
             for (register, variable) in registers.iter_mut().zip(variables) {
                 register[..end - start].copy_from_slice(&variable[start..end]);
             }
-            self.run_block(out.len(), end - start, &mut registers, &mut chances);
+            self.run(out.len(), end - start, &mut registers, &mut chances);
             for (output, out) in out.iter_mut().enumerate() {
                 out[start..end].copy_from_slice(&registers[self.output(output)][..end - start]);
             }

@@ -14,39 +14,11 @@ use super::wide::{Wide, Wides};
 use crate::number::{Extended, Real};
 
 impl<S: Real> Program<S> {
-    /// Returns true if one of the first outputs is not finite, where `value` gives the number in a register.
-    #[inline(always)]
-    pub(super) fn is_broken(&self, outputs: usize, value: impl Fn(usize) -> S) -> bool {
-        !(0..outputs).all(|output| value(self.output(output)).is_finite())
-    }
-
-    /// Replaces those of the first outputs that are not finite by what wide exponents make of them, if that is.
-    /// Returns true if there are any. Of what is in a register, `number` is the one to look at.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn mend<T>(&self, outputs: usize, registers: &mut [T], number: impl Fn(&mut T) -> &mut S) -> bool {
-        let is_known = |value: &mut T| number(value).is_finite();
-        let is_broken = (0..outputs).any(|output| !is_known(&mut registers[self.output(output)]));
-        if !is_broken || !registers[..self.variables()].iter_mut().all(is_known) {
-            return false;
-        }
-        let mut wide = self.registers(Wide::from);
-        let variables = wide.iter_mut().zip(registers[..self.variables()].iter_mut());
-        variables.for_each(|(wide, variable)| *wide = (*number(variable)).into());
-        run(&Wides(PhantomData), self.steps_to(outputs), &mut wide);
-        let mut is_mended = false;
-        for register in (0..outputs).map(|output| self.output(output)) {
-            let (value, known) = (wide[register].nearest(), number(&mut registers[register]));
-            if value.is_finite() && !known.is_finite() {
-                (*known, is_mended) = (value, true);
-            }
-        }
-        is_mended
-    }
-
-    /// Does the same at so many points, in registers that hold a row of them. After `chances` points that cannot be
-    /// mended no others are tried: the first of them is outside the domain already.
-    pub(crate) fn mend_points<T: AsRef<[S]> + AsMut<[S]>>(
+    /// Replaces those of the first outputs that are not finite by what wide exponents make of them, if that is, at so
+    /// many points, in registers that hold a row of them. Returns true if there are any. After `chances` points that
+    /// cannot be mended no others are tried: the first of them is outside the domain already.
+    #[inline]
+    pub(crate) fn mend<T: AsRef<[S]> + AsMut<[S]>>(
         &self,
         outputs: usize,
         points: usize,
@@ -54,33 +26,50 @@ impl<S: Real> Program<S> {
         chances: &mut usize,
     ) -> bool {
         let is_finite = |row: &T| row.as_ref()[..points].iter().fold(true, |all, value| all & value.is_finite());
-        if (0..outputs).all(|output| is_finite(&registers[self.output(output)])) {
+        let is_broken = (0..outputs).any(|output| !is_finite(&registers[self.output(output)]));
+        is_broken && (0..points).fold(false, |is_mended, k| is_mended | self.mend_at(k, outputs, registers, chances))
+    }
+
+    /// Does the same at point `k`.
+    #[cold]
+    #[inline(never)]
+    fn mend_at<T: AsRef<[S]> + AsMut<[S]>>(
+        &self,
+        k: usize,
+        outputs: usize,
+        registers: &mut [T],
+        chances: &mut usize,
+    ) -> bool {
+        let wanted = || (0..outputs).map(|output| self.output(output));
+        if *chances == 0 || wanted().all(|register| registers[register].as_ref()[k].is_finite()) {
+            return false;
+        }
+        // Nodes of a window are repeated beyond the last one, and where it begins.
+        let is_repeated = |row: &T| match row.as_ref()[..=k] {
+            [.., before, here] => before == here && before.signum() == here.signum(),
+            _ => false,
+        };
+        let variables = &registers[..self.variables];
+        if variables.iter().all(is_repeated) {
+            for register in wanted() {
+                let row = registers[register].as_mut();
+                row[k] = row[k - 1];
+            }
             return false;
         }
         let mut is_mended = false;
-        for k in 0..points {
-            if *chances == 0 {
-                break;
-            }
-            if !self.is_broken(outputs, |register| registers[register].as_ref()[k]) {
-                continue;
-            }
-            // Nodes of a window are repeated beyond the last one, and where it begins.
-            let is_repeated = |row: &T| match row.as_ref()[..=k] {
-                [.., before, here] => before == here && before.signum() == here.signum(),
-                _ => false,
-            };
-            if registers[..self.variables()].iter().all(is_repeated) {
-                for register in (0..outputs).map(|output| self.output(output)) {
-                    let row = registers[register].as_mut();
-                    row[k] = row[k - 1];
+        if variables.iter().all(|row| row.as_ref()[k].is_finite()) {
+            let mut wide = self.registers(Wide::from);
+            wide.iter_mut().zip(variables).for_each(|(wide, row)| *wide = row.as_ref()[k].into());
+            run(&Wides(PhantomData), self.steps_to(outputs), &mut wide);
+            for register in wanted() {
+                let (value, known) = (wide[register].nearest(), &mut registers[register].as_mut()[k]);
+                if value.is_finite() && !known.is_finite() {
+                    (*known, is_mended) = (value, true);
                 }
-            } else if self.mend(outputs, registers, |row| &mut row.as_mut()[k]) {
-                is_mended = true;
-            } else {
-                *chances -= 1;
             }
         }
+        *chances -= usize::from(!is_mended);
         is_mended
     }
 

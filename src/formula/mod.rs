@@ -31,7 +31,7 @@ mod tests;
 mod wide;
 
 pub use crate::number::Function;
-pub(crate) use algebra::{Algebra, BLOCK, MOST_LOST, run, run_at_point};
+pub(crate) use algebra::{Algebra, BLOCK, MOST_LOST, run, run_at};
 pub(crate) use grammar::{Known, Names, parse};
 pub(crate) use graph::{Graph, NodeId};
 pub(crate) use operation::{Fused, Operation};

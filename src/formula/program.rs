@@ -33,7 +33,7 @@ impl Step {
 
 /// One of the wanted values.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Output {
+pub(crate) struct Output {
     register: Register,
     /// So many steps compute this output and all before it.
     steps: usize,
@@ -44,10 +44,11 @@ pub(super) struct Output {
 /// schedules work on one register file.
 #[derive(Debug, Clone)]
 pub(crate) struct Program<S> {
-    pub(super) variables: usize,
+    /// Number of variables.
+    pub(crate) variables: usize,
     pub(super) constants: Vec<S>,
     pub(super) steps: Vec<Step>,
-    pub(super) outputs: Vec<Output>,
+    pub(crate) outputs: Vec<Output>,
 }
 
 /// The nodes in the order of the outputs that need them; an output is computed before work for the next one begins. A
@@ -132,7 +133,7 @@ impl<S: Real> Program<S> {
         };
         let (mut uses, mut sums) = (vec![0_usize; self.size()], vec![0_usize; self.size()]);
         operations.iter().flat_map(|operation| operation.operands()).for_each(|operand| uses[operand] += 1);
-        (0..self.outputs()).for_each(|output| uses[self.output(output)] += 1);
+        (0..self.outputs.len()).for_each(|output| uses[self.output(output)] += 1);
         operations.iter().filter_map(terms).flatten().for_each(|term| sums[term] += 1);
         let mut products: Vec<Option<[Register; 2]>> = vec![None; self.size()];
         for step in self.steps.iter().filter(|step| uses[step.to()] == sums[step.to()]) {
@@ -166,7 +167,7 @@ impl<S: Real> Program<S> {
             place_of[register] = first + operations.len();
             operations.push(operation.map(|operand| place_of[operand]));
         }
-        let outputs = (0..self.outputs()).map(|output| place_of[self.output(output)]);
+        let outputs = (0..self.outputs.len()).map(|output| place_of[self.output(output)]);
         Self::of_operations(self.variables, self.constants.clone(), operations, outputs)
     }
 
@@ -213,16 +214,6 @@ impl<S: Real> Program<S> {
     /// Number of registers.
     pub(crate) fn size(&self) -> usize {
         self.variables + self.constants.len() + self.steps.len()
-    }
-
-    /// Number of variables.
-    pub(crate) fn variables(&self) -> usize {
-        self.variables
-    }
-
-    /// Number of outputs.
-    pub(crate) fn outputs(&self) -> usize {
-        self.outputs.len()
     }
 
     /// The register of an output.

@@ -98,7 +98,7 @@ pub(crate) fn kind(function: Function) -> Kind {
 /// product with a sum is both.
 pub(crate) fn plain(program: &Program<f64>, outputs: usize) -> Program<f64> {
     let mut constants = program.constants.clone();
-    let per_ten = program.variables() + constants.len();
+    let per_ten = program.variables + constants.len();
     constants.push(std::f64::consts::LOG10_E);
     // Operations without repetitions, each with the register of what it gives.
     let (mut operations, mut known) = (Vec::new(), HashMap::new());
@@ -136,5 +136,5 @@ pub(crate) fn plain(program: &Program<f64>, outputs: usize) -> Program<f64> {
         };
     }
     let outputs = (0..outputs).map(|output| value_of[program.output(output)]);
-    Program::of_operations(program.variables(), constants, operations, outputs)
+    Program::of_operations(program.variables, constants, operations, outputs)
 }

@@ -1,10 +1,8 @@
 //! Derivatives, reduced and fused programs, schedules, and values on the way to which something overflows.
 
-use std::marker::PhantomData;
-
 use proptest::prelude::*;
 
-use super::algebra::{Plain, run};
+use super::algebra::run_at;
 use super::{Graph, Level, Names, NodeId, Program, parse};
 use crate::number::{Extended, Real};
 
@@ -14,10 +12,10 @@ fn nodes<S: Real>(graph: &mut Graph<S>, variables: &[&str], formulas: &[impl AsR
 
 /// All outputs at one point, as they come.
 fn values<S: Real>(program: &Program<S>, variables: [f64; 4]) -> Vec<S> {
-    let mut registers = program.registers(|constant| constant);
-    variables.iter().enumerate().for_each(|(place, &value)| registers[place] = S::from(value));
-    program.run_once(program.outputs(), &mut registers);
-    (0..program.outputs()).map(|output| registers[program.output(output)]).collect()
+    let mut registers = program.registers(|constant| [constant]);
+    variables.iter().enumerate().for_each(|(place, &value)| registers[place] = [S::from(value)]);
+    run_at(program.steps_to(program.outputs.len()), &mut registers);
+    (0..program.outputs.len()).map(|output| registers[program.output(output)][0]).collect()
 }
 
 fn is_same(one: f64, other: f64) -> bool {
@@ -208,28 +206,27 @@ proptest! {
     fn fused_programs_and_schedules_are_the_program(formulas in prop::collection::vec(expression(), 3)) {
         for program in programs::<f64>(&formulas, true) {
             let fused = program.fused();
-            prop_assert!(fused.steps_to(fused.outputs()).len() <= program.steps_to(program.outputs()).len());
+            prop_assert!(fused.steps_to(fused.outputs.len()).len() <= program.steps_to(program.outputs.len()).len());
             for program in [&program, &fused] {
                 let [varies, moves] = [1, 2].map(|least| program.depends_on(|variable| level(variable) >= least));
                 let outputs = |count: usize| (0..count).map(|output| program.output(output));
-                let all = program.outputs();
+                let all = program.outputs.len();
                 let fixed = program.schedule(0..program.size(), |register| varies[register]);
                 let varying = program.schedule(outputs(all), |register| !varies[register]);
                 let again = program.schedule(outputs(2), |register| !moves[register]);
-                let plain = Plain::<f64, 1>(PhantomData);
                 let mut registers = program.registers(|constant| [constant]);
                 registers[0] = [1.3];
-                run(&plain, &fixed, &mut registers);
+                run_at(&fixed, &mut registers);
                 for (q, u, [p, moved]) in [(0.4, -0.6, [0.9, 0.2]), (2.5, 0.1, [-3.0, 1.5])] {
                     let agree = |p: f64, count: usize, registers: &[[f64; 1]]| {
                         let expected = values(&fused, [1.3, q, u, p]);
                         outputs(count).zip(expected).all(|(output, expected)| is_same(registers[output][0], expected))
                     };
                     (registers[1], registers[2], registers[3]) = ([q], [u], [p]);
-                    run(&plain, &varying, &mut registers);
+                    run_at(&varying, &mut registers);
                     prop_assert!(agree(p, all, &registers));
                     registers[3] = [moved];
-                    run(&plain, &again, &mut registers);
+                    run_at(&again, &mut registers);
                     prop_assert!(agree(moved, 2, &registers));
                 }
             }
@@ -251,7 +248,7 @@ fn there_are_fewer_steps() {
         (&["q^2*u", "q^2*p", "u*p*q"], [5, 5, 5]),
     ] {
         let [plain, reduced] = programs::<f64>(formulas, false);
-        let steps = [&plain, &reduced, &reduced.fused()].map(|program| program.steps_to(program.outputs()).len());
+        let steps = [&plain, &reduced, &reduced.fused()].map(|program| program.steps_to(program.outputs.len()).len());
         assert_eq!(steps, expected, "{formulas:?}");
     }
     // Factors that vary less are multiplied first.

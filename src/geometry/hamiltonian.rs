@@ -3,6 +3,7 @@
 //! The momenta of ignorable coordinates are constants of a run. The equations of the active coordinates do not contain
 //! ignorable ones, which are quadratures.
 
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use super::expressions::Expressions;
@@ -10,7 +11,7 @@ use super::inverse::Inverse;
 use super::linearised::Equations;
 use super::parts::Parts;
 use super::{OutsideGeometry, is_outside};
-use crate::formula::{NodeId, Program, Register};
+use crate::formula::{MOST_LOST, NodeId, Program, Register, run_at};
 use crate::number::Real;
 
 /// Hamilton's equations.
@@ -84,28 +85,6 @@ impl<S: Real> Hamiltonian<S> {
         all.filter(|(a, _)| !self.active.contains(a)).map(|(_, &register)| register).collect()
     }
 
-    /// Returns an error with the node `index` if it lies outside the domain, where `value` gives what is in a register:
-    /// if a determinant has another sign than it must have, or a rate is not finite.
-    #[inline]
-    pub(super) fn check(
-        &self,
-        signs: &[S],
-        index: usize,
-        value: impl Fn(Register) -> S,
-    ) -> Result<(), OutsideGeometry> {
-        let outside = |block: Option<usize>, determinant: f64| {
-            let position = self.active.first().map_or(f64::NAN, |&a| value(a).to_f64());
-            Err(OutsideGeometry { index, block, determinant, position })
-        };
-        for (block, (&register, &sign)) in self.determinants.iter().zip(signs).enumerate() {
-            if is_outside(value(register), sign) {
-                return outside(Some(block), value(register).to_f64());
-            }
-        }
-        let is_finite = self.velocities.iter().chain(&self.forces).all(|&register| value(register).is_finite());
-        if is_finite { Ok(()) } else { outside(None, f64::NAN) }
-    }
-
     /// The linearised equations, which are formed when they are first asked for.
     pub(crate) fn linearised(&self) -> &Equations<S> {
         self.linearised.get_or_init(|| Equations::new(self.parts.clone(), &self.active, &self.expressions))
@@ -124,27 +103,96 @@ fn constant_inverse<S: Real>(parts: &Parts<S>, inverse: &Inverse, active: &[usiz
     active.iter().flat_map(|&a| active.iter().map(move |&b| (a, b))).map(|(a, b)| entry(a, b)).collect()
 }
 
-/// Hamilton's equations at one point, and room to compute them in.
+/// Hamilton's equations at N points, and room to compute them in.
 #[derive(Debug, Clone)]
-pub struct Point<S = f64> {
-    hamiltonian: Arc<Hamiltonian<S>>,
+pub struct Points<S, const N: usize> {
+    pub(super) hamiltonian: Arc<Hamiltonian<S>>,
     /// The signs that the determinants must have.
     pub(super) signs: Vec<S>,
-    pub(super) registers: Vec<S>,
+    pub(super) registers: Vec<[S; N]>,
     /// The registers of the Jacobian, from when it is first asked for.
-    jacobian: Vec<S>,
+    jacobian: Vec<[S; N]>,
 }
 
-impl<S: Real> Point<S> {
+/// Hamilton's equations at one point.
+pub type Point<S = f64> = Points<S, 1>;
+
+impl<S: Real, const N: usize> Points<S, N> {
     pub(super) fn new(hamiltonian: &Arc<Hamiltonian<S>>, signs: &[S]) -> Self {
         Self {
-            registers: hamiltonian.program.registers(|constant| constant),
+            registers: hamiltonian.program.registers(|constant| [constant; N]),
             hamiltonian: hamiltonian.clone(),
             signs: signs.to_vec(),
             jacobian: Vec::new(),
         }
     }
 
+    /// Evaluates the equations at so many points, where q^a and p_a are in their registers. The first of them is the
+    /// node `first`. After `chances` points that cannot be mended no others are tried.
+    ///
+    /// # Errors
+    /// The first node that is outside the domain.
+    #[inline]
+    pub(super) fn evaluate_there(
+        &mut self,
+        points: usize,
+        first: usize,
+        chances: &mut usize,
+    ) -> Result<(), OutsideGeometry> {
+        let Hamiltonian { program, point, .. } = &*self.hamiltonian;
+        run_at(program.steps_to(*point), &mut self.registers);
+        if self.is_inside(0..points)
+            || program.mend(*point, points, &mut self.registers, chances) && self.is_inside(0..points)
+        {
+            return Ok(());
+        }
+        Err(self.outside(points, first))
+    }
+
+    /// Returns true if all determinants have the signs that they must have at these points, and rates are finite.
+    #[inline]
+    fn is_inside(&self, points: Range<usize>) -> bool {
+        let Hamiltonian { velocities, forces, determinants, .. } = &*self.hamiltonian;
+        let row = |register: Register| self.registers[register][points.clone()].iter();
+        let mut rates = velocities.iter().chain(forces);
+        rates.all(|&rate| row(rate).fold(true, |all, value| all & value.is_finite()))
+            && (determinants.iter().zip(&self.signs))
+                .all(|(&block, &sign)| row(block).fold(true, |all, &value| all & !is_outside(value, sign)))
+    }
+
+    /// The first of the points that lies outside the domain, and why.
+    #[cold]
+    fn outside(&self, points: usize, first: usize) -> OutsideGeometry {
+        let k = (0..points).find(|&k| !self.is_inside(k..k + 1)).unwrap_or(0);
+        let value = |register: Register| self.registers[register][k];
+        let mut blocks = self.hamiltonian.determinants.iter().zip(&self.signs);
+        let block = blocks.position(|(&block, &sign)| is_outside(value(block), sign));
+        OutsideGeometry {
+            index: first + k,
+            block,
+            determinant: block.map_or(f64::NAN, |block| value(self.hamiltonian.determinants[block]).to_f64()),
+            position: self.hamiltonian.active.first().map_or(f64::NAN, |&a| value(a).to_f64()),
+        }
+    }
+
+    /// Evaluates the linearised equations at so many points, which `put` puts into registers.
+    pub(super) fn linearise(&mut self, points: usize, put: impl FnOnce(&mut [[S; N]])) {
+        let (equations, registers) = (self.hamiltonian.linearised(), &mut self.jacobian);
+        if registers.is_empty() {
+            *registers = equations.jacobian.registers(|constant| [constant; N]);
+        }
+        put(registers);
+        equations.jacobian.run(equations.varying_entries(), points, registers, &mut MOST_LOST.clone());
+    }
+
+    /// Calls `see(row, column, value)` for the entries that are not zero, as evaluated last at point k.
+    pub(super) fn each_entry(&self, k: usize, see: impl FnMut(usize, usize, S)) {
+        let equations = self.hamiltonian.linearised();
+        equations.each_entry(|output| self.jacobian[equations.jacobian.output(output)][k], see);
+    }
+}
+
+impl<S: Real> Point<S> {
     /// Evaluates the equations at all q^a and p_a.
     ///
     /// # Errors
@@ -152,24 +200,7 @@ impl<S: Real> Point<S> {
     #[inline]
     pub fn evaluate(&mut self, q: &[S], p: &[S]) -> Result<(), OutsideGeometry> {
         set(&mut self.registers, q, p);
-        self.evaluate_there()
-    }
-
-    /// The same, where q^a and p_a are in their registers.
-    #[inline]
-    pub(super) fn evaluate_there(&mut self) -> Result<(), OutsideGeometry> {
-        let Hamiltonian { program, point, .. } = &*self.hamiltonian;
-        program.run_once(*point, &mut self.registers);
-        match self.check() {
-            Err(_) if program.mend(*point, &mut self.registers, |number| number) => self.check(),
-            found => found,
-        }
-    }
-
-    /// Returns an error if the point that was evaluated lies outside the domain.
-    #[inline]
-    fn check(&self) -> Result<(), OutsideGeometry> {
-        self.hamiltonian.check(&self.signs, 0, |register| self.registers[register])
+        self.evaluate_there(1, 0, &mut 1)
     }
 
     /// Writes the rates of a state, q^a of all coordinates and then p_a of all, into `out`.
@@ -190,13 +221,13 @@ impl<S: Real> Point<S> {
     /// dq^a/dγ as evaluated last.
     #[inline]
     pub fn q_dot(&self, a: usize) -> S {
-        self.registers[self.hamiltonian.velocities[a]]
+        self.registers[self.hamiltonian.velocities[a]][0]
     }
 
     /// dp/dγ of the active coordinate with that place among the active ones, as evaluated last.
     #[inline]
     pub fn p_dot(&self, place: usize) -> S {
-        self.registers[self.hamiltonian.forces[place]]
+        self.registers[self.hamiltonian.forces[place]][0]
     }
 
     /// d²q/dγ² as evaluated last, of the active coordinate with that place, if it does not depend on momenta: if the
@@ -211,21 +242,15 @@ impl<S: Real> Point<S> {
     /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not
     /// zero. Rows and columns 0 … m−1 are positions, m … 2m−1 momenta.
     pub fn jacobian(&mut self, q: &[S], p: &[S], see: impl FnMut(usize, usize, S)) {
-        let (equations, registers) = (self.hamiltonian.linearised(), &mut self.jacobian);
-        let program = &equations.jacobian;
-        if registers.is_empty() {
-            *registers = program.registers(|constant| constant);
-        }
-        set(registers, q, p);
-        program.run(equations.varying_entries(), registers);
-        equations.each_entry(|output| registers[program.output(output)], see);
+        self.linearise(1, |registers| set(registers, q, p));
+        self.each_entry(0, see);
     }
 }
 
 /// Puts all q^a and p_a into registers.
 #[inline]
-pub(super) fn set<S: Real>(registers: &mut [S], q: &[S], p: &[S]) {
-    let n = q.len();
+pub(super) fn set<S: Real>(registers: &mut [[S; 1]], q: &[S], p: &[S]) {
+    let (n, registers) = (q.len(), registers.as_flattened_mut());
     // A few numbers are copied faster one by one.
     registers[..n].iter_mut().zip(q).for_each(|(register, &q)| *register = q);
     registers[2 * n..3 * n].iter_mut().zip(p).for_each(|(register, &p)| *register = p);

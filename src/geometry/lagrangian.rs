@@ -38,7 +38,7 @@ impl<S: Real> Lagrangian<S> {
 
     /// The rows of the determinants of the blocks.
     pub(super) fn determinants<'s>(&self, samples: &'s Samples<S>) -> impl Iterator<Item = &'s [S]> {
-        (self.structure.rows..self.fields.outputs()).map(|row| samples.row(row))
+        (self.structure.rows..self.fields.outputs.len()).map(|row| samples.row(row))
     }
 }
 

@@ -171,16 +171,6 @@ impl<S: Real> Geometry<S> {
         [of_t(values), of_t(first), of_t(second)]
     }
 
-    /// Hamilton's equations of the active coordinates, with the momenta of ignorable ones at a start.
-    pub fn rates(&self, start: &Start<S>) -> Rates<S> {
-        Rates::new(self, &start.q, &start.p)
-    }
-
-    /// Hamilton's equations on the nodes of a window.
-    pub fn motion_on_nodes(&self) -> Motion<S> {
-        Motion::new(self)
-    }
-
     /// Number of coordinates n.
     pub fn dimension(&self) -> usize {
         self.names.len()
@@ -248,29 +238,17 @@ impl<S: Real> Geometry<S> {
         diagonal
     }
 
-    /// For each coordinate the first with the same g_aa at a point. They have one unit, so that sizes are shared: of x
-    /// and y one may be zero but for rounding.
-    pub(crate) fn alike(&self, q: &[S]) -> Vec<usize> {
-        let diagonal = self.diagonal(q);
-        (0..diagonal.len()).map(|a| diagonal.iter().position(|g| *g == diagonal[a]).unwrap_or(a)).collect()
-    }
-
-    /// The largest of the sizes of all coordinates that are alike, for every coordinate; see [`Self::alike`].
+    /// For every coordinate the largest of the sizes of all with the same g_aa at a point. They have one unit, so that
+    /// sizes are shared: of x and y one may be zero but for rounding.
     pub(crate) fn shared<T: Real>(&self, q: &[S], sizes: &[T]) -> Vec<T> {
-        largest_of_kind(&self.alike(q), sizes)
+        let diagonal = self.diagonal(q);
+        let largest = |g: &S| {
+            let of_kind = diagonal.iter().zip(sizes).filter(|(other, _)| *other == g || std::ptr::eq(*other, g));
+            of_kind.fold(T::ZERO, |largest, (_, &size)| largest.max(size))
+        };
+        diagonal.iter().map(largest).collect()
     }
-}
 
-/// For each coordinate the largest of the sizes of those that are `alike`.
-pub(crate) fn largest_of_kind<T: Real>(alike: &[usize], sizes: &[T]) -> Vec<T> {
-    let largest = |kind: usize| {
-        let of_kind = alike.iter().zip(sizes).filter(|(other, _)| **other == kind);
-        of_kind.fold(T::ZERO, |largest, (_, &size)| largest.max(size))
-    };
-    alike.iter().map(|&kind| largest(kind)).collect()
-}
-
-impl<S: Real> Geometry<S> {
     /// The structure lists what is not zero in the Lagrangian and the force.
     pub fn structure(&self) -> &Structure<S> {
         &self.lagrangian.structure
@@ -278,7 +256,7 @@ impl<S: Real> Geometry<S> {
 
     /// Room for [`Self::fill`] on so many nodes.
     pub fn room(&self, points: usize) -> Samples<S> {
-        Samples::zeros(self.lagrangian.fields.outputs(), points)
+        Samples::zeros(self.lagrangian.fields.outputs.len(), points)
     }
 
     /// Fills in the rows of the metric and the one-form at the positions `q`, one row of nodes for each coordinate.

@@ -10,7 +10,7 @@ use crate::number::Real;
 #[derive(Debug, Clone)]
 pub struct Observable<S = f64> {
     program: Program<S>,
-    registers: Vec<S>,
+    registers: Vec<[S; 1]>,
     /// True if velocities and momenta are those of the reversed motion.
     is_reversed: bool,
 }
@@ -36,7 +36,7 @@ impl<S: Real> Observable<S> {
         let node = formula::parse(text, &variables, &scope.names, &mut scope.graph)
             .map_err(|error| GeometryError::Formula(place, error))?;
         let program = Program::new(&mut scope.graph, variables.len(), &[node]);
-        Ok(Self { registers: program.registers(|constant| constant), program, is_reversed: false })
+        Ok(Self { registers: program.registers(|constant| [constant]), program, is_reversed: false })
     }
 
     /// The same, which is given velocities and momenta of the reversed motion.
@@ -47,15 +47,16 @@ impl<S: Real> Observable<S> {
     /// The value at a state, where `norm` is K at the start.
     pub fn at(&mut self, q: &[S], q_dot: &[S], p: &[S], norm: S) -> S {
         let n = q.len();
+        let variables = self.registers.as_flattened_mut();
         for (place, values) in [q, q_dot, p].into_iter().enumerate() {
-            self.registers[place * n..][..n].copy_from_slice(values);
+            variables[place * n..][..n].copy_from_slice(values);
         }
         if self.is_reversed {
-            self.registers[n..3 * n].iter_mut().for_each(|rate| *rate = -*rate);
+            variables[n..3 * n].iter_mut().for_each(|rate| *rate = -*rate);
         }
-        self.registers[3 * n] = norm;
-        self.program.run(1, &mut self.registers);
-        self.registers[self.program.output(0)]
+        variables[3 * n] = norm;
+        self.program.run(1, 1, &mut self.registers, &mut 1);
+        self.registers[self.program.output(0)][0]
     }
 }
 

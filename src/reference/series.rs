@@ -68,14 +68,14 @@ impl<S: Real> ProgramSeries<S> {
     }
 
     /// Takes those of the last coefficients of outputs that are not finite from extended numbers, see
-    /// [`Program::mend_points`].
+    /// [`Program::mend`].
     #[cold]
     fn mend(&mut self) {
         let Self { program, outputs, registers, known, far, .. } = self;
         let order = registers[0].coefficients.len();
         let far = far.get_or_insert_with(|| Box::new(ProgramSeries::new(&program.extended(), outputs.clone(), order)));
         for j in far.known..*known {
-            let variables = registers[..program.variables()].iter().enumerate();
+            let variables = registers[..program.variables].iter().enumerate();
             far.extend(j, variables.map(|(variable, series)| (variable, series.coefficients[j].to_f64().into())));
         }
         for (output, &register) in outputs.iter().enumerate() {

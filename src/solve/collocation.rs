@@ -134,7 +134,7 @@ impl<'w, S: Real> System<'w, S> {
             p: geometry.active().iter().map(|&a| vec![window.start.p[a]; points]).collect(),
             rates: vec![vec![S::ZERO; points]; 2 * m],
             slopes: vec![vec![S::ZERO; points]; 2 * m],
-            motion: geometry.motion_on_nodes(),
+            motion: Motion::new(geometry),
         }
     }
 
@@ -160,7 +160,7 @@ impl<'w, S: Real> System<'w, S> {
             }
         }
         let on = OnNodes { q: &self.q, p: &self.p, start: &self.window.start.p };
-        self.motion.rates(on, &mut self.rates)
+        self.motion.rates(on, self.q[0].len(), &mut self.rates)
     }
 
     /// Sets the divisor of each kind of row, so that one rounding level holds for all: the size of the field plus its
@@ -195,7 +195,8 @@ impl<'w, S: Real> System<'w, S> {
 
     /// h q̇^a of the ignorable coordinates at what was evaluated last.
     fn steps(&self) -> Vec<Vec<S>> {
-        self.motion.steps(self.window.sbp.spacing())
+        let h = self.window.sbp.spacing();
+        self.motion.ignorable.iter().map(|row| row.iter().map(|&rate| h * rate).collect()).collect()
     }
 }
 

@@ -4,7 +4,7 @@
 use super::newton::Failure;
 use super::piece::{Piece, Problem};
 use super::status::InitialGuess;
-use crate::geometry::{Geometry, OnNodes, OutsideGeometry};
+use crate::geometry::{Geometry, Motion, OnNodes, OutsideGeometry, Rates};
 use crate::number::Real;
 
 /// A step is looked into if some coordinate changes by more than this multiple of its largest change so far.
@@ -22,7 +22,7 @@ pub(super) fn two_step<S: Real>(window: &Problem<'_, S>) -> Result<Piece<S>, Fai
     let (points, h, geometry) = (window.points(), window.sbp.spacing(), window.geometry);
     let active = geometry.active();
     let state = active.iter().map(|&a| window.start.q[a]).chain(active.iter().map(|&a| window.start.p[a]));
-    let rates = &mut geometry.rates(window.start);
+    let rates = &mut Rates::new(geometry, window.start);
     let others = geometry.ignorable().filter(|_| rates.has_ignorable()).map(|a| window.start.q[a]);
     let mut u: Vec<Vec<S>> = state.chain(others).map(|value| vec![value; points]).collect();
     let left = (0..points).find_map(|k| {
@@ -38,12 +38,12 @@ pub(super) fn two_step<S: Real>(window: &Problem<'_, S>) -> Result<Piece<S>, Fai
     let mut q: Vec<Vec<S>> = window.start.q.iter().map(|&q| vec![q; points]).collect();
     active.iter().copied().zip(u).chain(geometry.ignorable().zip(others)).for_each(|(a, row)| q[a] = row);
     if !rates.has_ignorable() {
-        let mut motion = geometry.motion_on_nodes();
+        let mut motion = Motion::new(geometry);
         let known = left.as_ref().map_or(points, |(k, _)| *k);
         let on = OnNodes { q: &q, p: &p, start: &window.start.p };
-        let slopes = motion.ignorable_rates(on, known).map_err(Failure::outside)?;
+        motion.rates(on, known, &mut []).map_err(Failure::outside)?;
         if left.is_none() {
-            for (a, slopes) in geometry.ignorable().zip(slopes) {
+            for (a, slopes) in geometry.ignorable().zip(&motion.ignorable) {
                 (0..points).for_each(|k| step(&mut q[a], k, h, slopes[k]));
             }
         }

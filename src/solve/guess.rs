@@ -7,7 +7,7 @@
 use super::piece::Problem;
 use super::status::InitialGuess;
 use crate::engine::{Accuracy, Engine, Failure};
-use crate::geometry::OutsideGeometry;
+use crate::geometry::{OutsideGeometry, Rates};
 
 /// The accuracy of each window of the engine. On a fine grid Newton's method has one step less to take from there.
 const ACCURACY: f64 = 1e-9;
@@ -74,7 +74,7 @@ pub(super) fn by_steps(window: &Problem<'_, f64>) -> Option<Guess> {
     let mut state: Vec<f64> = active.iter().map(|&a| start.q[a]).chain(active.iter().map(|&a| start.p[a])).collect();
     let mut nodes = vec![Vec::with_capacity(window.points()); state.len()];
     let [mut first, mut second, mut third, mut last, mut stage] = [(); 5].map(|()| vec![0.0; state.len()]);
-    let mut rates = window.geometry.rates(start);
+    let mut rates = Rates::new(window.geometry, start);
     let mut slopes = |state: &[f64], out: &mut [f64]| {
         state.iter().enumerate().for_each(|(place, &value)| rates.set(place, value));
         let found = rates.evaluate();

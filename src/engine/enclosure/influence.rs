@@ -28,7 +28,7 @@ impl Influence {
     /// For all that drives the motion.
     pub(super) fn new(program: &Program<f64>) -> Self {
         let mut kinks: Vec<(Register, Vec<[f64; 2]>)> = Vec::new();
-        for step in program.steps_to(program.outputs()) {
+        for step in program.steps_to(program.outputs.len()) {
             if let Operation::Call(function, a) = step.operation()
                 && kind(function) == Kind::Sign
                 && kinks.iter().all(|kink| kink.0 != a)
@@ -69,7 +69,7 @@ impl Influence {
     /// all outputs, pair by pair.
     pub(super) fn largest(&mut self, enclosed: &Enclosed, pairs: &[usize], tolerances: &[f64]) -> Bounds {
         let program = &enclosed.program;
-        for step in program.steps_to(program.outputs()) {
+        for step in program.steps_to(program.outputs.len()) {
             self.bounds[step.to()] = self.bound(enclosed, pairs, step.to(), step.operation());
         }
         let mut largest = [0.0_f64; BOXES];

@@ -54,7 +54,7 @@ impl<'g> Between<'g> {
             q: vec![Vec::new(); n],
             p: vec![Vec::new(); m],
             rates: vec![Vec::new(); 2 * m],
-            on_nodes: geometry.motion_on_nodes(),
+            on_nodes: Motion::new(geometry),
         }
     }
 
@@ -106,17 +106,14 @@ impl<'g> Between<'g> {
         dense.append(middles(points), q, p);
         rates.iter_mut().for_each(|row| row.resize(points, 0.0));
         let each = window.length / points as f64;
-        if self.on_nodes.rates(OnNodes { q, p, start: &self.start }, rates).is_err() {
+        if self.on_nodes.rates(OnNodes { q, p, start: &self.start }, points, rates).is_err() {
             // A motion that is outside of the domain between its nodes is wrong.
             self.see_point(each, f64::INFINITY, 0.0, 1.0);
             return;
         }
-        let (mut active, mut ignorable) = (rates.iter(), self.on_nodes.steps(1.0).into_iter());
-        let row = |a: usize| match self.geometry.active().contains(&a) {
-            true => active.next().cloned(),
-            false => ignorable.next(),
-        };
-        let q_dot: Vec<Vec<f64>> = (0..q.len()).filter_map(row).collect();
+        let (mut active, mut ignorable) = (rates.iter(), self.on_nodes.ignorable.iter());
+        let row = |a: usize| if self.geometry.active().contains(&a) { active.next() } else { ignorable.next() };
+        let q_dot: Vec<Vec<f64>> = (0..q.len()).filter_map(row).cloned().collect();
         let q = std::mem::take(q);
         self.see_rows(each, &q, &q_dot);
         self.q = q;
