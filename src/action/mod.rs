@@ -21,11 +21,11 @@
 //!
 //! ```
 //! use geodesic_ivp::action::{DoubledAction, Form};
-//! use geodesic_ivp::geometry::{Geometry, PotentialText, Start};
+//! use geodesic_ivp::geometry::{Geometry, GeometryText, Law, Start};
 //! use geodesic_ivp::sbp::{SbpOperator, coefficients::SBP21};
 //!
 //! // A free particle moves on a straight line, and that is a critical point of the weak action.
-//! let geometry = Geometry::of_x(PotentialText::of_x("0", 1.0, 1.0))?;
+//! let geometry = Geometry::of_x(&GeometryText::of_x("0", 1.0, 1.0))?;
 //! let (q, q_dot) = (vec![0.0, 0.0], vec![1.0, 0.5]);
 //! let start = Start { p: geometry.momenta(&q, &q_dot), q, q_dot };
 //! let sbp = SbpOperator::new(&SBP21, 11, 0.1)?;

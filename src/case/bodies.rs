@@ -10,7 +10,7 @@ use super::names::{self, NameTable};
 use super::reader::Field;
 use super::scenery::{PARAMETER, Places, Scenery};
 use super::start_data::{Given, Rate};
-use crate::geometry::{GeometryText, Law, Place, PotentialText, value_of};
+use crate::geometry::{GeometryText, Law, Place, Potential, value_of};
 
 /// The mass of a body without mass, in units of the largest one: it moves nothing, and no digit shows it.
 const MASSLESS: &str = "1e-90";
@@ -64,19 +64,12 @@ pub(super) fn read<'t>(field: &Field<'t>, pair: Field<'t>) -> Result<Scenery<'t>
     let masses = masses(field, &bodies, &parameters)?;
     let (expression, definitions) = energy(&formula, &bodies, &masses, &parameters, dimension)?;
     places.0.push((Place::Potential, formula.clone()));
-    let text = PotentialText {
-        coordinates,
-        expression,
-        definitions,
-        parameters,
-        mass: "1".to_owned(),
-        masses: masses.iter().flat_map(|mass| vec![mass.clone(); dimension]).collect(),
-        c: "1".to_owned(),
-        law: Law::Newtonian,
-        ..PotentialText::default()
-    };
+    let masses = masses.iter().flat_map(|mass| vec![mass.clone(); dimension]).collect();
+    let [mass, c] = [(); 2].map(|()| "1".to_owned());
+    let potential = Some(Potential { expression, mass, masses, c, law: Law::Newtonian });
+    let text = GeometryText { coordinates, definitions, parameters, potential, ..GeometryText::default() };
     let bodies = bodies.iter().map(|body| body.name.to_owned()).collect();
-    Ok(Scenery { bodies, start, ..Scenery::new(GeometryText::Potential(text), places, pair, formula) })
+    Ok(Scenery { bodies, start, ..Scenery::new(text, places, pair, formula) })
 }
 
 /// A body as it is given.

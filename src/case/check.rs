@@ -3,11 +3,11 @@
 use super::CaseError;
 use super::initial::Initial;
 use super::reader::Field;
-use super::scenery::{self, Scenery, conformal};
+use super::scenery::{self, Scenery};
 use super::source::EXCLUSIVE;
 use super::start::{self, NoStart};
 use super::{Case, bodies, metric, potential};
-use crate::geometry::{Geometry, GeometryText, Law, OutsideGeometry, Place, PotentialText, Start, Tau, value_of};
+use crate::geometry::{Geometry, Law, OutsideGeometry, Place, Start, Tau, value_of};
 use crate::number::Real;
 use crate::solve::Quantity;
 
@@ -65,7 +65,7 @@ pub(super) fn start<S: Real>(
     geometry: Geometry<S>,
     rounding: f64,
 ) -> Result<(bool, Option<Tau>), CaseError> {
-    let parameters = scenery.text.parameters();
+    let parameters = &scenery.text.parameters;
     let q = initial.data.q.iter().map(|text| value_of(text, parameters)).collect::<Result<Vec<S>, _>>();
     let q = q.map_err(|_| initial.section.error("a coordinate is not a finite number in the digits asked for"))?;
     check_g00(scenery, initial, &geometry, &q)?;
@@ -89,7 +89,7 @@ pub(super) fn placed(
     rounding: f64,
     is_double: bool,
 ) -> Result<(Start, Geometry), CaseError> {
-    let geometry = if scenery.text.tau().is_some() { scenery.geometry()? } else { geometry };
+    let geometry = if scenery.text.tau.is_some() { scenery.geometry()? } else { geometry };
     let start = scenery::start(&scenery.text, &geometry, &initial.data, rounding, is_double);
     let start = start.map_err(|none| no_start(none, initial))?;
     if start.q_dot.iter().any(|u| !u.is_finite()) {
@@ -113,7 +113,7 @@ fn outside<S: Real>(outside: &OutsideGeometry, geometry: &Geometry<S>, initial: 
         let message = format!("the metric, the force or a derivative is not finite at the start, {at}");
         return initial.error_in_position(geometry.active(), message);
     };
-    let list = geometry.blocks()[block].iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
+    let list = geometry.blocks[block].iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
     let message = format!(
         "the metric is degenerate at the start: the determinant of the components of {list} is {} at {at}",
         outside.determinant
@@ -133,7 +133,7 @@ pub(super) fn particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
             continue;
         }
         // A mass that depends on t is looked at with the start; a formula that is no number is refused elsewhere.
-        let value = value_of::<f64>(&field.formula()?, scenery.text.parameters());
+        let value = value_of::<f64>(&field.formula()?, &scenery.text.parameters);
         if let Some(value) = value.ok().filter(|value| *value <= 0.0) {
             return Err(field.error(format!("{} must be positive, got {value}", field.path)));
         }
@@ -143,9 +143,11 @@ pub(super) fn particle(scenery: &Scenery<'_>) -> Result<(), CaseError> {
 
 /// Refuses masses that depend on t and are not positive at the start.
 fn check_masses<S: Real>(scenery: &Scenery<'_>, geometry: &Geometry<S>, q: &[S]) -> Result<(), CaseError> {
-    let GeometryText::Potential(potential) = &scenery.text else { return Ok(()) };
+    if scenery.text.potential.is_none() {
+        return Ok(());
+    }
     let diagonal = geometry.diagonal(q);
-    let mut wrong = (0..potential.coordinates.len()).filter(|a| diagonal[a + 1].to_f64() > 0.0);
+    let mut wrong = (0..scenery.text.coordinates.len()).filter(|a| diagonal[a + 1].to_f64() > 0.0);
     match wrong.find_map(|a| scenery.places.of(&Place::Mass(Some(a)))) {
         Some(field) => Err(field.error(format!("{} must be positive, and is not at the start", field.path))),
         None => Ok(()),
@@ -159,7 +161,7 @@ fn check_g00<S: Real>(
     geometry: &Geometry<S>,
     q: &[S],
 ) -> Result<(), CaseError> {
-    if !matches!(&scenery.text, GeometryText::Potential(potential) if potential.law == Law::Relativistic) {
+    if scenery.text.law() != Some(Law::Relativistic) {
         return Ok(());
     }
     let mut rest = vec![S::ZERO; geometry.dimension()];
@@ -193,7 +195,7 @@ fn check_motion<S: Real>(
     if k.abs() <= start::rounding_of_norm::<S>(geometry.dimension(), rounding) * size {
         return Ok(None);
     }
-    if let GeometryText::Potential(PotentialText { law: Law::Newtonian, .. }) = &scenery.text {
+    if scenery.text.law() == Some(Law::Newtonian) {
         let message = format!("a newtonian scene has K = 0, and these data give K = {}", k.to_f64());
         let help = "leave out s_dot and p_s (or p_t): they follow from the energy";
         return Err(initial.section.error(message).with_help(help));
@@ -218,7 +220,7 @@ pub(super) fn acting(case: &Case, events: &Field<'_>) -> Result<(), CaseError> {
             ("an event that acts cannot be undone, and the run goes backward", "begin at the other end")
         } else if case.settings.sensitivity {
             ("no sensitivity is carried through an event that acts", "leave solver.sensitivity out")
-        } else if conformal(&case.geometry_text).is_some() {
+        } else if case.geometry_text.conformal.is_some() {
             ("no event acts in a scene with a conformal factor, which changes the pace of gamma", "leave conformal out")
         } else if case.from.is_some() && sets(&|quantity| matches!(quantity, Quantity::Parameter(_))) {
             // The end of a run does not say what its events have made of parameters.

@@ -4,7 +4,7 @@ use toml_edit::{DocumentMut, InlineTable, Item, Value, value};
 
 use super::tables::absolute;
 use super::{Case, Rate};
-use crate::geometry::{GeometryText, Law};
+use crate::geometry::Law;
 
 impl Case {
     /// The case as it was written, with its overrides and with every default filled in. Reading that text gives the
@@ -12,27 +12,24 @@ impl Case {
     pub fn to_toml(&self) -> String {
         let mut document = document(&self.text);
         let root = document.as_item_mut();
-        match &self.geometry_text {
-            GeometryText::Metric(metric) if self.preset.is_some() => {
-                fill_formulas(root, "definitions", &metric.definitions);
-                fill_formulas(root, "parameters", &metric.parameters);
+        let text = &self.geometry_text;
+        if self.preset.is_some() {
+            fill_formulas(root, "definitions", &text.definitions);
+            fill_formulas(root, "parameters", &text.parameters);
+        }
+        if let Some(law) = text.law().filter(|_| self.bodies.is_empty()) {
+            let is_relativistic = law == Law::Relativistic;
+            if !has(table(root, "particle"), "masses") {
+                fill(root, &["particle", "mass"], 1.0);
             }
-            GeometryText::Metric(_) => {}
-            GeometryText::Potential(_) if !self.bodies.is_empty() => {}
-            GeometryText::Potential(potential) => {
-                let is_relativistic = potential.law == Law::Relativistic;
-                if !has(table(root, "particle"), "masses") {
-                    fill(root, &["particle", "mass"], 1.0);
-                }
-                if is_relativistic {
-                    fill(root, &["particle", "c"], 1.0);
-                }
-                if is_relativistic && !self.is_of_x {
-                    fill(root, &["particle", "law"], "relativistic");
-                }
+            if is_relativistic {
+                fill(root, &["particle", "c"], 1.0);
+            }
+            if is_relativistic && !self.is_of_x {
+                fill(root, &["particle", "law"], "relativistic");
             }
         }
-        for (name, _) in self.geometry_text.tables() {
+        for (name, _) in &text.tables {
             // A path that is counted from the folder of the case would lead elsewhere from another folder.
             let entry = table(table(root, "tables"), name);
             if let Some(file) = entry.get("file").and_then(Item::as_str).map(|file| absolute(&self.folder, file)) {

@@ -10,7 +10,7 @@ use super::reader::Field;
 use super::scenery::{Scenery, known};
 use super::start_data::{Given, Rate, Sign, StartData};
 use crate::formula::similar::nearest;
-use crate::geometry::{Geometry, GeometryError, GeometryText, Law, value_of};
+use crate::geometry::{Geometry, GeometryError, Law, value_of};
 use crate::solve::Continuation;
 
 const FROM: &str =
@@ -33,10 +33,7 @@ pub(super) fn read<'t>(
 ) -> Result<Initial<'t>, CaseError> {
     let names = geometry.names();
     // A potential has a time that begins at 0.
-    let (has_time, is_lifted) = match &scenery.text {
-        GeometryText::Metric(_) => (false, false),
-        GeometryText::Potential(potential) => (true, potential.law == Law::Newtonian),
-    };
+    let (has_time, is_lifted) = (scenery.text.potential.is_some(), scenery.text.law() == Some(Law::Newtonian));
     let mut from = None;
     let given: Vec<Given<'t>> = if let Some(field) = section.get("from") {
         section.finish(&["from"]).map_err(|error| error.with_help(FROM))?;

@@ -6,7 +6,7 @@ use super::reader::Field;
 use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
 use super::source::is_used;
 use crate::formula::similar::nearest;
-use crate::geometry::{GeometryText, MetricText, PRESETS, Place, Preset};
+use crate::geometry::{GeometryText, PRESETS, Place, Preset};
 
 /// Reads `[metric]`.
 pub(super) fn read(section: Field<'_>) -> Result<Scenery<'_>, CaseError> {
@@ -27,7 +27,7 @@ pub(super) fn read(section: Field<'_>) -> Result<Scenery<'_>, CaseError> {
         check_own(preset, &places)?;
     }
     let whole = components.or(section.get("preset")).or(coordinates).unwrap_or_else(|| section.clone());
-    Ok(Scenery { preset, ..Scenery::new(GeometryText::Metric(text), places, section, whole) })
+    Ok(Scenery { preset, ..Scenery::new(text, places, section, whole) })
 }
 
 /// The preset that a field names.
@@ -39,7 +39,7 @@ fn preset(field: &Field<'_>) -> Result<&'static Preset, CaseError> {
 /// Refuses a parameter or a definition that is a definition or a parameter of the preset, and one that the preset does
 /// not know and that no formula uses.
 fn check_own(preset: &Preset, places: &Places<'_>) -> Result<(), CaseError> {
-    let MetricText { parameters, definitions, .. } = preset.text();
+    let GeometryText { parameters, definitions, .. } = preset.text();
     for (place, field) in &places.0 {
         let (kind, known, others) = match place {
             Place::Parameter(_) => ("parameter", &parameters, &definitions),
@@ -69,7 +69,7 @@ fn metric<'t>(
     section: &Field<'t>,
     [coordinates, components]: [&Option<Field<'t>>; 2],
     places: &mut Places<'t>,
-) -> Result<MetricText, CaseError> {
+) -> Result<GeometryText, CaseError> {
     let (Some(coordinates), Some(components)) = (coordinates, components) else {
         let missing = if coordinates.is_none() { "coordinates" } else { "components" };
         let both = if coordinates.is_none() && components.is_none() { " (or `preset`)" } else { "" };
@@ -77,7 +77,7 @@ fn metric<'t>(
         return Err(section.error(format!("missing field `{missing}`{both}")).with_help(help));
     };
     let coordinates = names::coordinates(coordinates, &[])?;
-    let mut text = MetricText { coordinates, ..MetricText::default() };
+    let mut text = GeometryText { coordinates, ..GeometryText::default() };
     for field in components.fields() {
         let pair = pair(&field, &text.coordinates)?;
         if let Some(earlier) = places.of(&Place::Component(pair)) {

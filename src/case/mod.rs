@@ -134,7 +134,7 @@ impl Case {
 
     /// The names of all coordinates, in order, with those that the space-time adds itself.
     pub fn coordinates(&self) -> Vec<String> {
-        self.geometry_text.coordinates()
+        self.geometry_text.names()
     }
 
     /// The compiled geometry, whose determinants must keep the signs that they have at the start.
@@ -143,7 +143,7 @@ impl Case {
         compiled.downcast_ref().cloned().unwrap_or_else(|| {
             let geometry =
                 scenery::compiled(&self.geometry_text, self.is_of_x).expect("a valid case has valid formulas");
-            let tau = self.geometry_text.tau().map(|_| S::ZERO);
+            let tau = self.geometry_text.tau.map(|_| S::ZERO);
             let q: Vec<S> = self.initial.q.iter().map(|q| self.value(q)).chain(tau).collect();
             geometry
                 .with_domain_of(&q)
@@ -153,8 +153,8 @@ impl Case {
 
     /// The coefficients of g00(x) = c² + 2V/m, lowest power first, if V is given by its coefficients.
     pub fn g00(&self) -> Option<Vec<f64>> {
-        let GeometryText::Potential(potential) = &self.geometry_text else { return None };
-        let number = |text: &String| value_of::<f64>(text, &potential.parameters).ok();
+        let potential = self.geometry_text.potential.as_ref()?;
+        let number = |text: &String| value_of::<f64>(text, &self.geometry_text.parameters).ok();
         let twice = 2.0 / number(&potential.mass)?;
         let coefficients = self.coefficients.as_ref()?.iter();
         let mut g00: Vec<f64> = coefficients.map(|c| Some(number(c)? * twice)).collect::<Option<_>>()?;
@@ -190,7 +190,7 @@ impl Case {
 
     /// A number of this case, rounded once if it is written as a decimal.
     pub fn value<S: Real>(&self, number: &str) -> S {
-        value_of(number, self.geometry_text.parameters()).expect("the numbers of a valid case are finite")
+        value_of(number, &self.geometry_text.parameters).expect("the numbers of a valid case are finite")
     }
 
     /// The first value of γ.

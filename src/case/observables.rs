@@ -56,12 +56,12 @@ impl Formulas<'_> {
 
     fn check(&self, field: &Field<'_>, variables: Vec<String>) -> Result<String, CaseError> {
         let text = field.formula()?;
-        let named = self.scene.parameters().iter().chain(self.scene.definitions()).map(|(name, _)| name.clone());
+        let named = self.scene.parameters.iter().chain(&self.scene.definitions).map(|(name, _)| name.clone());
         let all: Vec<String> = variables.into_iter().chain(named).collect();
         // A formula is readable or not independently of what its names stand for.
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
         let table = |(name, table): &(String, _)| (name.clone(), Known::Table(*table));
-        let tables: Names<f64> = self.scene.tables().iter().map(table).collect();
+        let tables: Names<f64> = self.scene.tables.iter().map(table).collect();
         let parsed = parse(&text, &variables, &tables, &mut Graph::default());
         parsed.map_err(|error| field.formula_error(&error, known(all.clone())))?;
         Ok(text)
@@ -69,7 +69,7 @@ impl Formulas<'_> {
 
     /// A number, checked, as it is written and as it is.
     pub(super) fn number(&self, field: &Field<'_>) -> Result<(String, f64), CaseError> {
-        let (text, parameters) = (field.formula()?, self.scene.parameters());
+        let (text, parameters) = (field.formula()?, &self.scene.parameters);
         check_number(&text, field, parameters)?;
         let value = value_of(&text, parameters).unwrap_or(f64::NAN);
         Ok((text, value))
@@ -125,7 +125,7 @@ impl Formulas<'_> {
     /// The quantity that the key of a field names: q, q_dot or p_q of a coordinate q, or a parameter.
     fn quantity(&self, field: &Field<'_>) -> Result<Quantity, CaseError> {
         let key = field.key.as_str();
-        if let Some(parameter) = self.scene.parameters().iter().position(|(name, _)| name == key) {
+        if let Some(parameter) = self.scene.parameters.iter().position(|(name, _)| name == key) {
             return Ok(Quantity::Parameter(parameter));
         }
         let (name, quantity): (&str, fn(usize) -> Quantity) = match (key.strip_suffix("_dot"), key.strip_prefix("p_")) {
@@ -176,7 +176,7 @@ impl Case {
             (true, false) => return axes("r*cos(phi)", "r*sin(phi)"),
             (false, _) => {}
         }
-        let is_last_added = self.is_lifted() || self.geometry_text.tau().is_some();
+        let is_last_added = self.is_lifted() || self.geometry_text.tau.is_some();
         let is_place = |a: &usize| names[*a] != "t" && !(is_last_added && *a + 1 == names.len());
         let active = geometry.active().iter().copied().filter(is_place);
         let places: Vec<usize> = active.chain(geometry.ignorable().filter(is_place)).collect();

@@ -4,7 +4,6 @@ use super::observables::{self, Formulas};
 use super::reader::Field;
 use super::source::Source;
 use super::{Case, CaseError, check, initial, missing, mistakes, rounding, settings, tables};
-use crate::geometry::GeometryText;
 use crate::number::Extended;
 use crate::solve::Continuation;
 
@@ -40,23 +39,21 @@ impl Case {
         check::excluded(root)?;
         let mut scenery = check::geometry(root)?;
         let events = root.table("events");
-        scenery.text.set_tables(tables::read(&root.table("tables"), &scenery.text)?);
+        scenery.text.tables = tables::read(&root.table("tables"), &scenery.text)?;
         scenery.text.hold(observables::set_names(&events));
         let mut settings = settings::solver(root)?;
         check::particle(&scenery)?;
         let compiled = scenery.geometry::<f64>()?;
         let initial = initial::read(root.table("initial"), &scenery, &compiled)?;
-        initial.check_numbers(scenery.text.parameters())?;
+        initial.check_numbers(&scenery.text.parameters)?;
         let rounding = rounding(settings.digits);
         let (mut is_double, mut tau) = check::start(&scenery, &initial, compiled.clone(), rounding)?;
         if settings.is_extended() {
             (is_double, tau) = check::start::<Extended>(&scenery, &initial, scenery.geometry()?, rounding)?;
         }
-        if let GeometryText::Metric(metric) = &mut scenery.text {
-            metric.tau = tau;
-        }
+        scenery.text.tau = tau;
         let (start, compiled) = check::placed(&scenery, &initial, compiled, rounding, is_double)?;
-        let names = scenery.text.coordinates();
+        let names = scenery.text.names();
         let formulas = Formulas { coordinates: &names, scene: &scenery.text };
         let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
         let floors = settings::floor(root, &settings, &formulas)?;

@@ -4,7 +4,7 @@ use super::CaseError;
 use super::names::{self, NameTable};
 use super::reader::Field;
 use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
-use crate::geometry::{GeometryText, Law, Place, PotentialText};
+use crate::geometry::{GeometryText, Law, Place, Potential};
 
 /// The keys that say what the potential is.
 pub(super) const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
@@ -31,7 +31,7 @@ pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
         None => return Err(section.error("no potential is given").with_help(POTENTIALS)),
     };
     let mut taken = NameTable::new(&[&["t".to_owned()], names.as_slice()].concat());
-    let mut text = PotentialText { coordinates: names, expression, law, ..PotentialText::default() };
+    let mut text = GeometryText { coordinates: names, ..GeometryText::default() };
     for section in [&section, &section.table("formula")] {
         places.keep_named(&section.table("parameters"), PARAMETER, &mut taken, &mut text.parameters)?;
     }
@@ -42,9 +42,9 @@ pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
         text.force = places.keep_by_coordinate(&force, &text.coordinates, Place::Force)?;
     }
     text.conformal = section.get("conformal").map(|field| places.keep(Place::Conformal, field)).transpose()?;
-    add_particle(&mut text, &particle, &mut places)?;
+    text.potential = Some(potential(expression, law, &text.coordinates, &particle, &mut places)?);
     let whole = kind.unwrap_or_else(|| section.clone());
-    Ok(Scenery { coefficients, ..Scenery::new(GeometryText::Potential(text), places, section, whole) })
+    Ok(Scenery { coefficients, ..Scenery::new(text, places, section, whole) })
 }
 
 /// The force, which has a table of its own or stands in `[potential]`.
@@ -84,23 +84,25 @@ pub(super) fn law(field: &Field<'_>) -> Result<Law, CaseError> {
     field.one_of("law", "\"relativistic\" or \"newtonian\"", &known)
 }
 
-/// Fills in the masses and c.
-fn add_particle<'t>(text: &mut PotentialText, particle: &Field<'t>, places: &mut Places<'t>) -> Result<(), CaseError> {
+/// The potential with its masses and c.
+fn potential<'t>(
+    expression: String,
+    law: Law,
+    coordinates: &[String],
+    particle: &Field<'t>,
+    places: &mut Places<'t>,
+) -> Result<Potential, CaseError> {
     let mut number = |key: &str, place| particle.get(key).map_or(Ok("1".to_owned()), |field| places.keep(place, field));
-    text.mass = number("mass", Place::Mass(None))?;
-    text.c = number("c", Place::SpeedOfLight)?;
-    let Some(masses) = particle.get("masses") else {
-        text.masses = vec![text.mass.clone(); text.coordinates.len()];
-        return Ok(());
+    let (mass, c) = (number("mass", Place::Mass(None))?, number("c", Place::SpeedOfLight)?);
+    let Some(field) = particle.get("masses") else {
+        return Ok(Potential { expression, masses: vec![mass.clone(); coordinates.len()], mass, c, law });
     };
-    let given = places.keep_by_coordinate(&masses, &text.coordinates, |a| Place::Mass(Some(a)))?;
-    for (a, name) in text.coordinates.iter().enumerate() {
-        match given.iter().find(|(b, _)| *b == a) {
-            Some((_, mass)) => text.masses.push(mass.clone()),
-            None => return Err(masses.error(format!("'particle.masses' has no mass for the coordinate '{name}'"))),
-        }
-    }
-    Ok(())
+    let given = places.keep_by_coordinate(&field, coordinates, |a| Place::Mass(Some(a)))?;
+    let masses = coordinates.iter().enumerate().map(|(a, name)| {
+        let mass = given.iter().find(|(b, _)| *b == a).map(|(_, mass)| mass.clone());
+        mass.ok_or_else(|| field.error(format!("'particle.masses' has no mass for the coordinate '{name}'")))
+    });
+    Ok(Potential { expression, mass, masses: masses.collect::<Result<_, _>>()?, c, law })
 }
 
 /// The key that a kind of potential needs.

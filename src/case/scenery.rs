@@ -93,38 +93,19 @@ pub(super) struct Scenery<'t> {
 
 /// The compiled geometry of a case.
 pub(super) fn compiled<S: Real>(text: &GeometryText, is_of_x: bool) -> Result<Geometry<S>, GeometryError> {
-    match text {
-        GeometryText::Potential(potential) if is_of_x => Geometry::of_x(potential.clone()),
-        _ => Geometry::new(text),
-    }
+    if is_of_x { Geometry::of_x(text) } else { Geometry::new(text) }
 }
 
 /// The geometry that the initial data belong to, if it is another one: that without Ω. With Newton's law they are those
 /// of the geometry with Ω.
 pub(super) fn bare(text: &GeometryText) -> Option<GeometryText> {
-    let mut bare = text.clone();
-    let conformal = match &mut bare {
-        GeometryText::Metric(metric) => {
-            metric.tau = None;
-            &mut metric.conformal
-        }
-        GeometryText::Potential(potential) if potential.law == Law::Newtonian => return None,
-        GeometryText::Potential(potential) => &mut potential.conformal,
-    };
-    conformal.take().map(|_| bare)
-}
-
-/// The formula of Ω.
-pub(super) fn conformal(text: &GeometryText) -> &Option<String> {
-    match text {
-        GeometryText::Metric(metric) => &metric.conformal,
-        GeometryText::Potential(potential) => &potential.conformal,
-    }
+    let has_other = text.conformal.is_some() && text.law() != Some(Law::Newtonian);
+    has_other.then(|| GeometryText { conformal: None, tau: None, ..text.clone() })
 }
 
 /// Ω at a point, if there is one.
 fn factor<S: Real>(text: &GeometryText, q: &[S]) -> Option<S> {
-    let omega = Observable::new(conformal(text).as_ref()?, text, Place::Conformal);
+    let omega = Observable::new(text.conformal.as_ref()?, text, Place::Conformal);
     let zeros = vec![S::ZERO; q.len()];
     Some(omega.expect("a geometry that compiles has such an Ω").at(q, &zeros, &zeros, S::ZERO))
 }
@@ -137,12 +118,12 @@ pub(super) fn start<S: Real>(
     rounding: f64,
     is_double: bool,
 ) -> Result<Start<S>, NoStart> {
-    let (bare, parameters) = (bare(text), text.parameters());
+    let (bare, parameters) = (bare(text), &text.parameters);
     let Some(bare) = bare.map(|text| Geometry::new(&text).expect("a geometry with Ω compiles without it")) else {
         return start::solve(data, geometry, parameters, rounding, Some(is_double)).map(|(start, _)| start);
     };
     let (mut start, _) = start::solve(data, &bare, parameters, rounding, Some(is_double))?;
-    if let Some(tau) = text.tau() {
+    if let Some(tau) = text.tau {
         let given = data.norm.as_ref().map(|norm| value_of(norm, parameters).expect("K is a finite number"));
         let k: S = given.unwrap_or_else(|| bare.norm(&start.q, &start.q_dot));
         let rate = k.abs().sqrt();
@@ -173,7 +154,6 @@ impl<'t> Scenery<'t> {
     }
 
     fn error(&self, error: &GeometryError) -> CaseError {
-        let names = self.text.coordinates();
         let place = match error {
             GeometryError::Circular(circle) => {
                 let of = |kind: fn(String) -> Place| self.places.of(&kind(circle[0].clone()));
@@ -186,29 +166,21 @@ impl<'t> Scenery<'t> {
             (GeometryError::Formula(place, formula), Some(field)) => field.formula_error(formula, self.known(place)),
             (GeometryError::Formula(_, formula), None) => whole(formula.to_string()),
             (GeometryError::NotFinite(_), Some(field)) => whole(format!("'{}' is not a finite number", field.path)),
-            (GeometryError::WithoutComponent(a), _) => {
-                let name = &names[*a];
-                whole(format!("no component with '{name}' is given, so the metric has no inverse"))
-                    .with_help(format!("give a component \"{name} {name}\", or leave out the coordinate"))
-            }
-            (GeometryError::Degenerate(block), _) => {
-                let list = block.iter().map(|&a| names[a].as_str()).collect::<Vec<_>>().join(", ");
-                whole(format!("the determinant of the metric is zero everywhere (coordinates {list})"))
-            }
+            (GeometryError::Metric(message, help), _) => whole(message.clone()).with_hint(help.clone()),
             _ => whole(error.to_string()),
         }
     }
 
     /// The names that a formula may use.
     fn known(&self, place: &Place) -> String {
-        let parameters = self.text.parameters().iter().map(|(name, _)| name.clone());
+        let parameters = self.text.parameters.iter().map(|(name, _)| name.clone());
         if matches!(place, Place::Parameter(_) | Place::Mass(_) | Place::SpeedOfLight) {
             return known(parameters.collect());
         }
         let positions = self.text.positions();
         let velocities = positions.iter().map(|name| format!("{name}_dot"));
         let velocities: Vec<String> = velocities.filter(|_| matches!(place, Place::Force(_))).collect();
-        let definitions = self.text.definitions().iter().map(|(name, _)| name.clone());
+        let definitions = self.text.definitions.iter().map(|(name, _)| name.clone());
         known(positions.into_iter().chain(velocities).chain(parameters).chain(definitions).collect())
     }
 
@@ -216,7 +188,7 @@ impl<'t> Scenery<'t> {
     pub(super) fn tau<S: Real>(&self, k: S, has_force: bool) -> Result<Option<Tau>, CaseError> {
         let Some(conformal) = self.places.of(&Place::Conformal) else { return Ok(None) };
         let found = format!("these data give K = {}", k.to_f64());
-        if matches!(self.text, GeometryText::Potential(_)) {
+        if self.text.potential.is_some() {
             let help = "take law = \"newtonian\", or write the metric as [metric], where a particle with mass may have \
                         it";
             let message = format!("conformal needs a null start, K = 0, and {found}");

@@ -23,10 +23,8 @@ impl Case {
     /// The geometry in which the motion goes the way back. Only one-forms and forces, by dγ, tell the two apart: what
     /// is by dt, as in Newton's law, does not.
     fn reversed<S: Real>(&self, geometry: Geometry<S>, q: &[S]) -> Geometry<S> {
-        let is_same = match &self.geometry_text {
-            GeometryText::Metric(metric) => metric.one_form.is_empty() && metric.force.is_empty(),
-            GeometryText::Potential(potential) => potential.law == Law::Newtonian || potential.force.is_empty(),
-        };
+        let GeometryText { one_form, force, potential, .. } = &self.geometry_text;
+        let is_same = self.is_lifted() || force.is_empty() && (potential.is_some() || one_form.is_empty());
         if is_same {
             return geometry;
         }
@@ -46,7 +44,7 @@ impl Case {
 
     /// Returns true if the space-time is the lift of Newton's law: its first coordinate is t, its last one s.
     pub fn is_lifted(&self) -> bool {
-        matches!(&self.geometry_text, GeometryText::Potential(potential) if potential.law == Law::Newtonian)
+        self.geometry_text.law() == Some(Law::Newtonian)
     }
 
     /// The formulas of `[invariants]`, compiled for what the solver computes, with their names, in their order.
@@ -90,7 +88,9 @@ impl Case {
     /// This case with other values of parameters, by their places; `None` if formulas have none at `q` then.
     pub(crate) fn with_parameters(&self, values: &[(usize, f64)], q: &[f64]) -> Option<Self> {
         let mut case = self.clone();
-        case.geometry_text.set_parameters(values);
+        for (place, value) in values {
+            case.geometry_text.parameters[*place].1 = format!("{value:e}");
+        }
         case.compiled = scenery::compiled(&case.geometry_text, self.is_of_x).ok()?.with_domain_of(q).ok()?;
         Some(case)
     }

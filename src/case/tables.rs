@@ -11,9 +11,9 @@ use crate::number::{Extended, Real};
 
 /// Reads `[tables]`. Their names must differ from all others in formulas of the scene.
 pub(super) fn read(section: &Field<'_>, scene: &GeometryText) -> Result<Vec<(String, Table)>, CaseError> {
-    let mut taken = NameTable::new(&scene.coordinates());
-    taken.extend(scene.parameters(), "a parameter");
-    taken.extend(scene.definitions(), "a definition");
+    let mut taken = NameTable::new(&scene.names());
+    taken.extend(&scene.parameters, "a parameter");
+    taken.extend(&scene.definitions, "a definition");
     let read = |field: Field<'_>| {
         taken.take(&field, "a table")?;
         Ok((field.key.clone(), table(&field)?))

@@ -2,7 +2,7 @@
 
 use super::Case;
 use super::source::is_used;
-use crate::geometry::{GeometryText, Law, PotentialText, Preset, Start};
+use crate::geometry::{Law, Preset, Start};
 
 /// If K is below this share of g00 ṫ², it is a small difference of large numbers and has lost digits.
 const NEARLY_SPACELIKE: f64 = 1e-2;
@@ -21,9 +21,9 @@ impl Case {
 
     /// Says that a particle of the paper's metric is as fast as light, or nearly so.
     fn warning_of_speed(&self) -> Option<String> {
-        let GeometryText::Potential(PotentialText { law: Law::Relativistic, .. }) = &self.geometry_text else {
+        if self.geometry_text.law() != Some(Law::Relativistic) {
             return None;
-        };
+        }
         let geometry = self.geometry::<f64>();
         let Start { q, q_dot, .. }: Start = self.start_in(&geometry);
         let k = geometry.norm(&q, &q_dot);
@@ -47,7 +47,7 @@ impl Case {
     /// Parameters of the case that no formula mentions.
     fn unused_parameters(&self) -> impl Iterator<Item = &str> {
         let preset = self.preset.and_then(Preset::from_name);
-        let names = self.geometry_text.parameters().iter().map(|(name, _)| name.as_str());
+        let names = self.geometry_text.parameters.iter().map(|(name, _)| name.as_str());
         names.filter(move |name| {
             let is_of_preset = preset.is_some_and(|preset| preset.parameters().any(|other| other == *name));
             !is_of_preset && !is_used(&self.text, name)

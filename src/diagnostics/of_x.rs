@@ -58,7 +58,7 @@ impl<S: Real> OfX<S> {
     /// `None` in another space-time.
     pub(super) fn new(fields: &Fields<'_, S>) -> Option<Self> {
         let (line, [t_dot, x_dot]) = (fields.run, [0, 1].map(|a| fields.velocities.get(a)));
-        let (c_squared, t_dot, x_dot) = (line.geometry().c_squared()?, t_dot?, x_dot?);
+        let (c_squared, t_dot, x_dot) = (line.geometry().c_squared?, t_dot?, x_dot?);
         let sources = line.geometry().sources_of_g00();
         // g00, g00′ and g00″ at a node of the run.
         let g00 = |node: usize| sources.map(|source| fields.samples.at(source, node));
@@ -174,7 +174,7 @@ fn h_bvp<S: Real>(line: &Solution<S>, g00: impl Fn(usize) -> [S; 3]) -> S {
 /// The largest deviations of the further charges over all nodes, if V = 0.
 fn free_particle<S: Real>(line: &Solution<S>, t_dot: &[S], x_dot: &[S]) -> Option<[S; 2]> {
     let (geometry, start) = (line.geometry(), &line.place.start);
-    if geometry.depends_on(1) || geometry.g00(&start.q) != geometry.c_squared() {
+    if geometry.depends_on(1) || geometry.g00(&start.q) != geometry.c_squared {
         return None;
     }
     let q_x: Vec<S> = x_dot.iter().map(|&w| start.q_dot[1] - w).collect();

@@ -52,7 +52,7 @@ impl<'g> Between<'g> {
         let (geometry, system) = (solver.geometry, &solver.system);
         let unknowns = [&system.positions, &system.momenta].map(|registers| registers.iter());
         let depends = geometry
-            .hamiltonian()
+            .hamiltonian
             .program
             .depends_on(|variable| unknowns.clone().into_iter().flatten().any(|register| *register == variable));
         let steps = system.passes.iter().map(|pass| &pass.steps).chain([&system.others]).flatten();

@@ -27,7 +27,7 @@ pub(super) struct Certificate<'g, const N: usize> {
 
 impl<'g, const N: usize> Certificate<'g, N> {
     pub(super) fn new(geometry: &'g Geometry, rule: &Rule<N>) -> Self {
-        let program = &geometry.lagrangian().momenta;
+        let program = &geometry.lagrangian.momenta;
         let (n, active) = (geometry.dimension(), geometry.active());
         let mut forces = vec![None; n];
         active.iter().enumerate().for_each(|(place, &a)| forces[a] = Some(program.output(n + place)));
@@ -74,7 +74,7 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
             };
             registers[n + a] = (multiply(s, derivative, &way, [zero; 2]) * (1.0 / h)).nodes();
         }
-        let program = &window.system.geometry.lagrangian().momenta;
+        let program = &window.system.geometry.lagrangian.momenta;
         evaluate(s, steps, registers, window.is_mended.then_some(program));
         // The maximum may lose a NaN, the sum does not.
         let (mut most, mut sum) = (zero, zero);

@@ -36,7 +36,7 @@ pub(super) struct Linear<'g, const N: usize> {
 impl<'g, const N: usize> Linear<'g, N> {
     /// `momenta` are those of all coordinates, of which ignorable ones stay.
     pub(super) fn new(geometry: &'g Geometry, momenta: &[f64]) -> Self {
-        let equations = geometry.hamiltonian().linearised();
+        let equations = geometry.hamiltonian.linearised();
         let program = &equations.jacobian;
         let (m, n, active) = (geometry.active().len(), geometry.dimension(), geometry.active());
         let mut registers = program.registers(|constant| Nodes([constant; N]));
@@ -80,7 +80,7 @@ impl<'g, const N: usize> Linear<'g, N> {
     /// Evaluates what varies, once the unknowns are in place.
     #[inline(always)]
     pub(super) fn evaluate<S: Simd>(&mut self, s: S) {
-        let program = &self.geometry.hamiltonian().linearised().jacobian;
+        let program = &self.geometry.hamiltonian.linearised().jacobian;
         evaluate(s, self.steps, &mut self.registers, self.is_mended.then_some(program));
     }
 }

@@ -41,13 +41,10 @@ impl State {
 /// use std::sync::Arc;
 ///
 /// use geodesic_ivp::engine::{Accuracy, Engine, POINTS};
-/// use geodesic_ivp::geometry::{Geometry, PotentialText, Start};
+/// use geodesic_ivp::geometry::{Geometry, GeometryText, Law, Start};
 ///
-/// let one = || "1".to_owned();
-/// let (coordinates, expression) = (vec!["x".to_owned()], "x^4/2".to_owned());
-/// let (mass, masses, c) = (one(), vec![one()], one());
-/// let text = PotentialText { coordinates, expression, mass, masses, c, ..Default::default() };
-/// let geometry: Arc<Geometry> = Geometry::of_x(text)?.into(); // the coordinates are t and x, and only x is active
+/// let text = GeometryText::of_potential(&["x"], "x^4/2", Law::Relativistic);
+/// let geometry: Arc<Geometry> = Geometry::of_x(&text)?.into(); // the coordinates are t and x, and only x is active
 /// let (q, q_dot) = (vec![0.0, 1.0], vec![1.0, 0.1]);
 /// let start = Start { p: geometry.momenta(&q, &q_dot), q, q_dot };
 ///

@@ -81,7 +81,7 @@ impl<const N: usize> WithSimd for Sweeps<'_, '_, N> {
         let most_sweeps = MOST_SWEEPS[usize::from(!measures)];
         let is_patient = solver.is_patient || !solver.rule.has_end();
         let geometry = solver.geometry;
-        let mended = solver.is_mended.then(|| &geometry.hamiltonian().program);
+        let mended = solver.is_mended.then(|| &geometry.hamiltonian.program);
         let Solver { system: System { registers, passes, .. }, rows, .. } = &mut *solver;
         let mut changes = [f64::INFINITY; 3];
         let mut decay = Decay { change: 0.0, contraction: 0.0 };

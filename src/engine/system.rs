@@ -56,7 +56,7 @@ pub(super) struct Finished<'a, 'g, const N: usize> {
 
 impl<'g, const N: usize> System<'g, N> {
     pub(super) fn new(geometry: &'g Geometry) -> Self {
-        let equations = geometry.hamiltonian();
+        let equations = &geometry.hamiltonian;
         let (n, active, program) = (geometry.dimension(), geometry.active(), &equations.program);
         let is_momentum = |variable: usize| variable >= 2 * n && active.contains(&(variable - 2 * n));
         let varies = program.depends_on(|variable| variable < 2 * n || is_momentum(variable));
@@ -129,7 +129,7 @@ impl<'g, const N: usize> System<'g, N> {
     /// # Errors
     /// The first of `points` nodes that is outside the domain.
     pub(super) fn check_domain(&self, points: usize) -> Result<(), OutsideGeometry> {
-        let signs = self.geometry.signs();
+        let signs = &self.geometry.signs;
         for &(block, register) in &self.determinants {
             let row = &self.registers[register].0[..points];
             let is_inside =

@@ -3,7 +3,7 @@
 use super::rule::{Order, Rule};
 use super::sizes::Sizes;
 use super::window::{Known, Solver};
-use crate::geometry::{Geometry, GeometryText, Law, MetricText, PotentialText, Start};
+use crate::geometry::{Geometry, GeometryText, Law, Start};
 use crate::number::Compensated;
 use crate::sbp::collocation::Collocation;
 use crate::sbp::legendre::Family;
@@ -25,37 +25,25 @@ pub(super) fn metric(
     q: &[f64],
     p: &[f64],
 ) -> (Geometry, Start) {
-    let text = MetricText {
+    let text = GeometryText {
         coordinates: names(coordinates),
         components: components.iter().map(|&(a, b, formula)| ([a, b], formula.to_owned())).collect(),
-        ..MetricText::default()
+        ..GeometryText::default()
     };
-    scene(&GeometryText::Metric(text), q, p)
-}
-
-fn potential(law: Law, formula: &str, coordinates: &[&str]) -> GeometryText {
-    GeometryText::Potential(PotentialText {
-        coordinates: names(coordinates),
-        expression: formula.to_owned(),
-        mass: "1".to_owned(),
-        masses: names(&vec!["1"; coordinates.len()]),
-        c: "1".to_owned(),
-        law,
-        ..PotentialText::default()
-    })
+    scene(&text, q, p)
 }
 
 /// Newton's law in a potential, from a point with a velocity.
 pub(super) fn lifted(formula: &str, coordinates: &[&str], x: &[f64], v: &[f64]) -> (Geometry, Start) {
     let q = [&[0.0], x, &[0.0]].concat();
-    let geometry: Geometry = Geometry::new(&potential(Law::Newtonian, formula, coordinates)).unwrap();
+    let geometry: Geometry = Geometry::new(&GeometryText::of_potential(coordinates, formula, Law::Newtonian)).unwrap();
     let p = geometry.momenta(&q, &[&[1.0], v, &[0.0]].concat());
-    scene(&potential(Law::Newtonian, formula, coordinates), &q, &p)
+    scene(&GeometryText::of_potential(coordinates, formula, Law::Newtonian), &q, &p)
 }
 
 /// The quartic well g_tt = 1 + x⁴.
 pub(super) fn well() -> (Geometry, Start) {
-    scene(&potential(Law::Relativistic, "x^4/2", &["x"]), &[0.0, 1.0], &[2.0, -0.1])
+    scene(&GeometryText::of_potential(&["x"], "x^4/2", Law::Relativistic), &[0.0, 1.0], &[2.0, -0.1])
 }
 
 /// An orbit around a black hole with p = 10, e = 0.5.

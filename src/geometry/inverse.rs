@@ -46,17 +46,24 @@ impl Inverse {
     fn add_block<S: Real>(&mut self, parts: &mut Parts<S>, block: Vec<usize>) -> Result<(), GeometryError> {
         let order = block.len();
         if order > MOST_COUPLED {
-            return Err(GeometryError::BlockTooLarge { coordinates: order, most: MOST_COUPLED });
+            let many = format!("{order} coordinates are coupled by off-diagonal components");
+            return Err(GeometryError::Metric(format!("{many}, at most {MOST_COUPLED} may be"), None));
         }
         let rows: Vec<Vec<Option<NodeId>>> =
             block.iter().map(|&a| block.iter().map(|&b| parts.component(a, b)).collect()).collect();
         if let Some(empty) = rows.iter().position(|row| row.iter().all(Option::is_none)) {
-            return Err(GeometryError::WithoutComponent(block[empty]));
+            let name = &parts.names[block[empty]];
+            let help = format!("give a component \"{name} {name}\", or leave out the coordinate");
+            let message = format!("no component with '{name}' is given, so the metric has no inverse");
+            return Err(GeometryError::Metric(message, Some(help)));
         }
+        let list = block.iter().map(|&a| parts.names[a].as_str()).collect::<Vec<_>>().join(", ");
+        let message = format!("the determinant of the metric is zero everywhere (coordinates {list})");
+        let degenerate = GeometryError::Metric(message, None);
         let graph = &mut parts.graph;
         let mut minors = Minors { rows: &rows, graph, known: HashMap::new() };
         let all = (1 << order) - 1;
-        let Some(determinant) = minors.of(all, all) else { return Err(GeometryError::Degenerate(block)) };
+        let Some(determinant) = minors.of(all, all) else { return Err(degenerate) };
         for i in 0..order {
             for j in i..order {
                 let Some(minor) = minors.of(all & !(1 << i), all & !(1 << j)) else { continue };
@@ -66,7 +73,7 @@ impl Inverse {
             }
         }
         if graph.is(determinant, 0.0) {
-            return Err(GeometryError::Degenerate(block));
+            return Err(degenerate);
         }
         self.blocks.push(Block { coordinates: block, determinant });
         Ok(())

@@ -11,15 +11,15 @@
 //! other coordinates are *active*. Which is which is found from the formulas, as is every derivative.
 //!
 //! ```
-//! use geodesic_ivp::geometry::{Geometry, GeometryText, MetricText};
+//! use geodesic_ivp::geometry::{Geometry, GeometryText};
 //!
-//! let text = MetricText {
+//! let text = GeometryText {
 //!     coordinates: ["t", "r", "phi"].map(str::to_owned).to_vec(),
 //!     components: vec![([0, 0], "f".into()), ([1, 1], "-1/f".into()), ([2, 2], "-r^2".into())],
 //!     definitions: vec![("f".into(), "1 - 2/r".into())],
-//!     ..MetricText::default()
+//!     ..GeometryText::default()
 //! };
-//! let geometry: Geometry = Geometry::new(&GeometryText::Metric(text))?;
+//! let geometry: Geometry = Geometry::new(&text)?;
 //! assert_eq!(geometry.active(), [1]);
 //! let p = geometry.momenta(&[0.0, 10.0, 0.0], &[1.2, -0.05, 0.03]);
 //! assert!((p[0] - 0.96).abs() < 1e-15 && (p[1] - 0.0625).abs() < 1e-15 && (p[2] + 3.0).abs() < 1e-15);
@@ -58,7 +58,7 @@ pub use rates::Rates;
 pub(crate) use structure::other;
 pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
 pub(crate) use text::uses;
-pub use text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, Tau};
+pub use text::{GeometryError, GeometryText, Law, Place, Potential, Tau};
 
 use std::sync::Arc;
 
@@ -72,14 +72,15 @@ use crate::number::Real;
 #[derive(Debug, Clone)]
 pub struct Geometry<S = f64> {
     names: Vec<String>,
-    /// The coordinates of every block, and the sign that its determinant must have: ±1, or 0 for either.
-    blocks: Vec<Vec<usize>>,
-    signs: Vec<S>,
+    /// The coordinates that off-diagonal components couple, block by block.
+    pub blocks: Vec<Vec<usize>>,
+    /// The signs that the determinants of the blocks must have, ±1, or 0 for either.
+    pub(crate) signs: Vec<S>,
     /// c² of the paper's space-time diag(g00(x), −1) of t and x, in which a particle is where g00 > 0, wherever it
     /// starts.
-    c_squared: Option<S>,
-    lagrangian: Arc<Lagrangian<S>>,
-    hamiltonian: Arc<Hamiltonian<S>>,
+    pub c_squared: Option<S>,
+    pub(crate) lagrangian: Arc<Lagrangian<S>>,
+    pub(crate) hamiltonian: Arc<Hamiltonian<S>>,
 }
 
 impl<S: Real> Geometry<S> {
@@ -95,10 +96,13 @@ impl<S: Real> Geometry<S> {
     ///
     /// # Errors
     /// [`GeometryError`] with the place of the mistake.
-    pub fn of_x(text: PotentialText) -> Result<Self, GeometryError> {
-        let c: S = parts::constant(&text.c, &Names::new(), Place::SpeedOfLight)?;
-        let parts = Parts::new(&GeometryText::Potential(text))?;
-        let geometry = Self::of_parts(parts, &[1])?;
+    ///
+    /// # Panics
+    /// Without a potential.
+    pub fn of_x(text: &GeometryText) -> Result<Self, GeometryError> {
+        let c = &text.potential.as_ref().expect("there is a potential").c;
+        let c: S = parts::constant(c, &Names::new(), Place::SpeedOfLight)?;
+        let geometry = Self::of_parts(Parts::new(text)?, &[1])?;
         Ok(Self { signs: vec![S::ONE, -S::ONE], c_squared: Some(c * c), ..geometry })
     }
 
@@ -137,16 +141,6 @@ impl<S: Real> Geometry<S> {
         Ok(self)
     }
 
-    /// The Lagrangian with the force.
-    pub(crate) fn lagrangian(&self) -> &Lagrangian<S> {
-        &self.lagrangian
-    }
-
-    /// Hamilton's equations.
-    pub(crate) fn hamiltonian(&self) -> &Hamiltonian<S> {
-        &self.hamiltonian
-    }
-
     /// Hamilton's equations at one point.
     pub fn point(&self) -> Point<S> {
         Point::new(&self.hamiltonian, &self.signs)
@@ -155,11 +149,6 @@ impl<S: Real> Geometry<S> {
     /// g00 at a point, if this is the paper's space-time diag(g00(x), −1) of t and x.
     pub fn g00(&self, q: &[S]) -> Option<S> {
         self.c_squared.map(|_| self.diagonal(q)[0])
-    }
-
-    /// c² of that space-time.
-    pub fn c_squared(&self) -> Option<S> {
-        self.c_squared
     }
 
     /// Where g00, g00′ and g00″ of that space-time stand among the rows of [`Self::fill`].
@@ -206,16 +195,6 @@ impl<S: Real> Geometry<S> {
     pub fn depends_on(&self, a: usize) -> bool {
         let Structure { first, force_first, .. } = self.structure();
         first.iter().any(|term| term.by == [a]) || force_first.iter().any(|term| term.by == [a])
-    }
-
-    /// The coordinates that off-diagonal components couple, block by block.
-    pub fn blocks(&self) -> &[Vec<usize>] {
-        &self.blocks
-    }
-
-    /// The signs that the determinants of the blocks must have, ±1, or 0 for either.
-    pub(crate) fn signs(&self) -> &[S] {
-        &self.signs
     }
 
     /// Returns true if a force acts.

@@ -28,11 +28,11 @@ impl<S: Real> Observable<S> {
     /// # Errors
     /// [`GeometryError::Formula`] with the mistake.
     pub fn new(text: &str, scene: &GeometryText, place: Place) -> Result<Self, GeometryError> {
-        let all = observed(&scene.coordinates());
+        let all = observed(&scene.names());
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
         let positions = scene.positions();
         let mut scope = Scope::new(&positions, positions.len(), scene)?;
-        scope.define(scene.definitions())?;
+        scope.define(&scene.definitions)?;
         let node = formula::parse(text, &variables, &scope.names, &mut scope.graph)
             .map_err(|error| GeometryError::Formula(place, error))?;
         let program = Program::new(&mut scope.graph, variables.len(), &[node]);

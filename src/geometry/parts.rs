@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::presets::Preset;
-use super::text::{GeometryError, GeometryText, Law, MetricText, Place, PotentialText, uses};
+use super::text::{GeometryError, GeometryText, Law, Place, Potential, uses};
 use crate::formula::{self, Graph, Known, Names, NodeId};
 use crate::number::Real;
 
@@ -45,13 +45,13 @@ pub(super) fn variables(coordinates: &[String], all: usize, kinds: usize) -> Vec
 impl<'s, S: Real> Scope<'s, S> {
     /// The names of a scene in a graph, without its definitions.
     pub(super) fn new(coordinates: &'s [String], all: usize, scene: &GeometryText) -> Result<Self, GeometryError> {
-        let (mut graph, mut names) = (Graph::default(), parameters(scene.parameters())?);
-        for name in scene.held() {
+        let (mut graph, mut names) = (Graph::default(), parameters(&scene.parameters)?);
+        for name in &scene.held {
             if let Some(Known::Number(value)) = names.get(name).copied() {
                 names.insert(name.clone(), Known::Node(graph.held(value)));
             }
         }
-        names.extend(scene.tables().iter().map(|(name, table)| (name.clone(), Known::Table(*table))));
+        names.extend(scene.tables.iter().map(|(name, table)| (name.clone(), Known::Table(*table))));
         Ok(Self { graph, coordinates, all, names })
     }
 
@@ -177,16 +177,16 @@ pub(super) fn plus<S: Real>(graph: &mut Graph<S>, sum: NodeId, [a, b]: [NodeId; 
 
 impl<S: Real> Parts<S> {
     pub(super) fn new(text: &GeometryText) -> Result<Self, GeometryError> {
-        let (names, coordinates) = (text.coordinates(), text.positions());
-        let scope = Scope::new(&coordinates, names.len(), text)?;
-        let parts = match text {
-            GeometryText::Metric(metric) => Self::of_metric(metric, names, scope),
-            GeometryText::Potential(potential) => Self::of_potential(potential, names, scope),
+        let (names, positions) = (text.names(), text.positions());
+        let scope = Scope::new(&positions, names.len(), text)?;
+        let parts = match &text.potential {
+            None => Self::of_metric(text, names, scope),
+            Some(potential) => Self::of_potential(text, potential, names, scope),
         };
         parts.map(Self::without_zeros)
     }
 
-    fn of_metric(text: &MetricText, names: Vec<String>, mut scope: Scope<'_, S>) -> Result<Self, GeometryError> {
+    fn of_metric(text: &GeometryText, names: Vec<String>, mut scope: Scope<'_, S>) -> Result<Self, GeometryError> {
         let n = names.len();
         scope.define(&text.definitions)?;
         let omega = scope.omega(text.conformal.as_ref())?;
@@ -210,18 +210,23 @@ impl<S: Real> Parts<S> {
         Ok(Self { graph: scope.graph, names, metric, one_form, hamiltonian, force, particles: 0..0 })
     }
 
-    fn of_potential(text: &PotentialText, names: Vec<String>, mut scope: Scope<'_, S>) -> Result<Self, GeometryError> {
+    fn of_potential(
+        text: &GeometryText,
+        potential: &Potential,
+        names: Vec<String>,
+        mut scope: Scope<'_, S>,
+    ) -> Result<Self, GeometryError> {
         let (parameters, n) = (parameters(&text.parameters)?, names.len());
         let number = |text: &str, place| constant(text, &parameters, place);
-        let mass = number(&text.mass, Place::Mass(None))?;
-        let c = number(&text.c, Place::SpeedOfLight)?;
-        let is_newtonian = text.law == Law::Newtonian;
+        let mass = number(&potential.mass, Place::Mass(None))?;
+        let c = number(&potential.c, Place::SpeedOfLight)?;
+        let is_newtonian = potential.law == Law::Newtonian;
         // With the paper's metric the Lagrangian is −1/m of Newton's, with the lift it is −1 of it.
         let scale = if is_newtonian { S::ONE } else { mass };
         let particles = 1..text.coordinates.len() + 1;
         let undefined = scope.names.clone();
         scope.define(&text.definitions)?;
-        let v = scope.parse(&text.expression, Place::Potential, 1)?;
+        let v = scope.parse(&potential.expression, Place::Potential, 1)?;
         let mut metric = BTreeMap::new();
         let two_over_scale = scope.graph.constant(S::from(2.0) / scale);
         let mut g_tt = scope.graph.multiply(two_over_scale, v);
@@ -234,7 +239,7 @@ impl<S: Real> Parts<S> {
         // Masses depend on t alone, and not on definitions.
         let (coordinates, defined) = (scope.coordinates, std::mem::replace(&mut scope.names, undefined));
         scope.coordinates = &coordinates[..1];
-        for (a, mass) in text.masses.iter().enumerate() {
+        for (a, mass) in potential.masses.iter().enumerate() {
             let mass = scope.parse(mass, Place::Mass(Some(a)), 1)?;
             let component = match scope.graph.as_constant(mass) {
                 Some(mass) if !mass.is_finite() => return Err(GeometryError::NotFinite(Place::Mass(Some(a)))),

@@ -4,20 +4,24 @@ use crate::formula::FormulaError;
 use crate::number::Real;
 use crate::number::spline::Table;
 
-/// The metric of a scene in formulas of its coordinates.
+/// A scene as text: a metric in formulas of its coordinates, or particles in a potential.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct MetricText {
-    /// The names of the coordinates.
+pub struct GeometryText {
+    /// The names of the coordinates, of a potential those of V besides t.
     pub coordinates: Vec<String>,
     /// g_ab by the indices of a pair of coordinates. What is not given is zero; a pair stands for both orders.
     pub components: Vec<([usize; 2], String)>,
+    /// What the metric follows from, in place of components.
+    pub potential: Option<Potential>,
     /// Named expressions in the coordinates, the parameters and each other.
     pub definitions: Vec<(String, String)>,
     /// Named constants: numbers, or formulas in each other.
     pub parameters: Vec<(String, String)>,
-    /// A_a by the index of the coordinate. What is not given is zero.
+    /// A_a by the index of the coordinate, in a potential that of Newton's L = ½mv² − V + A·v. What is not given is
+    /// zero.
     pub one_form: Vec<(usize, String)>,
-    /// F_a in the coordinates and their derivatives `NAME_dot` = dq/dγ. What is not given is zero.
+    /// F_a in the coordinates and their derivatives `NAME_dot`, in a potential besides −∂V. What is not given is zero.
+    /// The derivatives are with respect to γ, with [`Law::Newtonian`] to t.
     pub force: Vec<(usize, String)>,
     /// Ω in the coordinates: the metric is Ω times what the components say.
     pub conformal: Option<String>,
@@ -25,8 +29,23 @@ pub struct MetricText {
     pub tau: Option<Tau>,
     /// Functions that formulas may use.
     pub tables: Vec<(String, Table)>,
-    /// Parameters that events set: no formula is simplified by their values.
+    /// Parameters that events set, and those that depend on them: no formula is simplified by their values.
     pub held: Vec<String>,
+}
+
+/// A potential, and the particle or the particles in it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Potential {
+    /// V in t and the coordinates.
+    pub expression: String,
+    /// m, the mass in c² + 2V/m.
+    pub mass: String,
+    /// m_a of every coordinate, in t.
+    pub masses: Vec<String>,
+    /// The speed of light; not used by [`Law::Newtonian`].
+    pub c: String,
+    /// The law that the potential stands for.
+    pub law: Law,
 }
 
 /// The flat coordinate `tau`, with which a particle with K ≠ 0 is one with K = 0. It is the last one, and coupled to no
@@ -62,137 +81,51 @@ pub enum Law {
     Newtonian,
 }
 
-/// A particle, or several, in a potential.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct PotentialText {
-    /// The names of the coordinates of V.
-    pub coordinates: Vec<String>,
-    /// V in t and these coordinates.
-    pub expression: String,
-    /// Named expressions in t, the coordinates, the parameters and each other.
-    pub definitions: Vec<(String, String)>,
-    /// Named constants: numbers, or formulas in each other.
-    pub parameters: Vec<(String, String)>,
-    /// m, the mass in c² + 2V/m.
-    pub mass: String,
-    /// m_a of every coordinate, in t.
-    pub masses: Vec<String>,
-    /// The speed of light; not used by [`Law::Newtonian`].
-    pub c: String,
-    /// The law that the potential stands for.
-    pub law: Law,
-    /// A_a of Newton's L = ½mv² − V + A·v in t and the coordinates, by the index of the coordinate.
-    pub one_form: Vec<(usize, String)>,
-    /// A force besides −∂V, in t, the coordinates and their derivatives `NAME_dot`, by the index of the coordinate. The
-    /// derivatives are with respect to γ, with [`Law::Newtonian`] to t.
-    pub force: Vec<(usize, String)>,
-    /// Ω in t and the coordinates.
-    pub conformal: Option<String>,
-    /// Functions that formulas may use.
-    pub tables: Vec<(String, Table)>,
-    /// Parameters that events set: no formula is simplified by their values.
-    pub held: Vec<String>,
-}
+impl GeometryText {
+    /// The potential V of a particle of mass 1, where c is 1.
+    pub fn of_potential(coordinates: &[&str], expression: &str, law: Law) -> Self {
+        let one = || "1".to_owned();
+        let masses = coordinates.iter().map(|_| one()).collect();
+        let potential = Potential { expression: expression.to_owned(), mass: one(), masses, c: one(), law };
+        let coordinates = coordinates.iter().map(|&name| name.to_owned()).collect();
+        Self { coordinates, potential: Some(potential), ..Self::default() }
+    }
 
-impl PotentialText {
     /// V of x alone, of a particle of this mass, with this speed of light.
     pub fn of_x(expression: &str, mass: f64, c: f64) -> Self {
-        Self {
-            coordinates: vec!["x".to_owned()],
-            expression: expression.to_owned(),
-            mass: format!("{mass:?}"),
-            masses: vec![format!("{mass:?}")],
-            c: format!("{c:?}"),
-            ..Self::default()
-        }
+        let mut text = Self::of_potential(&["x"], expression, Law::Relativistic);
+        let [mass, c] = [mass, c].map(|number| format!("{number:?}"));
+        text.potential = text.potential.map(|potential| Potential { masses: vec![mass.clone()], mass, c, ..potential });
+        text
     }
-}
 
-/// A scene as text.
-#[derive(Debug, Clone, PartialEq)]
-pub enum GeometryText {
-    /// Any metric.
-    Metric(MetricText),
-    /// The metric of a potential.
-    Potential(PotentialText),
-}
+    /// The law that the potential stands for, if there is one.
+    pub fn law(&self) -> Option<Law> {
+        self.potential.as_ref().map(|potential| potential.law)
+    }
 
-impl GeometryText {
     /// The names of all coordinates, in order.
-    pub fn coordinates(&self) -> Vec<String> {
-        let last = match self {
-            Self::Metric(metric) => metric.tau.map(|_| Tau::NAME),
-            Self::Potential(potential) => (potential.law == Law::Newtonian).then_some("s"),
-        };
+    pub fn names(&self) -> Vec<String> {
+        let lifted = (self.law() == Some(Law::Newtonian)).then_some("s");
+        let last = self.tau.map(|_| Tau::NAME).or(lifted);
         self.positions().into_iter().chain(last.map(str::to_owned)).collect()
-    }
-
-    /// The coordinate `tau`, if there is one.
-    pub fn tau(&self) -> Option<Tau> {
-        match self {
-            Self::Metric(metric) => metric.tau,
-            Self::Potential(_) => None,
-        }
-    }
-
-    /// The definitions, by name.
-    pub fn definitions(&self) -> &[(String, String)] {
-        let (Self::Metric(MetricText { definitions, .. }) | Self::Potential(PotentialText { definitions, .. })) = self;
-        definitions
     }
 
     /// The coordinates that formulas of positions may use; they are the first ones.
     pub(crate) fn positions(&self) -> Vec<String> {
-        match self {
-            Self::Metric(metric) => metric.coordinates.clone(),
-            Self::Potential(potential) => {
-                std::iter::once("t".to_owned()).chain(potential.coordinates.iter().cloned()).collect()
-            }
-        }
-    }
-
-    /// The tables, by name.
-    pub fn tables(&self) -> &[(String, Table)] {
-        let (Self::Metric(MetricText { tables, .. }) | Self::Potential(PotentialText { tables, .. })) = self;
-        tables
-    }
-
-    /// Lets formulas use these tables.
-    pub fn set_tables(&mut self, named: Vec<(String, Table)>) {
-        let (Self::Metric(MetricText { tables, .. }) | Self::Potential(PotentialText { tables, .. })) = self;
-        *tables = named;
-    }
-
-    /// The parameters, by name.
-    pub fn parameters(&self) -> &[(String, String)] {
-        let (Self::Metric(MetricText { parameters, .. }) | Self::Potential(PotentialText { parameters, .. })) = self;
-        parameters
-    }
-
-    /// The parameters that events set, and those that depend on them.
-    pub(crate) fn held(&self) -> &[String] {
-        let (Self::Metric(MetricText { held, .. }) | Self::Potential(PotentialText { held, .. })) = self;
-        held
+        self.potential.iter().map(|_| "t".to_owned()).chain(self.coordinates.iter().cloned()).collect()
     }
 
     /// Lets events set what of these names is a parameter.
     pub fn hold(&mut self, mut names: Vec<String>) {
-        let parameters = self.parameters();
-        names.retain(|name| parameters.iter().any(|(parameter, _)| parameter == name));
+        names.retain(|name| self.parameters.iter().any(|(parameter, _)| parameter == name));
         let is_next = |text: &str, names: &[String]| names.iter().any(|name| uses(text, name));
         while let Some((next, _)) =
-            parameters.iter().find(|(name, text)| !names.contains(name) && is_next(text, &names))
+            self.parameters.iter().find(|(name, text)| !names.contains(name) && is_next(text, &names))
         {
             names.push(next.clone());
         }
-        let (Self::Metric(MetricText { held, .. }) | Self::Potential(PotentialText { held, .. })) = self;
-        *held = names;
-    }
-
-    /// Gives parameters, by their places, these values.
-    pub fn set_parameters(&mut self, values: &[(usize, f64)]) {
-        let (Self::Metric(MetricText { parameters, .. }) | Self::Potential(PotentialText { parameters, .. })) = self;
-        values.iter().for_each(|(place, value)| parameters[*place].1 = format!("{value:e}"));
+        self.held = names;
     }
 }
 
@@ -236,20 +169,9 @@ pub enum GeometryError {
     /// Definitions or parameters that refer to each other in a circle, in order.
     #[error("the definitions are circular: {}", .0.join(" -> "))]
     Circular(Vec<String>),
-    /// A coordinate without any component, so that the metric has no inverse.
-    #[error("a coordinate has no component, so the metric has no inverse")]
-    WithoutComponent(usize),
-    /// A block of the metric whose determinant is zero everywhere.
-    #[error("the determinant of the metric is zero everywhere")]
-    Degenerate(Vec<usize>),
-    /// More coordinates are coupled by off-diagonal components than the inverse is made for.
-    #[error("{coordinates} coordinates are coupled by off-diagonal components, at most {most} may be")]
-    BlockTooLarge {
-        /// The number of coordinates.
-        coordinates: usize,
-        /// The largest number of them.
-        most: usize,
-    },
+    /// The metric has no inverse, or one that is too large, and what to do.
+    #[error("{0}")]
+    Metric(String, Option<String>),
 }
 
 impl GeometryError {

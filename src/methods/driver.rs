@@ -38,7 +38,7 @@ impl<M: Method> Peer for M {
         let (task, Problem { space, start, g00, .. }) = (Task { problem, output, setting }, problem);
         let q_t = start.p[0];
         match g00 {
-            _ if space.c_squared().is_none() => self.integrate(SceneEquations::new(problem), &task),
+            _ if space.c_squared.is_none() => self.integrate(SceneEquations::new(problem), &task),
             Some(g) if g.len() <= 5 => task.in_potential(self, low_degree(g, q_t)),
             Some(g) => task.in_potential(self, boxed(any_degree(g, q_t))),
             None => task.in_potential(self, boxed(program(space.point(), q_t))),

@@ -18,7 +18,7 @@ pub fn stability_table<'a>(arena: &'a Arena, cells: &'a [Cell]) -> StudyTable<'a
     let charge = move |cell: &Cell, place: usize| finite(Some(cell.numbers.as_ref()?.charges.as_ref()?[place]));
     let error = move |cell: &Cell, a: usize| finite(Some(cell.numbers.as_ref()?.errors.as_ref()?[a]));
     let only = |name: &str, is_there: bool| is_there.then(|| name.to_owned()).into_iter();
-    let is_scene = arena.geometry().c_squared().is_none();
+    let is_scene = arena.geometry().c_squared.is_none();
     let names = if is_scene { arena.geometry().names() } else { &[] };
     let charges = arena.geometry().ignorable().filter(|_| is_scene).map(|a| format!("delta_q_{}", names[a]));
     StudyTable::of(cells)
@@ -80,7 +80,7 @@ fn last_nodes(arena: &Arena, cell: &Cell) -> Vec<Value> {
     let last = cell.numbers.as_ref().and_then(|numbers| numbers.last_node.clone()).unwrap_or_default();
     let Cell { n_gamma, gamma_f, t_dot, .. } = *cell;
     let of = |(a, [last, corrected]): (usize, [f64; 2])| {
-        let (key, value, charge) = match arena.geometry().c_squared().is_none() {
+        let (key, value, charge) = match arena.geometry().c_squared.is_none() {
             true => ("charge", json!(arena.geometry().names()[a]), "delta_q"),
             false => ("t_dot", json!(t_dot), "delta_q_t"),
         };

@@ -37,7 +37,7 @@ pub(super) struct Equations<'g, S> {
 impl<'g, S: Real> Equations<'g, S> {
     /// For series of this order.
     pub(super) fn new(geometry: &'g Geometry<S>, start: &'g Start<S>, unit: S, order: usize) -> Self {
-        let Hamiltonian { program, velocities, forces, .. } = geometry.hamiltonian();
+        let Hamiltonian { program, velocities, forces, .. } = &*geometry.hamiltonian;
         Self {
             geometry,
             start,

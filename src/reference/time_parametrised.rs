@@ -13,7 +13,7 @@ use crate::number::runge_kutta::runge_kutta;
 /// motion ends early where it is not defined.
 /// It is empty where the geometry is not the paper's space-time of t and x.
 pub fn time_parametrised(geometry: &Geometry, start: &Start, duration: f64, points: usize) -> Vec<(f64, f64)> {
-    let Some(c_squared) = geometry.c_squared() else { return Vec::new() };
+    let Some(c_squared) = geometry.c_squared else { return Vec::new() };
     let [_, first, _] = geometry.sources_of_g00();
     const STEPS: usize = 64;
     let h = duration / ((points - 1) * STEPS) as f64;

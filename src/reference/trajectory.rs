@@ -58,12 +58,12 @@ fn around<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Result<Geometry<
 /// rounds nothing.
 ///
 /// ```
-/// use geodesic_ivp::geometry::{Geometry, GeometryText, Preset, Start};
+/// use geodesic_ivp::geometry::{Geometry, Preset, Start};
 /// use geodesic_ivp::reference::ReferenceTrajectory;
 ///
 /// // A circular orbit at r = 10 around a mass 1: E = 0.8/√0.7, L = 10/√7, φ = γ L/r².
 /// let preset = Preset::from_name("schwarzschild").expect("it is a preset");
-/// let geometry: Geometry = Geometry::new(&GeometryText::Metric(preset.text()))?;
+/// let geometry: Geometry = Geometry::new(&preset.text())?;
 /// let (q, q_dot) = (vec![0.0, 10.0, 0.0], vec![1.0 / 0.7_f64.sqrt(), 0.0, 0.1 / 7.0_f64.sqrt()]);
 /// let p = geometry.momenta(&q, &q_dot);
 /// let reference = ReferenceTrajectory::new(&geometry, &Start { q, q_dot, p }, 100.0, 16)?;

@@ -125,12 +125,12 @@ impl NoSolution {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Geometry, PotentialText};
+    use crate::geometry::{Geometry, GeometryText};
 
     /// An overflow is no matter of the sign of g00, and neither is a V that is no number.
     #[test]
     fn an_overflow_is_said_to_be_one() {
-        let of_x = |expression| -> Geometry { Geometry::of_x(PotentialText::of_x(expression, 1.0, 1.0)).unwrap() };
+        let of_x = |expression| -> Geometry { Geometry::of_x(&GeometryText::of_x(expression, 1.0, 1.0)).unwrap() };
         for (adaptive, expression) in [false, true].into_iter().flat_map(|is| [(is, "1"), (is, "exp(1000*x)")]) {
             let failure = NoSolution { adaptive, ..NoSolution::overflow(&of_x(expression), 1.0, &[0.0, 2.0]) };
             let advice = failure.advice();
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn advice_speaks_of_what_the_case_has() {
-        let free: Geometry = Geometry::of_x(PotentialText::of_x("0", 1.0, 1.0)).unwrap();
+        let free: Geometry = Geometry::of_x(&GeometryText::of_x("0", 1.0, 1.0)).unwrap();
         let advice = |status, adaptive, domain| {
             NoSolution { adaptive, domain, ..NoSolution::new(status, &free, 1.0, &[0.0, 2.0]) }.advice()
         };

@@ -141,10 +141,10 @@ impl NoSolution {
         outside: &OutsideGeometry,
     ) -> Self {
         let (status, x) = (Status::OutsideDomain, [S::ZERO, S::from(outside.position)]);
-        if geometry.c_squared().is_some() {
+        if geometry.c_squared.is_some() {
             return Self::new(status, geometry, gamma, q.unwrap_or(&x));
         }
-        let names = |block: usize| geometry.blocks()[block].iter().map(|&a| geometry.names()[a].clone()).collect();
+        let names = |block: usize| geometry.blocks[block].iter().map(|&a| geometry.names()[a].clone()).collect();
         let determinant = |block| Domain::Determinant { coordinates: names(block), value: outside.determinant };
         let point = q.map_or_else(Vec::new, |q| point(geometry, q));
         Self::at(status, gamma, point, outside.block.map_or(Domain::Scene, determinant))

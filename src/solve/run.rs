@@ -212,7 +212,7 @@ impl<'o, S: Real> Run<'o, S> {
 fn has_finite_action<S: Real>(geometry: &Geometry<S>, [q, p]: [&[S]; 2], length: S) -> bool {
     let is_finite = q.iter().zip(p).all(|(&q, &p)| (p * q).is_finite());
     // Where x has g_xx = −1, its velocity is its momentum.
-    is_finite && (geometry.c_squared().is_none() || (p[1] * p[1] * length).is_finite())
+    is_finite && (geometry.c_squared.is_none() || (p[1] * p[1] * length).is_finite())
 }
 
 /// The operator of windows of this length, and the same in `f64`.

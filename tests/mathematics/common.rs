@@ -1,9 +1,7 @@
 //! Cases, scenes and starts that several of these tests use.
 
 use geodesic_ivp::case::builtin;
-use geodesic_ivp::geometry::{
-    FormulaError, Geometry, GeometryError, GeometryText, Law, MetricText, PotentialText, Preset, Source, Start,
-};
+use geodesic_ivp::geometry::{FormulaError, Geometry, GeometryError, GeometryText, Law, Preset, Source, Start};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Limit, Settings, Setup, System, WorldLine};
@@ -94,7 +92,7 @@ pub(crate) fn reference_of<S: Real>(line: &WorldLine<S>) -> ReferenceTrajectory<
 
 /// The space-time of t and x in the potential of a formula, for a particle of this mass.
 pub(crate) fn of_x<S: Real>(expression: &str, mass: f64, c: f64) -> Geometry<S> {
-    Geometry::of_x(PotentialText::of_x(expression, mass, c)).unwrap_or_else(|error| panic!("{expression}: {error}"))
+    Geometry::of_x(&GeometryText::of_x(expression, mass, c)).unwrap_or_else(|error| panic!("{expression}: {error}"))
 }
 
 /// Σ c_k x^k.
@@ -118,14 +116,14 @@ pub(crate) struct Formula<S = f64>(Geometry<S>);
 
 impl<S: Real> Formula<S> {
     pub(crate) fn new(expression: &str, parameters: &[(&str, f64)]) -> Result<Self, FormulaError> {
-        let text = MetricText {
+        let text = GeometryText {
             coordinates: ["t", "x"].map(str::to_owned).to_vec(),
             components: vec![([0, 0], "1".to_owned()), ([1, 1], "-1".to_owned())],
             parameters: parameters.iter().map(|(name, value)| ((*name).to_owned(), format!("{value:?}"))).collect(),
             one_form: vec![(1, expression.to_owned())],
-            ..MetricText::default()
+            ..GeometryText::default()
         };
-        match Geometry::new(&GeometryText::Metric(text)) {
+        match Geometry::new(&text) {
             Ok(geometry) => Ok(Self(geometry)),
             Err(GeometryError::Formula(_, error)) => Err(error),
             Err(error) => panic!("{expression}: {error}"),
@@ -170,7 +168,7 @@ pub(crate) fn distance<S: Real>(a: &[S], b: &[S]) -> S {
 }
 
 /// The preset of that name with other parameters.
-pub(crate) fn preset(name: &str, parameters: &[(&str, &str)]) -> MetricText {
+pub(crate) fn preset(name: &str, parameters: &[(&str, &str)]) -> GeometryText {
     let mut text = Preset::from_name(name).unwrap().text();
     for (name, value) in parameters {
         text.parameters.iter_mut().find(|(other, _)| other == name).unwrap().1 = (*value).to_owned();
@@ -179,26 +177,13 @@ pub(crate) fn preset(name: &str, parameters: &[(&str, &str)]) -> MetricText {
 }
 
 /// Newtonian motion of unit masses.
-pub(crate) fn newtonian(coordinates: &[&str], expression: &str) -> PotentialText {
-    PotentialText {
-        coordinates: coordinates.iter().map(|name| (*name).to_owned()).collect(),
-        expression: expression.to_owned(),
-        mass: "1".to_owned(),
-        masses: vec!["1".to_owned(); coordinates.len()],
-        c: "1".to_owned(),
-        law: Law::Newtonian,
-        ..PotentialText::default()
-    }
+pub(crate) fn newtonian(coordinates: &[&str], expression: &str) -> GeometryText {
+    GeometryText::of_potential(coordinates, expression, Law::Newtonian)
 }
 
-/// The geometry of a metric.
-pub(crate) fn geometry<S: Real>(text: &MetricText) -> Geometry<S> {
-    Geometry::new(&GeometryText::Metric(text.clone())).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// The geometry of a potential.
-pub(crate) fn of_potential<S: Real>(text: &PotentialText) -> Geometry<S> {
-    Geometry::new(&GeometryText::Potential(text.clone())).unwrap_or_else(|error| panic!("{error}"))
+/// The geometry of a text.
+pub(crate) fn geometry<S: Real>(text: &GeometryText) -> Geometry<S> {
+    Geometry::new(text).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A start by positions and velocities.
@@ -233,16 +218,16 @@ pub(crate) fn assert_near(got: f64, want: f64, tolerance: f64, what: &str) {
 }
 
 /// A metric from `"a b" = formula` pairs.
-pub(crate) fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> MetricText {
+pub(crate) fn metric(coordinates: &[&str], components: &[(&str, &str)]) -> GeometryText {
     let index = |name: &str| coordinates.iter().position(|other| *other == name).unwrap();
     let pair = |names: &str| {
         let (a, b) = names.split_once(' ').unwrap();
         [index(a), index(b)]
     };
-    MetricText {
+    GeometryText {
         coordinates: coordinates.iter().map(|name| (*name).to_owned()).collect(),
         components: components.iter().map(|(names, text)| (pair(names), (*text).to_owned())).collect(),
-        ..MetricText::default()
+        ..GeometryText::default()
     }
 }
 

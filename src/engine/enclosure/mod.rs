@@ -121,7 +121,7 @@ impl Enclosure {
         let varies = |variable: usize| active.contains(&variable) || active.iter().any(|a| 2 * n + a == variable);
         // Velocities of active coordinates are outputs of their own, unless momenta say the same.
         let outputs = if geometry.is_separable() { n } else { n + active.len() };
-        let mut enclosure = Self::new(&geometry.hamiltonian().program, outputs, varies)?;
+        let mut enclosure = Self::new(&geometry.hamiltonian.program, outputs, varies)?;
         enclosure.fix(momenta.iter().enumerate().map(|(a, &p)| (2 * n + a, p)));
         Some(enclosure)
     }

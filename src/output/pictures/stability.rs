@@ -174,11 +174,11 @@ pub fn last_node(of: &str, arena: &Arena, cells: &[Cell]) -> Chart {
     let pairs = curves_of(0).into_iter().zip(curves_of(1));
     let mut all: Vec<Series> = pairs.flat_map(|(raw, corrected)| [raw, open(corrected)]).collect();
     // The multiplier of the last node, as the theory calls it.
-    let share = if arena.geometry().c_squared().is_none() { "κ_a" } else { "λ_7" };
+    let share = if arena.geometry().c_squared.is_none() { "κ_a" } else { "λ_7" };
     if let Some(first) = all.get_mut(1) {
         first.label = format!("open: with + {share}/H_N");
     }
-    let (charge, deviation) = match arena.geometry().c_squared().is_none() {
+    let (charge, deviation) = match arena.geometry().c_squared.is_none() {
         true => ("largest change of a charge", "largest |Δp_a|"),
         false => ("charge", "|ΔQ_t|"),
     };

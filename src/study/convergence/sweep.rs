@@ -126,7 +126,7 @@ fn errors<S: Real>(line: &WorldLine<S>, reference: &ReferenceTrajectory<S>) -> E
     }
     let Diagnostics { charges, norm, .. } = Diagnostics::new(line);
     // In one coordinate it is that of the run's last node, as the paper has it.
-    let is_of_x = line.geometry().c_squared().is_some();
+    let is_of_x = line.geometry().c_squared.is_some();
     let last = charges.iter().map(|charge| (if is_of_x { charge.last } else { charge.max_last }).to_f64());
     Errors {
         at_end,

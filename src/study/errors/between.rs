@@ -159,11 +159,11 @@ pub(super) fn middles(parts: usize) -> impl Iterator<Item = f64> {
 mod tests {
     use super::*;
     use crate::engine::Accuracy;
-    use crate::geometry::PotentialText;
+    use crate::geometry::GeometryText;
 
     /// V as a formula of x, and where a motion starts.
     fn of_x(expression: &str, x: f64, x_dot: f64) -> (Geometry, Start) {
-        let geometry: Geometry = Geometry::of_x(PotentialText::of_x(expression, 1.0, 3.0)).unwrap();
+        let geometry: Geometry = Geometry::of_x(&GeometryText::of_x(expression, 1.0, 3.0)).unwrap();
         let (q, q_dot) = (vec![0.0, x], vec![1.2, x_dot]);
         let p = geometry.momenta(&q, &q_dot);
         (geometry, Start { q, q_dot, p })

@@ -199,7 +199,7 @@ impl Arena {
         };
         let motion = points.iter().map(|point| geometry.motion(&point.q, &point.q_dot)).fold(0.0, f64::max);
         let k = if motion > 0.0 { motion } else { geometry.norm(&start.q, &start.q_dot).abs() };
-        if geometry.c_squared().is_some() {
+        if geometry.c_squared.is_some() {
             // In one coordinate t has the time in which x moves by its amplitude at its largest speed.
             let (x, speed) = (amplitude(1), largest(points, |point| point.q_dot[1] / point.q_dot[0]));
             let duration = points.last().map_or(0.0, |end| end.q[0].abs());

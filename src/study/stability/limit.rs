@@ -6,7 +6,7 @@ use nalgebra::{Complex, ComplexField};
 
 use super::{Method, WINDOW};
 use crate::case::{Form, SbpName};
-use crate::geometry::{Geometry, PotentialText, Start};
+use crate::geometry::{Geometry, GeometryText, Start};
 use crate::methods::{Output, Peer, Problem, Setting};
 use crate::sbp::symbol::{amplification, largest_symbol};
 
@@ -76,7 +76,7 @@ fn first_growing(radius: impl Fn(f64) -> f64) -> Limit {
 fn step_radius(peer: &dyn Peer, step: f64) -> f64 {
     // So near to x = 0 the geodesic in V = x²/2 is a harmonic oscillation, up to rounding.
     const SMALL: f64 = 1e-12;
-    let Ok(space) = Geometry::of_x(PotentialText::of_x("x*x/2", 1.0, 1.0)).map(Arc::new) else { return f64::INFINITY };
+    let Ok(space) = Geometry::of_x(&GeometryText::of_x("x*x/2", 1.0, 1.0)).map(Arc::new) else { return f64::INFINITY };
     let column = |x: f64, x_dot: f64| {
         let (q, q_dot) = (vec![0.0, SMALL * x], vec![1.0, SMALL * x_dot]);
         let start = Start { p: space.momenta(&q, &q_dot), q, q_dot };

@@ -100,7 +100,7 @@ impl Job {
     fn ran(&self, arena: &Arena) -> Option<Ran> {
         let (subject, place) = (&arena.subject, arena.subject.stretched(self.tangent));
         let wanted = (self.length / self.setting).round().max(1.0) as usize;
-        let is_of_x = arena.geometry().c_squared().is_some();
+        let is_of_x = arena.geometry().c_squared.is_some();
         let whole = |nodes: usize| (wanted as f64 / nodes as f64).round().max(1.0) as usize;
         let mut setup = Setup { place: place.clone(), rough: place, ..subject.plain.clone() };
         let solved = |setup: Setup| {

@@ -1,7 +1,7 @@
 //! The start that the initial data of a scene describe.
 
 use geodesic_ivp::case::{Case, Rate};
-use geodesic_ivp::geometry::{Geometry, GeometryText, Law, Start};
+use geodesic_ivp::geometry::{Geometry, Law, Start};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::Limit;
 
@@ -116,7 +116,7 @@ fn masses_of_their_own() {
     near(start.p[1], -0.1 * 2.0 / 1.5);
     near(start.p[2], -0.2 * 3.0 / 1.5);
     near(start.p[0], 100.0 + 2.0 * 2.0 / 1.5);
-    let GeometryText::Potential(potential) = scene(text).geometry_text.clone() else { panic!() };
+    let potential = scene(text).geometry_text.potential.clone().unwrap();
     assert_eq!((potential.law, potential.masses[1].as_str()), (Law::Relativistic, "k"));
 }
 

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use geodesic_ivp::engine::{Accuracy, Engine, Failure};
 use geodesic_ivp::geometry::{Geometry, Start};
 
-use crate::common::{QUARTIC_POTENTIAL, newtonian, of_potential, one, start};
+use crate::common::{QUARTIC_POTENTIAL, geometry, newtonian, one, start};
 
 /// The end of a run, or where it fails.
 fn end(mut engine: Engine<'_>) -> (Result<(), Failure>, f64, Vec<f64>) {
@@ -122,7 +122,7 @@ fn the_ends_of_windows_in_a_stiff_valley_add_up_to_no_more_than_the_accuracy() {
         (second, [0.9911177144429043, 0.33356873803625214], 0.5366371734429103, 0.07443578584186492, 5.1e-11),
     ];
     for (potential, [x, y], speed, length, accuracy) in scenes {
-        let geometry = of_potential(&newtonian(&["x", "y"], potential));
+        let geometry = geometry(&newtonian(&["x", "y"], potential));
         let begin = start(&geometry, &[0.0, x, y, 0.0], &[1.0, speed, 0.0, 0.0]);
         let [found, known] = [Accuracy::Promised(accuracy), Accuracy::Local(1e-15)].map(|wanted| {
             let mut engine = Engine::accurate(&geometry, &begin, length, wanted).unwrap();

@@ -1,6 +1,6 @@
 //! Hamilton's equations, their Jacobian, momenta and norms against their definitions.
 
-use geodesic_ivp::geometry::{Geometry, MetricText};
+use geodesic_ivp::geometry::{Geometry, GeometryText};
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -106,14 +106,14 @@ proptest! {
 #[test]
 fn motion_is_separable_where_accelerations_depend_on_positions_alone() {
     let plane = || metric(&["t", "x", "y"], &[("t t", "1 + x^2 + y^2"), ("x x", "-1"), ("y y", "-3")]);
-    let is_separable = |text: MetricText| {
+    let is_separable = |text: GeometryText| {
         let geometry = geometry::<f64>(&text);
         assert_eq!(geometry.active(), [1, 2]);
         geometry.is_separable()
     };
     assert!(is_separable(plane()));
-    assert!(!is_separable(MetricText { force: vec![(1, "x_dot/5".to_owned())], ..plane() }), "friction");
-    assert!(!is_separable(MetricText { one_form: vec![(1, "y".to_owned())], ..plane() }), "a magnetic field");
+    assert!(!is_separable(GeometryText { force: vec![(1, "x_dot/5".to_owned())], ..plane() }), "friction");
+    assert!(!is_separable(GeometryText { one_form: vec![(1, "y".to_owned())], ..plane() }), "a magnetic field");
     // (t, x, s) with a constant determinant, in which p_s drives x.
     let coupled = metric(&["t", "x", "s"], &[("t t", "x^2"), ("t x", "0.5"), ("t s", "1"), ("x x", "-1")]);
     let geometry = geometry::<f64>(&coupled);

@@ -1,6 +1,6 @@
 //! Scenes twice: as texts, and as functions of this program that take dual numbers.
 
-use geodesic_ivp::geometry::{Geometry, GeometryText, MetricText, PotentialText};
+use geodesic_ivp::geometry::{Geometry, GeometryText};
 use num_dual::DualNum;
 
 use crate::common::{metric, newtonian, of_x};
@@ -73,15 +73,14 @@ impl Scene for Everything {
             ("y z", "x/5"),
             ("z z", "-exp(t/5)"),
         ];
-        let text = MetricText {
+        GeometryText {
             parameters: vec![("k".into(), "3/10".into())],
             definitions: vec![("late".into(), "t*early".into()), ("early".into(), "1/5".into())],
             one_form: vec![(0, "x*y/3".into()), (3, "0.4*sin(x) + late".into())],
             force: vec![(0, "0.1*z_dot".into()), (1, "t*z_dot^2/20 - 0.1*x_dot".into()), (2, "-y_dot*t_dot/5".into())],
             conformal: Some("1 + x^2/10 + y^2/9".into()),
             ..metric(&["t", "x", "y", "z"], &components)
-        };
-        GeometryText::Metric(text)
+        }
     }
 
     fn metric<D: Number>(q: &[D]) -> Vec<Vec<D>> {
@@ -115,12 +114,11 @@ impl Scene for Plane {
     const ACTIVE: &'static [usize] = &[0, 1];
 
     fn text() -> GeometryText {
-        let text = MetricText {
+        GeometryText {
             one_form: vec![(0, "y^2 - x".into())],
             force: vec![(1, "x_dot*y^2".into())],
             ..metric(&["x", "y"], &[("x x", "2 + sin(x*y)"), ("x y", "0.3"), ("y y", "-1 - x^2")])
-        };
-        GeometryText::Metric(text)
+        }
     }
 
     fn metric<D: Number>(q: &[D]) -> Vec<Vec<D>> {
@@ -148,11 +146,10 @@ impl Scene for Null {
     const ACTIVE: &'static [usize] = &[0, 2];
 
     fn text() -> GeometryText {
-        let text = MetricText {
+        GeometryText {
             one_form: vec![(1, "w^3/4".into())],
             ..metric(&["u", "v", "w"], &[("u v", "2 + cos(w)"), ("w w", "-exp(u/4)"), ("u w", "w/6")])
-        };
-        GeometryText::Metric(text)
+        }
     }
 
     fn metric<D: Number>(q: &[D]) -> Vec<Vec<D>> {
@@ -180,15 +177,15 @@ impl Scene for Lifted {
     const ACTIVE: &'static [usize] = &[0, 1, 2];
 
     fn text() -> GeometryText {
-        let text = PotentialText {
-            masses: vec!["3/2".into(), "b".into()],
+        let mut text = GeometryText {
             parameters: vec![("b".into(), "0.7".into())],
             one_form: vec![(0, "-b*y".into()), (1, "x^2/3".into())],
             force: vec![(0, "1/4 - x_dot/5 + y_dot^3".into())],
             conformal: Some("1 + x^2/4".into()),
             ..newtonian(&["x", "y"], "x^2*y + cos(y)")
         };
-        GeometryText::Potential(text)
+        text.potential.as_mut().unwrap().masses = vec!["3/2".into(), "b".into()];
+        text
     }
 
     fn metric<D: Number>(q: &[D]) -> Vec<Vec<D>> {

@@ -8,8 +8,7 @@ use geodesic_ivp::methods::{
 };
 
 use crate::common::{
-    QUARTIC_POTENTIAL, geometry, newtonian, newtonian_start, norm_of, of_potential, one, polynomial, preset, reference,
-    start,
+    QUARTIC_POTENTIAL, geometry, newtonian, newtonian_start, norm_of, one, polynomial, preset, reference, start,
 };
 
 /// A potential of one coordinate, with the coefficients of g00 if it is to be evaluated as a polynomial.
@@ -43,7 +42,7 @@ fn scenes() -> [Problem; 3] {
         length,
         g00: None,
     };
-    let henon_heiles = of_potential(&newtonian(&["x", "y"], "(x^2 + y^2)/2 + x^2*y - y^3/3"));
+    let henon_heiles = geometry(&newtonian(&["x", "y"], "(x^2 + y^2)/2 + x^2*y - y^3/3"));
     let [schwarzschild, kerr] =
         [preset("schwarzschild", &[]), preset("kerr", &[("a", "0.9")])].map(|text| geometry(&text));
     let starts = [

@@ -5,20 +5,18 @@ use std::f64::consts::{PI, TAU};
 use geodesic_ivp::geometry::Geometry;
 use geodesic_ivp::reference::ReferenceTrajectory;
 
-use crate::common::{
-    assert_near, geometry, newtonian, newtonian_start, of_potential, preset, reference, start, start_with_momenta,
-};
+use crate::common::{assert_near, geometry, newtonian, newtonian_start, preset, reference, start, start_with_momenta};
 
 #[test]
 fn the_rate_of_t_and_a_conformal_factor_leave_the_path() {
     // ẍ = −x³ − v |v|/5 + ½, with t at the start at any rate.
     let mut text = newtonian(&["x"], "x^4/4");
     text.force = vec![(0, "1/2 - x_dot*abs(x_dot)/5".to_owned())];
-    let plain: Geometry = of_potential(&text);
+    let plain: Geometry = geometry(&text);
     let begin = newtonian_start(&plain, &[1.0], &[0.3]);
     let path = reference(&plain, &begin, 6.0);
     text.conformal = Some("1/(1 + x^2)".to_owned());
-    let other: Geometry = of_potential(&text);
+    let other: Geometry = geometry(&text);
     let q = [0.0, 1.0, 0.0];
     let q_dot = [2.0, 0.6, 2.0 * begin.q_dot[2]];
     let begin = start(&other, &q, &q_dot);

@@ -2,13 +2,13 @@
 //! kinks, and sees thin walls.
 
 use geodesic_ivp::engine::Engine;
-use geodesic_ivp::geometry::{Geometry, MetricText, Start};
+use geodesic_ivp::geometry::{Geometry, GeometryText, Start};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::reference::{EndReason, ReferenceTrajectory, time_parametrised};
 
 use crate::common::{
-    QUARTIC_POTENTIAL, assert_near, g00, geometry, metric, newtonian, newtonian_start, norm_of, of_potential, of_x,
-    one, preset, reference, start, start_with_momenta,
+    QUARTIC_POTENTIAL, assert_near, g00, geometry, metric, newtonian, newtonian_start, norm_of, of_x, one, preset,
+    reference, start, start_with_momenta,
 };
 
 fn quartic() -> Geometry {
@@ -195,7 +195,7 @@ fn it_ends_where_the_geodesic_leaves_the_domain() {
 
 #[test]
 fn what_has_no_series_is_singular() {
-    let geometry: Geometry = of_potential(&newtonian(&["x"], "x^2.5"));
+    let geometry: Geometry = geometry(&newtonian(&["x"], "x^2.5"));
     let start = newtonian_start(&geometry, &[0.0], &[1.0]);
     let end = ReferenceTrajectory::new(&geometry, &start, 1.0, 16).unwrap_err();
     assert_eq!(end.reason, EndReason::Singular, "{end}");
@@ -212,16 +212,16 @@ fn kinks_are_seen() {
     }
     assert!(trajectory.error_estimate() < 1e-12, "{}", trajectory.error_estimate());
     // A force that is only a sign, and one that depends on the sign of a velocity: coasting down by dry friction.
-    let geometry: Geometry = of_potential(&newtonian(&["x"], "abs(x)"));
-    let start = newtonian_start(&geometry, &[0.5], &[0.0]);
-    let reference_of_v = reference(&geometry, &start, 8.0);
+    let coasting: Geometry = geometry(&newtonian(&["x"], "abs(x)"));
+    let start = newtonian_start(&coasting, &[0.5], &[0.0]);
+    let reference_of_v = reference(&coasting, &start, 8.0);
     // From 1/2 to 0 takes time 1; then it is periodic with period 4.
     for (gamma, x) in [(1.0, 0.0), (1.5, -0.375), (2.0, -0.5), (3.0, 0.0), (4.0, 0.5), (8.0, 0.5)] {
         assert_near(reference_of_v.at(gamma).q[1], x, 1e-13, "x");
     }
     let mut text = newtonian(&["x"], "x^2/2");
     text.force = vec![(0, "-x_dot*abs(x_dot)/5".to_owned())];
-    let geometry: Geometry = of_potential(&text);
+    let geometry: Geometry = geometry(&text);
     let with_friction = reference(&geometry, &newtonian_start(&geometry, &[1.0], &[0.0]), 20.0);
     assert!(with_friction.error_estimate() < 1e-12, "{}", with_friction.error_estimate());
     assert_near(geometry.norm(&with_friction.at(20.0).q, &with_friction.at(20.0).q_dot), 0.0, 1e-12, "K");
@@ -231,7 +231,7 @@ fn kinks_are_seen() {
 fn forces_that_cancel_cost_no_steps() {
     // The forces of two equal masses on a third one between them cancel in z but for rounding.
     let pull = |sign: &str| format!("-1/sqrt(x^2 + y^2 + (z {sign} 0.7)^2)");
-    let geometry: Geometry = of_potential(&newtonian(&["x", "y", "z"], &(pull("+") + &pull("-"))));
+    let geometry: Geometry = geometry(&newtonian(&["x", "y", "z"], &(pull("+") + &pull("-"))));
     let start = newtonian_start(&geometry, &[1.0, 0.0, 1e-17], &[0.0, 0.9, 0.0]);
     let reference = reference(&geometry, &start, 20.0);
     assert!(reference.steps() < 200, "{}", reference.steps());
@@ -260,7 +260,7 @@ fn lower_orders_are_less_accurate() {
 
 #[test]
 fn every_sign_change_is_found() {
-    let geometry: Geometry = of_potential(&newtonian(&["x"], "x^2/2"));
+    let geometry: Geometry = geometry(&newtonian(&["x"], "x^2/2"));
     let reference = reference(&geometry, &newtonian_start(&geometry, &[1.0], &[0.0]), 20.0);
     let zeros = reference.sign_changes(|point| point.q[1]);
     assert_eq!(zeros.len(), 6);
@@ -274,7 +274,7 @@ fn every_sign_change_is_found() {
 fn a_time_that_is_not_reached() {
     // dt/dγ = exp(−γ): t stays below 1.
     let text = metric(&["t", "x"], &[("t t", "exp(x)"), ("x x", "-1")]);
-    let with_drift = MetricText { force: vec![(1, "-exp(x)*t_dot^2/2".to_owned())], ..text };
+    let with_drift = GeometryText { force: vec![(1, "-exp(x)*t_dot^2/2".to_owned())], ..text };
     let geometry: Geometry = geometry(&with_drift);
     let start = start(&geometry, &[0.0, 0.0], &[1.0, 1.0]);
     let gamma = ReferenceTrajectory::length_of(&geometry, &start, 0, 0.5, 16).unwrap();

@@ -2,7 +2,7 @@
 //! whole runs, in `world_lines/units.rs`.
 
 use geodesic_ivp::action::{DoubledAction, Form, GradientRounding};
-use geodesic_ivp::geometry::MetricText;
+use geodesic_ivp::geometry::GeometryText;
 use geodesic_ivp::sbp::{SbpOperator, coefficients};
 
 use crate::common::{geometry, metric, start};
@@ -11,7 +11,8 @@ const POINTS: usize = 9;
 
 #[test]
 fn what_rests_at_zero_is_rounded_as_it_falls_and_multipliers_add_up() {
-    let force = MetricText { force: vec![(0, "0.5".to_owned())], ..metric(&["x", "y"], &[("x x", "2"), ("y y", "1")]) };
+    let force =
+        GeometryText { force: vec![(0, "0.5".to_owned())], ..metric(&["x", "y"], &[("x x", "2"), ("y y", "1")]) };
     let geometry = geometry::<f64>(&force);
     let h = 0.125;
     let sbp = SbpOperator::new(&coefficients::SBP21, POINTS, h).unwrap();

@@ -32,7 +32,7 @@ fn default_grids_go_with_the_pace_of_the_motion() {
             .unwrap();
             assert_eq!(matches!(arena.pace, Pace::Growth(_)), is_growth);
             assert!((arena.pace.rate() / rate - 1.0).abs() < 1e-3, "{:?}", arena.pace);
-            assert!(arena.reference_error() > 0.0 && arena.geometry().c_squared().is_some() && !arena.has_energy());
+            assert!(arena.reference_error() > 0.0 && arena.geometry().c_squared.is_some() && !arena.has_energy());
             let (lengths, spacings) = (arena.default_lengths(), arena.default_spacings());
             // Two radians to a thousand, and the length of the case, once.
             assert!(lengths.is_sorted_by(|a, b| 1.1 * a < *b) && lengths.contains(&own), "{lengths:?}");

@@ -171,12 +171,12 @@ fn frequencies_and_sizes_of_a_scene_are_those_of_its_motion() {
     "#;
     let arena = Arena::new(&parsed(text, &[]), &[10.0]).unwrap();
     assert!((arena.omega() - 2.0).abs() < 1e-12, "{}", arena.omega());
-    assert!(arena.geometry().c_squared().is_none() && arena.has_energy() && arena.t_dot() == Some(1.0));
+    assert!(arena.geometry().c_squared.is_none() && arena.has_energy() && arena.t_dot() == Some(1.0));
     let metric = "metric = { coordinates = [\"x\", \"y\"], components = { \"x x\" = \"1\", \"y y\" = \"1 + x^2\" } }\n\
                   initial = { x = 0.0, y = 0.0, x_dot = 1.0, y_dot = 0.5 }\ngrid = { gamma_f = 1.0, n_gamma = 24 }\n\
                   scheme.sbp = \"SBP42\"";
     let other = Arena::new(&parsed(metric, &[]), &[1.0]).unwrap();
-    assert!(other.geometry().c_squared().is_none() && !other.has_energy() && other.t_dot().is_none());
+    assert!(other.geometry().c_squared.is_none() && !other.has_energy() && other.t_dot().is_none());
     assert_eq!((arena.geometry().names().len(), arena.geometry().ignorable().collect::<Vec<_>>()), (4, vec![0, 3]));
     // In one coordinate there are no two units; here x is judged by the amplitude of y, whose unit it has.
     let methods = vec![Method::Peer(&Composition::VERLET), Method::Block(SbpName::Sbp42, Form::Weak)];

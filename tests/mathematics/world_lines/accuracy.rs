@@ -269,7 +269,7 @@ fn every_reader_of_a_world_line_takes_the_grid_of_each_window() {
 }
 
 fn schwarzschild() -> GeometryText {
-    GeometryText::Metric(Preset::from_name("schwarzschild").unwrap().text())
+    Preset::from_name("schwarzschild").unwrap().text()
 }
 
 #[test]
