@@ -235,7 +235,7 @@ impl<S: Real> Progress<S> {
     ) {
         let (norm, direction, least) = (self.norm, watched.direction, least(sampler.line, interval.window));
         let mut at = |place: S| value(watched, &sampler.in_window(interval.window, place), norm);
-        // The points of the interval with their values and, in their order, the extrema of the polynomial through these.
+        // The points of the interval with their values, and the extrema of the polynomial through these, in order.
         let [first, last] = interval.ends;
         let mut marks: Vec<[S; 2]> =
             interval.places.iter().zip(values).map(|(&place, &value)| [place, value]).collect();
