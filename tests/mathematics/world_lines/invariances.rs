@@ -25,7 +25,8 @@ fn the_free_particle_conserves_all_three_charges() {
         assert!(free[0].max(free[1]) < 1e-13, "{overrides}: {free:?}");
     }
     for other in ["[0.5]", "[1.0,0.5]", "[0,0,0.5]", "[0,0,0,0,0.5]"] {
-        let found = Diagnostics::new(&solved(&format!("potential.polynomial.coefficients={other}"))).of_x.unwrap();
+        let found =
+            Diagnostics::new(&solved(&format!("potential={{polynomial={{coefficients={other}}}}}"))).of_x.unwrap();
         assert!(found.free_particle.is_none(), "{other}");
     }
 }
