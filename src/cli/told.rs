@@ -253,7 +253,7 @@ fn scheme<S: Real>(line: &WorldLine<S>, solve_seconds: f64) -> String {
         (1, points) => format!("{points} nodes"),
         (windows, points) => format!("{windows} windows of {points} nodes"),
     };
-    let (name, form, gamma) = (String::from(line.sbp_name), line.form.as_str(), short(line.gamma_f().to_f64()));
+    let (name, form, gamma) = (line.sbp_name, line.form.as_str(), short(line.gamma_f().to_f64()));
     let time = unbroken(&format!("{:.2} ms", 1e3 * solve_seconds));
     format!("{name} {form} form, {nodes} to gamma = {gamma}, {time}")
 }

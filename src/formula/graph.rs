@@ -274,9 +274,8 @@ impl<S: Real> Graph<S> {
     /// nodes that take the place of `roots`.
     pub(super) fn expand_powers(&mut self, roots: &[NodeId]) -> Vec<NodeId> {
         rebuilt(&self.uses(roots), roots, |id, expanded| match self.nodes[id] {
-            Node::Variable(_) | Node::Constant(_) => id,
             Node::PowerInteger(base, exponent) => self.products(expanded[base], exponent),
-            Node::Apply(operation) => self.apply(operation.map(|operand| expanded[operand])),
+            _ => self.with_operands(id, expanded),
         })
     }
 

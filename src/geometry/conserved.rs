@@ -20,18 +20,12 @@ pub struct ConservedSum {
 impl ConservedSum {
     /// The sum as a formula, for example `p_x1 + p_x2`.
     pub fn formula(&self, names: &[String]) -> String {
-        let mut text = String::new();
-        for &(a, c) in &self.terms {
-            let sign = match (text.is_empty(), c < 0.0) {
-                (true, false) => "",
-                (true, true) => "-",
-                (false, false) => " + ",
-                (false, true) => " - ",
-            };
-            let factor = if c.abs() == 1.0 { String::new() } else { format!("{}*", c.abs()) };
-            text += &format!("{sign}{factor}p_{}", names[a]);
-        }
-        text
+        let term = |&(a, c): &(usize, f64)| match c {
+            1.0 => format!("p_{}", names[a]),
+            -1.0 => format!("-p_{}", names[a]),
+            _ => format!("{c}*p_{}", names[a]),
+        };
+        self.terms.iter().map(term).collect::<Vec<_>>().join(" + ").replace("+ -", "- ")
     }
 }
 

@@ -8,7 +8,7 @@ use super::text::{Place, Tau};
 use crate::formula::NodeId;
 use crate::number::Real;
 
-impl<S: Real> Scope<'_, S> {
+impl<S: Real> Scope<S> {
     /// H of a metric with the one-form, `tau` and Ω, from that of the metric alone.
     pub(super) fn hamiltonian(
         &mut self,

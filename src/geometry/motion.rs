@@ -54,8 +54,8 @@ impl<S: Real> Motion<S> {
         }
     }
 
-    /// Computes all rates on the first nodes, and writes those of active coordinates, rows of q̇ and then rows of ṗ, into
-    /// as many rows as there are.
+    /// Computes all rates on the first nodes, and writes those of active coordinates into as many rows as there are:
+    /// rows of q̇, and then rows of ṗ.
     ///
     /// # Errors
     /// The first node that is outside the domain.

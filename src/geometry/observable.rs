@@ -30,8 +30,7 @@ impl<S: Real> Observable<S> {
     pub fn new(text: &str, scene: &GeometryText, place: Place) -> Result<Self, GeometryError> {
         let all = observed(&scene.names());
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
-        let positions = scene.positions();
-        let mut scope = Scope::new(&positions, positions.len(), scene)?;
+        let mut scope = Scope::new(scene)?;
         scope.define(&scene.definitions)?;
         let node = formula::parse(text, &variables, &scope.names, &mut scope.graph)
             .map_err(|error| GeometryError::Formula(place, error))?;

@@ -26,10 +26,10 @@ pub(super) struct Parts<S> {
 }
 
 /// The names that the formulas of a scene may refer to.
-pub(super) struct Scope<'s, S> {
+pub(super) struct Scope<S> {
     pub(super) graph: Graph<S>,
     /// Names of the coordinates that formulas may use; they are the first variables of the graph.
-    coordinates: &'s [String],
+    coordinates: Vec<String>,
     /// Number of all coordinates.
     pub(super) all: usize,
     pub(super) names: Names<S>,
@@ -42,9 +42,9 @@ pub(super) fn variables(coordinates: &[String], all: usize, kinds: usize) -> Vec
     (0..kinds * all).map(|k| coordinates.get(k % all).map_or_else(String::new, KINDS[k / all])).collect()
 }
 
-impl<'s, S: Real> Scope<'s, S> {
+impl<S: Real> Scope<S> {
     /// The names of a scene in a graph, without its definitions.
-    pub(super) fn new(coordinates: &'s [String], all: usize, scene: &GeometryText) -> Result<Self, GeometryError> {
+    pub(super) fn new(scene: &GeometryText) -> Result<Self, GeometryError> {
         let (mut graph, mut names) = (Graph::default(), parameters(&scene.parameters)?);
         for name in &scene.held {
             if let Some(Known::Number(value)) = names.get(name).copied() {
@@ -52,12 +52,12 @@ impl<'s, S: Real> Scope<'s, S> {
             }
         }
         names.extend(scene.tables.iter().map(|(name, table)| (name.clone(), Known::Table(*table))));
-        Ok(Self { graph, coordinates, all, names })
+        Ok(Self { graph, coordinates: scene.positions(), all: scene.names().len(), names })
     }
 
     /// A formula in so many [`variables`].
     pub(super) fn parse(&mut self, text: &str, place: Place, kinds: usize) -> Result<NodeId, GeometryError> {
-        let variables = variables(self.coordinates, self.all, kinds);
+        let variables = variables(&self.coordinates, self.all, kinds);
         let variables: Vec<&str> = variables.iter().map(String::as_str).collect();
         formula::parse(text, &variables, &self.names, &mut self.graph)
             .map_err(|error| GeometryError::Formula(place, error))
@@ -177,17 +177,16 @@ pub(super) fn plus<S: Real>(graph: &mut Graph<S>, sum: NodeId, [a, b]: [NodeId; 
 
 impl<S: Real> Parts<S> {
     pub(super) fn new(text: &GeometryText) -> Result<Self, GeometryError> {
-        let (names, positions) = (text.names(), text.positions());
-        let scope = Scope::new(&positions, names.len(), text)?;
+        let scope = Scope::new(text)?;
         let parts = match &text.potential {
-            None => Self::of_metric(text, names, scope),
-            Some(potential) => Self::of_potential(text, potential, names, scope),
+            None => Self::of_metric(text, scope),
+            Some(potential) => Self::of_potential(text, potential, scope),
         };
         parts.map(Self::without_zeros)
     }
 
-    fn of_metric(text: &GeometryText, names: Vec<String>, mut scope: Scope<'_, S>) -> Result<Self, GeometryError> {
-        let n = names.len();
+    fn of_metric(text: &GeometryText, mut scope: Scope<S>) -> Result<Self, GeometryError> {
+        let (names, n) = (text.names(), scope.all);
         scope.define(&text.definitions)?;
         let omega = scope.omega(text.conformal.as_ref())?;
         let (mut metric, mut one_form, mut force) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
@@ -210,13 +209,8 @@ impl<S: Real> Parts<S> {
         Ok(Self { graph: scope.graph, names, metric, one_form, hamiltonian, force, particles: 0..0 })
     }
 
-    fn of_potential(
-        text: &GeometryText,
-        potential: &Potential,
-        names: Vec<String>,
-        mut scope: Scope<'_, S>,
-    ) -> Result<Self, GeometryError> {
-        let (parameters, n) = (parameters(&text.parameters)?, names.len());
+    fn of_potential(text: &GeometryText, potential: &Potential, mut scope: Scope<S>) -> Result<Self, GeometryError> {
+        let (parameters, names, n) = (parameters(&text.parameters)?, text.names(), scope.all);
         let number = |text: &str, place| constant(text, &parameters, place);
         let mass = number(&potential.mass, Place::Mass(None))?;
         let c = number(&potential.c, Place::SpeedOfLight)?;
@@ -237,8 +231,8 @@ impl<S: Real> Parts<S> {
         metric.insert([0, 0], g_tt);
         let minus_one_over_scale = scope.graph.constant(-S::ONE / scale);
         // Masses depend on t alone, and not on definitions.
-        let (coordinates, defined) = (scope.coordinates, std::mem::replace(&mut scope.names, undefined));
-        scope.coordinates = &coordinates[..1];
+        let defined = std::mem::replace(&mut scope.names, undefined);
+        let coordinates = std::mem::replace(&mut scope.coordinates, vec!["t".to_owned()]);
         for (a, mass) in potential.masses.iter().enumerate() {
             let mass = scope.parse(mass, Place::Mass(Some(a)), 1)?;
             let component = match scope.graph.as_constant(mass) {

@@ -11,7 +11,7 @@ pub struct GeometryText {
     pub coordinates: Vec<String>,
     /// g_ab by the indices of a pair of coordinates. What is not given is zero; a pair stands for both orders.
     pub components: Vec<([usize; 2], String)>,
-    /// What the metric follows from, in place of components.
+    /// The potential from which the metric follows, in place of components.
     pub potential: Option<Potential>,
     /// Named expressions in the coordinates, the parameters and each other.
     pub definitions: Vec<(String, String)>,

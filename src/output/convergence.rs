@@ -12,7 +12,7 @@ use crate::study::convergence::{Convergence, ConvergencePoint, Quantity, Slope};
 pub fn convergence_table<S>(convergence: &Convergence<S>) -> StudyTable<'_, ConvergencePoint> {
     let Convergence { points, coordinates, charges, .. } = convergence;
     let grids = StudyTable::of(points)
-        .with("sbp", |point| point.sbp.into())
+        .with("sbp", |point| point.sbp.to_string())
         .with("form", |point| point.form.as_str().to_owned())
         .with("n_gamma", |point| point.n_gamma.to_string())
         .with_number("delta_gamma", |point| Some(point.delta_gamma));
@@ -34,7 +34,7 @@ pub fn convergence_table<S>(convergence: &Convergence<S>) -> StudyTable<'_, Conv
 pub fn slopes_table(slopes: &[Slope]) -> StudyTable<'_, Slope> {
     let bound = |n: Option<usize>| n.map(|n| n.to_string()).unwrap_or_default();
     StudyTable::of(slopes)
-        .with("sbp", |slope| slope.sbp.into())
+        .with("sbp", |slope| slope.sbp.to_string())
         .with("form", |slope| slope.form.as_str().to_owned())
         .with("quantity", |slope| slope.name.clone())
         .with_number("slope", |slope| Some(slope.fit.as_ref()?.slope))
@@ -73,7 +73,7 @@ pub fn convergence_summary<S: Real>(
     let of_slope = |slope: &Slope| {
         let fit = slope.fit.as_ref();
         json!({
-            "sbp": String::from(slope.sbp),
+            "sbp": slope.sbp.to_string(),
             "form": slope.form.as_str(),
             "quantity": slope.name,
             "slope": fit.map(|fit| fit.slope),

@@ -110,7 +110,7 @@ fn problem<S: Real>(case: &Case, geometry: &Geometry<S>, settings: Settings, ite
         present(json!({"title": case.title.as_deref()})),
         json!(coordinates),
         json!({
-            "sbp": String::from(sbp),
+            "sbp": sbp.to_string(),
             "form": form,
             "system": system,
             "regularised": regularised,

@@ -72,8 +72,8 @@ impl Rule {
     }
 }
 
-/// What a step of Newton's method takes from x, where the polynomials are `p`: towards a root of P_m, m = n, or of P′_m,
-/// m = n − 1, with (1 − x²)P′_m = m(P_{m−1} − xP_m) and (1 − x²)P″_m = 2xP′_m − m(m + 1)P_m.
+/// A step of Newton's method, to be taken from x, where the polynomials are `p`: towards a root of P_m, m = n, or of
+/// P′_m, m = n − 1, with (1 − x²)P′_m = m(P_{m−1} − xP_m) and (1 − x²)P″_m = 2xP′_m − m(m + 1)P_m.
 fn newton_step<S: Real>(family: Family, n: usize, x: S, p: &[S]) -> S {
     let m = if family == Family::Gauss { n } else { n - 1 };
     let [degree, eigenvalue] = [m, m * (m + 1)].map(|k| S::from(k as f64));

@@ -29,6 +29,8 @@ pub use coefficients::Coefficients;
 pub use name::SbpName;
 pub use regularised::RegularisedOperator;
 
+use std::iter;
+
 use pulp::{Arch, Simd, WithSimd};
 
 use self::coefficients::quotient;
@@ -88,11 +90,12 @@ impl<S: Real> SbpOperator<S> {
             weights[points - 1 - k] = weights[k];
         }
         let row_sums = coefficients.closure.iter().map(|row| row.iter().map(|c| quotient::<f64>(c).abs()).sum());
-        let closure = coefficients.closure.iter().flat_map(|row| row.iter());
+        let width = coefficients.closure.iter().map(|row| row.len()).max().unwrap_or(0);
+        let closure = coefficients.closure.iter().flat_map(|row| row.iter().chain(iter::repeat(&(0, 1))).take(width));
         Ok(Self {
             spacing,
             closure: closure.map(|c| quotient::<S>(c) / spacing).collect(),
-            closure_width: coefficients.closure[0].len(),
+            closure_width: width,
             interior: coefficients.interior.iter().map(|c| quotient::<S>(c) / spacing).collect(),
             nodes: Vec::new(),
             columns: Vec::new(),

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 use super::coefficients::{Coefficients, SBP21, SBP42, SBP63, SBP84};
 use super::gll::{LEAST_NODES, MOST_NODES};
@@ -10,8 +10,8 @@ use super::{SbpOperator, TooFewPoints};
 use crate::number::Real;
 
 /// The name of an operator. Spacing and, for finite differences, the number of nodes are still to be chosen.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize)]
+#[serde(try_from = "String")]
 pub enum SbpName {
     /// Second order inside, first at the boundary.
     Sbp21,
@@ -111,11 +111,5 @@ impl TryFrom<String> for SbpName {
                 Err(format!("unknown operator \"{name}\", expected {known} or GLL<n>, for example GLL16{meant}"))
             }
         }
-    }
-}
-
-impl From<SbpName> for String {
-    fn from(name: SbpName) -> Self {
-        name.to_string()
     }
 }

@@ -49,8 +49,8 @@ pub fn largest_symbol(coefficients: &Coefficients) -> f64 {
     symbol(coefficients, 0.5 * (low + high))
 }
 
-/// R(λ) of a window, in the operator's own units of 1/γ; infinite where the system is singular. The initial value enters
-/// by the penalty H⁻¹E_0 in the weak form, and otherwise as the value of the first node.
+/// R(λ) of a window, in the operator's own units of 1/γ; infinite where the system is singular. In the weak form the
+/// initial value enters by the penalty H⁻¹E_0, and otherwise as the value of the first node.
 pub fn amplification(sbp: &SbpOperator, is_weak: bool, lambda: Complex<f64>) -> Complex<f64> {
     let n = sbp.points();
     // The unknowns are the nodes from `first` on, and there is one equation for each.

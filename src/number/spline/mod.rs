@@ -36,7 +36,7 @@ pub enum Outside {
     Linear,
 }
 
-/// What is wrong with the points of a table, and what to do.
+/// A mistake in the points of a table, and what to do.
 #[derive(Debug, PartialEq)]
 pub struct TableError(pub String, pub Option<String>);
 

@@ -38,7 +38,7 @@ pub fn names_of_run(case: &Case) -> Vec<&'static str> {
 pub fn of_run<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
     let (line, parts) = (&run.line, &run.parts()[..]);
     let windows = if line.window_count > 1 { format!(", {} windows", line.window_count) } else { String::new() };
-    let of = &format!("{title} ({}, N = {}{windows})", String::from(line.sbp_name), line.sbp().points());
+    let of = &format!("{title} ({}, N = {}{windows})", line.sbp_name, line.sbp().points());
     let axes = |(name, Axes { x, y }): (String, Axes)| {
         let (formulas, is_lone) = ([&x, &y].map(|formula| case.axis(formula)), name.is_empty());
         let labels = if is_lone { [x, y] } else { ["x", "y"].map(str::to_owned) };
