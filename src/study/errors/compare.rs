@@ -1,5 +1,5 @@
-//! The comparison of a run with a second and cheaper solve, and with the Taylor series of [`crate::reference`]; and that
-//! of a run with events that act with a second one.
+//! The comparison of a run with a second and cheaper solve, and with the Taylor series of [`crate::reference`]; and
+//! that of a run with events that act with a second one.
 
 use super::between::{Between, PROBES, middles, own_windows};
 use super::{Judge, RunError};

@@ -52,8 +52,8 @@ pub struct Numbers {
     pub delta_k_max: f64,
     /// The largest difference of ½mv² + V from its charge, in a scene that is the lift of Newton's law.
     pub delta_energy_max: Option<f64>,
-    /// max |Δp_a| of every charge, in the order of the ignorable coordinates, over the nodes where it is exact; `None` for
-    /// methods that have the charges as parameters.
+    /// max |Δp_a| of every charge, in the order of the ignorable coordinates, over the nodes where it is exact; `None`
+    /// for methods that have the charges as parameters.
     pub charges: Option<Vec<f64>>,
     /// Largest error of every coordinate over all nodes; `None` if the reference does not reach the last of them.
     pub errors: Option<Vec<f64>>,

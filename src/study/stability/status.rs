@@ -1,10 +1,10 @@
 //! The status of a cell, and the rules for it.
 //!
-//! A result is judged by its trajectory and never by its charges. `docs/trust.md` has the rules, of which the first that
-//! holds gives the status, and the sizes A, W and T that errors are compared with. They come from the reference over the
-//! same length. With Γ, the shortest range of γ in which an active coordinate of a scene moves by its A, at most the
-//! length of the run, the T of an ignorable one is max |q̇|·Γ. In the rules x stands for every active coordinate, and t
-//! for every ignorable one.
+//! A result is judged by its trajectory and never by its charges. `docs/trust.md` has the rules, of which the first
+//! that holds gives the status, and the sizes A, W and T that errors are compared with. They come from the reference
+//! over the same length. With Γ, the shortest range of γ in which an active coordinate of a scene moves by its A, at
+//! most the length of the run, the T of an ignorable one is max |q̇|·Γ. In the rules x stands for every active
+//! coordinate, and t for every ignorable one.
 //!
 //! If the geodesic itself leaves the domain before the end, there is no trajectory to compare with. A result is then
 //! called inaccurate, and its errors are empty.
