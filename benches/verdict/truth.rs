@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use geodesic_ivp::geometry::{Geometry, Start};
-use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Setting, State};
+use geodesic_ivp::methods::{Output, Peer, Problem, Setting, State};
 use geodesic_ivp::reference::ReferenceTrajectory;
 
 /// Pieces on which the integrators begin anew.
@@ -37,7 +37,7 @@ impl Truth {
             pieces.push(trajectory);
             here = end;
             let problem = Problem { space: Arc::clone(geometry), start: other.clone(), length: piece, g00: None };
-            let found = Dop853.run(&problem, &Output::even(1), Setting::tolerance(1e-15)).ok()?;
+            let found = Peer::Dop853.run(&problem, &Output::even(1), Setting::tolerance(1e-15)).ok()?;
             let State { q, p } = found.states.last()?;
             other = Start { q_dot: geometry.velocities(q, p).ok()?, q: q.to_vec(), p: p.to_vec() };
             for (a, (one, other)) in here.q.iter().zip(&other.q).enumerate() {

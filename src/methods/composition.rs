@@ -2,20 +2,13 @@
 
 use super::driver::{EqualSteps, Method, Task, Walker, equal_steps};
 use super::equations::{Equations, Parts};
-use super::{About, Failure, Step, Trajectory};
+use super::{Failure, Trajectory};
 
 /// Drift x ← x + h w and kick (w, t) ← (w, t) + h (a, u)(x) in turns. With t as a coordinate whose momentum is the
 /// parameter Q_t, each is the exact flow of a part of the Hamiltonian: the whole is symplectic and symmetric. It needs
 /// equations of that kind, where no rate but that of x depends on w. It has no dense output: the number of its steps is
 /// a multiple of the intervals of the output.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Composition {
-    name: &'static str,
-    curve: &'static str,
-    order: usize,
-    /// See [`About::coarsest`].
-    coarsest: f64,
-    source: &'static str,
+pub(super) struct Composition {
     /// The first half of the symmetric lengths of the kicks, with the middle one.
     half: &'static [f64],
     /// True if sums carry what their rounding drops.
@@ -24,26 +17,12 @@ pub struct Composition {
 
 #[allow(clippy::excessive_precision)] // The constants as they are published, to 18 digits.
 impl Composition {
-    /// Störmer–Verlet (leapfrog), order 2.
-    pub const VERLET: Self = Self {
-        name: "Verlet",
-        curve: "Störmer–Verlet",
-        order: 2,
-        coarsest: 1.0,
-        source: "Hairer, Lubich, Wanner, Acta Numerica 12 (2003) 399",
-        half: &[1.0],
-        compensated: false,
-    };
+    pub(super) const VERLET: Self = Self { half: &[1.0], compensated: false };
 
-    /// Order 6 in 9 stages: Kahan, Li, "Composition constants for raising the orders of unconventional schemes for
-    /// ordinary differential equations", Math. Comp. 66 (1997) 1089–1099, as in Hairer, Lubich, Wanner, "Geometric
-    /// Numerical Integration", V.3.2.
-    pub const KAHAN_LI_6: Self = Self {
-        name: "Kahan-Li 6",
-        curve: "Kahan–Li 6, 8",
-        order: 6,
-        coarsest: 0.25,
-        source: "Kahan, Li, Math. Comp. 66 (1997) 1089",
+    /// Kahan, Li, "Composition constants for raising the orders of unconventional schemes for ordinary differential
+    /// equations", Math. Comp. 66 (1997) 1089–1099, as in Hairer, Lubich, Wanner, "Geometric Numerical Integration",
+    /// V.3.2.
+    pub(super) const KAHAN_LI_6: Self = Self {
         half: &[
             0.392_161_444_007_314_14,
             0.332_599_136_789_359_43,
@@ -54,10 +33,8 @@ impl Composition {
         compensated: false,
     };
 
-    /// Order 8 in 17 stages, from the same place.
-    pub const KAHAN_LI_8: Self = Self {
-        name: "Kahan-Li 8",
-        order: 8,
+    /// From the same place.
+    pub(super) const KAHAN_LI_8: Self = Self {
         half: &[
             0.130_202_483_088_890_09,
             0.561_162_981_775_108_38,
@@ -69,21 +46,14 @@ impl Composition {
             0.295_011_723_609_310_3,
             -0.605_508_533_830_034_5,
         ],
-        ..Self::KAHAN_LI_6
+        compensated: false,
     };
 
-    /// The same with compensated sums, which keep the rounding of a long run from piling up.
-    pub const KAHAN_LI_8_COMPENSATED: Self =
-        Self { name: "Kahan-Li 8 compensated", compensated: true, ..Self::KAHAN_LI_8 };
-
-    /// Kicks, that is evaluations, a step.
-    pub const fn stages(&self) -> usize {
-        2 * self.half.len() - 1
-    }
+    pub(super) const KAHAN_LI_8_COMPENSATED: Self = Self { compensated: true, ..Self::KAHAN_LI_8 };
 
     /// The lengths of kicks and drifts for steps of length `h`.
     fn lengths(&self, h: f64) -> [Vec<f64>; 2] {
-        let n = self.stages();
+        let n = 2 * self.half.len() - 1;
         let kicks: Vec<f64> = (0..n).map(|k| h * self.half[k.min(n - 1 - k)]).collect();
         // The last drift of a step and the first of the next are one.
         let drifts = (0..n).map(|k| 0.5 * (kicks[k] + kicks[(k + 1) % n])).collect();
@@ -92,17 +62,6 @@ impl Composition {
 }
 
 impl Method for Composition {
-    fn about(&self) -> About {
-        let Self { name, curve, order, coarsest, source, .. } = *self;
-        About {
-            order: Some(order),
-            has_dense_output: false,
-            needs_second_order: true,
-            coarsest,
-            ..About::new(name, curve, Step::Constant, source)
-        }
-    }
-
     #[inline(always)]
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
         let (steps, intervals) = (task.setting.count, task.output.intervals);

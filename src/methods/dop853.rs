@@ -2,7 +2,7 @@
 
 use super::driver::{AdaptiveSteps, Control, Method, Task, Walker, adaptive_steps};
 use super::equations::{Equations, step};
-use super::{About, Failure, Step, Trajectory};
+use super::{Failure, Trajectory};
 
 const STAGES: usize = 12;
 /// With the derivative at the end, and three that only the dense output needs.
@@ -182,18 +182,9 @@ const D: [&[(usize, f64)]; 4] = [
     ],
 ];
 
-/// Relative and absolute tolerance for positions and velocities or momenta. Quadratures are carried along outside the
-/// error norm, where they would only cost; between the ends of steps are the polynomials of degree 7 of the dense
-/// output.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Dop853;
+pub(super) struct Dop853;
 
 impl Method for Dop853 {
-    fn about(&self) -> About {
-        let source = "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.5";
-        About { order: Some(8), ..About::new("DOP853", "DOP853", Step::Adaptive, source) }
-    }
-
     #[inline(always)]
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
         const CONTROL: Control =

@@ -4,7 +4,7 @@
 use super::equations::Equations;
 use super::potential::{Force, PotentialEquations, any_degree, boxed, low_degree, program};
 use super::scene::SceneEquations;
-use super::{About, Failure, MOST_STEPS, Output, Peer, Problem, Setting, States, Trajectory};
+use super::{Failure, MOST_STEPS, Output, Problem, Setting, States, Trajectory};
 
 /// The share that is taken of the step which the error allows.
 const SAFETY: f64 = 0.9;
@@ -19,35 +19,31 @@ pub(super) struct Task<'t> {
 }
 
 /// A method that is compiled for every kind of equations.
-pub(super) trait Method: Sync {
-    /// Its description.
-    fn about(&self) -> About;
-
+pub(super) trait Method {
     /// Does a task with its equations.
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure>;
 }
 
-impl<M: Method> Peer for M {
-    fn about(&self) -> About {
-        Method::about(self)
-    }
-
-    /// Every method is compiled for the forces that are quickest to evaluate as a part of it, and once more for all
-    /// others, out of line.
-    fn run(&self, problem: &Problem, output: &Output, setting: Setting) -> Result<Trajectory, Failure> {
-        let (task, Problem { space, start, g00, .. }) = (Task { problem, output, setting }, problem);
+impl Task<'_> {
+    /// Does it by a method, which is compiled for the forces that are quickest to evaluate as a part of it, and once
+    /// more for all others, out of line.
+    pub(super) fn run(&self, method: &impl Method) -> Result<Trajectory, Failure> {
+        let Problem { space, start, g00, .. } = self.problem;
         let q_t = start.p[0];
         match g00 {
-            _ if space.c_squared.is_none() => self.integrate(SceneEquations::new(problem), &task),
-            Some(g) if g.len() <= 5 => task.in_potential(self, low_degree(g, q_t)),
-            Some(g) => task.in_potential(self, boxed(any_degree(g, q_t))),
-            None => task.in_potential(self, boxed(program(space.point(), q_t))),
+            _ if space.c_squared.is_none() => method.integrate(SceneEquations::new(self.problem), self),
+            Some(g) if g.len() <= 5 => self.in_potential(method, low_degree(g, q_t)),
+            Some(g) => self.in_potential(method, boxed(any_degree(g, q_t))),
+            None => self.in_potential(method, boxed(program(space.point(), q_t))),
         }
     }
-}
 
-impl Task<'_> {
-    /// Does it by a method, compiled for the instructions of this machine.
+    /// Room for its points.
+    pub(super) fn states(&self) -> States {
+        States::new(self.problem.start.q.len(), self.output.marks.len())
+    }
+
+    /// Compiled for the instructions of this machine.
     fn in_potential(&self, method: &impl Method, force: impl Force) -> Result<Trajectory, Failure> {
         let equations = PotentialEquations::new(self.problem, force);
         // Longer vectors than those of AVX2 would gain nothing on one particle.
@@ -107,41 +103,25 @@ pub(super) trait AdaptiveSteps<E: Equations>: Walker<E> + Sized {
     fn accept(&mut self, equations: &mut E);
 }
 
-/// The points of output so far.
-struct Points {
-    points: States,
-    /// Where the next ones are in the last step, in (0, 1].
-    fractions: Vec<f64>,
-}
-
-impl Points {
-    /// The start is known, if it is asked for.
-    fn new(equations: &mut impl Equations, Task { problem, output, .. }: &Task<'_>) -> Result<Self, Failure> {
-        let start = equations.start();
-        let mut points = States::new(problem.start.q.len(), output.marks.len());
-        for _ in 0..output.at_start() {
-            equations.point(&start, &mut points)?;
+/// Reads the points of output at these fractions of the last step, in (0, 1].
+#[inline(always)]
+fn read<E: Equations>(
+    points: &mut States,
+    fractions: &mut Vec<f64>,
+    walker: &mut impl Walker<E>,
+    equations: &mut E,
+) -> Result<(), Failure> {
+    let inside = fractions.partition_point(|&fraction| fraction < 1.0);
+    if inside > 0 {
+        for state in walker.inside(equations, &fractions[..inside]) {
+            equations.point(&state, points)?;
         }
-        Ok(Self { points, fractions: Vec::new() })
     }
-
-    /// Reads the next ones.
-    #[inline(always)]
-    fn read<E: Equations>(&mut self, walker: &mut impl Walker<E>, equations: &mut E) -> Result<(), Failure> {
-        let Self { points, fractions } = self;
-        let inside = fractions.partition_point(|&fraction| fraction < 1.0);
-        if inside > 0 {
-            for state in walker.inside(equations, &fractions[..inside]) {
-                equations.point(&state, points)?;
-            }
-        }
-        if inside < fractions.len() {
-            equations.point(walker.state(), points)?;
-            points.repeat_last(fractions.len() - inside - 1);
-        }
-        fractions.clear();
-        Ok(())
+    if inside < fractions.len() {
+        equations.point(walker.state(), points)?;
     }
+    fractions.clear();
+    Ok(())
 }
 
 /// The world-line in steps of equal length.
@@ -152,16 +132,14 @@ pub(super) fn equal_steps<E: Equations>(
     mut walker: impl EqualSteps<E>,
 ) -> Result<Trajectory, Failure> {
     let mut places = task.output.places(task.setting.count);
-    while places.next_if(|place| place.1 == 0.0).is_some() {}
-    let mut points = Points::new(&mut equations, task)?;
-    let mut done = 0;
+    let (mut states, mut fractions, mut done) = (task.states(), Vec::new(), 0);
     while let Some(&(next, _)) = places.peek() {
         walker = walker.advance(&mut equations, next + 1 - done)?;
         done = next + 1;
-        points.fractions.extend(std::iter::from_fn(|| places.next_if(|place| place.0 == next)).map(|place| place.1));
-        points.read(&mut walker, &mut equations)?;
+        fractions.extend(std::iter::from_fn(|| places.next_if(|place| place.0 == next)).map(|place| place.1));
+        read(&mut states, &mut fractions, &mut walker, &mut equations)?;
     }
-    Ok(Trajectory { states: points.points, evaluations: equations.evaluations(), steps: done })
+    Ok(Trajectory { states, evaluations: equations.evaluations(), steps: done })
 }
 
 /// The inverse of a length on which the motion changes about as much as a tolerance of 1 allows.
@@ -184,7 +162,7 @@ pub(super) fn adaptive_steps<E: Equations>(
     mut walker: impl AdaptiveSteps<E>,
 ) -> Result<Trajectory, Failure> {
     let (output, length, tolerance) = (task.output, task.problem.length, task.setting.tolerance);
-    let mut points = Points::new(&mut equations, task)?;
+    let (mut states, mut fractions) = (task.states(), Vec::new());
     let start = equations.start();
     let mut rates = start.clone();
     equations.rates(&start, &mut rates);
@@ -192,7 +170,7 @@ pub(super) fn adaptive_steps<E: Equations>(
     let pace = pace(&equations, &start, &rates).max(1.0 / length);
     let mut h = (0.5 * tolerance.powf(exponent) / pace).min(length);
     let (mut accepted, mut attempts, mut gamma) = (0, 0, 0.0);
-    let mut targets = output.gamma(length).skip(points.points.len()).peekable();
+    let mut targets = output.gamma(length).peekable();
     let end = output.gamma(length).last().unwrap_or(0.0);
     while let Some(&next) = targets.peek() {
         let goal = if ends_on_output { next } else { end };
@@ -221,10 +199,10 @@ pub(super) fn adaptive_steps<E: Equations>(
         accepted += 1;
         let here = if parts == 1.0 { goal } else { gamma + step };
         while let Some(target) = targets.next_if(|&target| target <= here) {
-            points.fractions.push((target - gamma) / step);
+            fractions.push((target - gamma) / step);
         }
         gamma = here;
-        points.read(&mut walker, &mut equations)?;
+        read(&mut states, &mut fractions, &mut walker, &mut equations)?;
     }
-    Ok(Trajectory { states: points.points, evaluations: equations.evaluations(), steps: accepted })
+    Ok(Trajectory { states, evaluations: equations.evaluations(), steps: accepted })
 }

@@ -2,7 +2,7 @@
 
 use super::driver::{AdaptiveSteps, Control, Method, Task, Walker, adaptive_steps};
 use super::equations::{Equations, Parts};
-use super::{About, Failure, Step, Trajectory};
+use super::{Failure, Trajectory};
 
 /// √6.
 const ROOT: f64 = 2.449_489_742_783_178;
@@ -21,21 +21,12 @@ const E: [f64; 3] = [-(13.0 + 7.0 * ROOT) / 3.0, (-13.0 + 7.0 * ROOT) / 3.0, -1.
 const MOST_ITERATIONS: usize = 10;
 const NEWTON: f64 = 1e-2;
 
-/// Relative and absolute tolerance for positions and velocities or momenta; quadratures are outside the error norm.
-///
 /// As for Gauss, x″ = a(x) leaves three unknowns a step for each position, X = x + h c w + h² A² a(X), which a
 /// simplified Newton iteration solves with the exact Jacobian at the start of the step. Equations of the first order
-/// have Y = y + h A f(Y). Steps end on the points of output.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Radau5;
+/// have Y = y + h A f(Y).
+pub(super) struct Radau5;
 
 impl Method for Radau5 {
-    fn about(&self) -> About {
-        let source = "Hairer, Wanner, Solving Ordinary Differential Equations II, IV.8";
-        let about = About::new("Radau5", "Radau IIA 5", Step::Adaptive, source);
-        About { order: Some(5), has_dense_output: false, ..about }
-    }
-
     #[inline(always)]
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
         const CONTROL: Control =

@@ -2,18 +2,11 @@
 
 use super::driver::{EqualSteps, Method, Task, Walker, equal_steps};
 use super::equations::{Equations, step};
-use super::{About, Failure, Step, Trajectory};
+use super::{Failure, Trajectory};
 
-/// The classical Runge–Kutta method; between the ends of its steps the cubics that fit states and derivatives there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rk4;
+pub(super) struct Rk4;
 
 impl Method for Rk4 {
-    fn about(&self) -> About {
-        let source = "Kutta, Z. Math. Phys. 46 (1901) 435";
-        About { order: Some(4), ..About::new("RK4", "RK4", Step::Constant, source) }
-    }
-
     #[inline(always)]
     fn integrate<E: Equations>(&self, equations: E, task: &Task<'_>) -> Result<Trajectory, Failure> {
         let h = task.problem.length / task.setting.count as f64;

@@ -4,7 +4,7 @@ use std::f64::consts::SQRT_2;
 
 use super::work_precision::OUTPUTS;
 use crate::case::{Form, SbpName};
-use crate::methods::{About, PEERS, Peer, Setting, Step, Windows};
+use crate::methods::{About, PEERS, Peer, Setting, Step};
 
 /// Those of [`PEERS`] that are not charted: they differ from another one in rounding, or in their number of stages.
 const NOT_CHARTED: [&str; 3] = ["Kahan-Li 8 compensated", "Gauss 6", "Gauss 12"];
@@ -27,7 +27,7 @@ pub enum Method {
     /// Those that it chooses for a tolerance of each of them.
     Tolerance,
     /// One of [`PEERS`].
-    Peer(&'static dyn Peer),
+    Peer(Peer),
     /// A method of this name that another program measured.
     Other(String),
 }
@@ -60,18 +60,19 @@ impl Method {
         all
     }
 
-    /// The windows of [`crate::methods`] that it is, if it is not solved on a grid.
-    pub(super) fn windows(&self) -> Option<Windows> {
+    /// The method of [`crate::methods`] that it is, if it is not solved on a grid.
+    pub(super) fn peer(&self) -> Option<Peer> {
         match self {
-            Self::March(nodes) => Some(Windows::Equal(*nodes)),
-            Self::Accuracy => Some(Windows::Accuracy),
-            Self::Tolerance => Some(Windows::Tolerance),
+            Self::March(nodes) => Some(Peer::Equal(*nodes)),
+            Self::Accuracy => Some(Peer::Accuracy),
+            Self::Tolerance => Some(Peer::Tolerance),
+            Self::Peer(peer) => Some(*peer),
             _ => None,
         }
     }
 
     fn about(&self) -> Option<About> {
-        if let Self::Peer(peer) = self { Some(peer.about()) } else { self.windows().map(|windows| windows.about()) }
+        self.peer().map(Peer::about)
     }
 
     /// Why there is no such method in a scene; `None` if there is.

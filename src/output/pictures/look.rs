@@ -83,7 +83,7 @@ pub(super) fn of_method(method: &Method) -> Style {
 }
 
 /// The look of a method to compare with: those of one curve are ever darker.
-fn of_peer(peer: &'static dyn Peer) -> Style {
+fn of_peer(peer: Peer) -> Style {
     let curve = peer.about().curve;
     let (_, colour, step, shape) = GREYS.into_iter().find(|(of, ..)| *of == curve).expect("every curve has a look");
     let place = kin(curve).position(|other| other == peer).unwrap_or(0);
@@ -91,7 +91,7 @@ fn of_peer(peer: &'static dyn Peer) -> Style {
 }
 
 /// The methods of a curve.
-fn kin(curve: &str) -> impl Iterator<Item = &'static dyn Peer> {
+fn kin(curve: &str) -> impl Iterator<Item = Peer> {
     PEERS.into_iter().filter(move |peer| peer.about().curve == curve)
 }
 

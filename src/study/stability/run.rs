@@ -9,7 +9,7 @@ use crate::case::{Form, SbpName, on_grid};
 use crate::diagnostics::{Diagnostics, energy_off, sawtooth};
 use crate::engine::Accuracy;
 use crate::geometry::Start;
-use crate::methods::{Failure, Output, Peer, Problem, Setting, Trajectory, Windows};
+use crate::methods::{Failure, Output, Peer, Problem, Setting, Trajectory};
 use crate::number::norm::{larger, max_abs};
 use crate::solve::{Limit, NoSolution, Setup, Status, System, WorldLine, bytes_needed, solve};
 use crate::study::subject::{norm_and_first_rate, rows, timed};
@@ -109,7 +109,7 @@ impl Job {
         };
         let (scheme, nodes) = match self.method {
             Method::Peer(peer) => return Some(self.integrated(arena, peer, wanted)),
-            Method::Tolerance => return Some(self.integrated(arena, &Windows::Tolerance, wanted)),
+            Method::Tolerance => return Some(self.integrated(arena, Peer::Tolerance, wanted)),
             Method::Accuracy => {
                 (setup.limit, setup.until) = (Limit::Length(self.length), Vec::new());
                 setup.settings.accuracy = Some(Accuracy::Promised(self.setting));
@@ -134,7 +134,7 @@ impl Job {
     }
 
     /// Runs one of [`crate::methods`], and measures it at the ends of all constant steps, or in even distances.
-    fn integrated(&self, arena: &Arena, peer: &dyn Peer, wanted: usize) -> Ran {
+    fn integrated(&self, arena: &Arena, peer: Peer, wanted: usize) -> Ran {
         let subject = &arena.subject;
         let (intervals, setting) = if self.method.is_adaptive() {
             let every = OUTPUT_EVERY / (arena.pace.rate() * self.tangent);

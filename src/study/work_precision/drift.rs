@@ -4,7 +4,7 @@
 use super::trial::job;
 use super::{Arena, Method, RowErrors};
 use crate::case::{Form, SbpName};
-use crate::methods::{Composition, Dop853, Gauss, Output, Rk4, Setting, Taylor, Trajectory};
+use crate::methods::{Output, Peer, Setting, Trajectory};
 
 /// Number of evaluations of the potential for each of the intervals into which a run is divided.
 const EVALUATIONS: f64 = 200.0;
@@ -49,14 +49,14 @@ pub fn drift(arena: &Arena, chosen: &[Method]) -> Vec<DriftPoint> {
         (Method::Block(SbpName::Sbp84, Form::Weak), 2.0),
         (Method::March(8), 64.0),
         (Method::March(16), 176.0),
-        (Method::Peer(&Rk4), 4.0),
-        (Method::Peer(&Composition::VERLET), 1.0),
-        (Method::Peer(&Composition::KAHAN_LI_8), 17.0),
-        (Method::Peer(&Composition::KAHAN_LI_8_COMPENSATED), 17.0),
-        (Method::Peer(&Gauss { stages: 4 }), 32.0),
-        (Method::Peer(&Gauss { stages: 8 }), 88.0),
-        (Method::Peer(&Dop853), 0.0),
-        (Method::Peer(&Taylor), 0.0),
+        (Method::Peer(Peer::Rk4), 4.0),
+        (Method::Peer(Peer::Verlet), 1.0),
+        (Method::Peer(Peer::KahanLi8), 17.0),
+        (Method::Peer(Peer::KahanLi8Compensated), 17.0),
+        (Method::Peer(Peer::Gauss(4)), 32.0),
+        (Method::Peer(Peer::Gauss(8)), 88.0),
+        (Method::Peer(Peer::Dop853), 0.0),
+        (Method::Peer(Peer::Taylor), 0.0),
     ];
     let mut points = Vec::new();
     for (method, cost) in methods.into_iter().filter(|(method, _)| chosen.contains(method)) {

@@ -224,7 +224,7 @@ pub fn ratios(rows: &[Row]) -> Vec<Ratio<'_>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::methods::{Composition, Rk4};
+    use crate::methods::Peer;
 
     #[test]
     fn the_front_has_what_nothing_beats() {
@@ -240,13 +240,13 @@ mod tests {
             status: if error < 1e-10 { RowStatus::Inaccurate } else { RowStatus::Converged },
         };
         let rows = [
-            row(Method::Peer(&Rk4), 1e-4, 1.0),
-            row(Method::Peer(&Rk4), 1e-8, 10.0),
+            row(Method::Peer(Peer::Rk4), 1e-4, 1.0),
+            row(Method::Peer(Peer::Rk4), 1e-8, 10.0),
             row(Method::March(8), 1e-8, 8.0),
             row(Method::March(8), 1e-6, 9.0),
             row(Method::Elements(8), 1e-8, 16.0),
-            row(Method::Peer(&Composition::VERLET), 1e-12, 0.1),
-            row(Method::Peer(&Composition::VERLET), 1e-3, 2.0),
+            row(Method::Peer(Peer::Verlet), 1e-12, 0.1),
+            row(Method::Peer(Peer::Verlet), 1e-3, 2.0),
         ];
         let found: Vec<f64> = front(&rows, |row| row.seconds_min).iter().map(|row| row.seconds_min).collect();
         assert_eq!(found, [8.0, 1.0]);

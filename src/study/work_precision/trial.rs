@@ -78,7 +78,7 @@ fn try_setting<'a>(arena: &'a Arena, method: &Method, setting: Setting) -> Trial
     let (Some(error), true) = (to_rounding.row.rank(), method.step() == Step::Iterated) else { return to_rounding };
     let mut power = (error / LOOSEST).log10().floor();
     while power >= TIGHTEST {
-        let trial = attempt(arena, method, setting.with_inner(10.0_f64.powf(power)));
+        let trial = attempt(arena, method, Setting { tolerance: 10.0_f64.powf(power), ..setting });
         if trial.row.rank().is_some_and(|rank| rank <= SPOILT * error) {
             return trial;
         }
@@ -138,9 +138,8 @@ pub(super) fn job<'a>(arena: &'a Arena, method: &Method, setting: Setting, outpu
     let ((sbp, form), nodes) = match *method {
         Method::Block(sbp, form) => ((sbp, form), count + 1),
         Method::Elements(nodes) => ((SbpName::Gll(nodes as u8), Form::Weak), count * (nodes - 1) + 1),
-        Method::Peer(peer) => return stepped(peer.prepared(problem, output, setting)),
-        _ => match method.windows() {
-            Some(windows) => return stepped(windows.windows(problem, output, setting)),
+        _ => match method.peer() {
+            Some(peer) => return stepped(peer.prepared(problem, output, setting)),
             None => return Box::new(|| Err("elsewhere")),
         },
     };

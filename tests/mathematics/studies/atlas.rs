@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use geodesic_ivp::action::Form;
 use geodesic_ivp::case::Case;
-use geodesic_ivp::methods::{Dop853, Output, Peer, Problem, Rk4, Setting, State};
+use geodesic_ivp::methods::{Output, Peer, Problem, Setting, State};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::sbp::SbpName;
 use geodesic_ivp::study::stability::{Arena, Cell, CellStatus, Method, Pace, Plan, measure};
@@ -82,7 +82,7 @@ fn problem(case: &Case, length: f64, tangent: f64) -> Problem {
 /// The largest |ΔK| of states, and of the differences of an energy of positions and velocities from that at the start.
 fn largest_deltas(
     problem: &Problem,
-    (peer, output, setting): (&dyn Peer, usize, Setting),
+    (peer, output, setting): (Peer, usize, Setting),
     energy: impl Fn(&[f64], &[f64]) -> f64,
 ) -> [f64; 2] {
     let (space, start) = (&problem.space, &problem.start);
@@ -100,12 +100,12 @@ fn methods_that_choose_their_steps_are_looked_at_every_two_radians() {
     let case = case("initial={t=0.0,x=1.0,t_dot=1.3,x_dot=0.4}");
     for (length, tangent) in [(40.0, 1.0), (40.0, 3.0), (60.0, 0.5)] {
         let arena = Arena::new(&case, &[length * tangent]).unwrap();
-        let methods = vec![Method::Peer(&Dop853)];
+        let methods = vec![Method::Peer(Peer::Dop853)];
         let plan = Plan { methods, lengths: vec![length], tangents: vec![tangent], spacings: vec![0.1] };
         let cells = measure(&arena, &plan, &|_, _| {}).cells;
         let count = (length * tangent * arena.omega() / 2.0).ceil() as usize;
         let cell = cells.iter().find(|cell| cell.setting == 1e-3).unwrap();
-        let run: (&dyn Peer, usize, Setting) = (&Dop853, count, Setting::tolerance(1e-3));
+        let run: (Peer, usize, Setting) = (Peer::Dop853, count, Setting::tolerance(1e-3));
         let [most, _] = largest_deltas(&problem(&case, length, tangent), run, |_, _| 0.0);
         let numbers = cell.numbers.as_ref().unwrap();
         assert!(numbers.sawtooth.is_none() && numbers.sawtooth_from.is_none(), "between its steps there is none");
@@ -131,9 +131,9 @@ fn k_and_energy_of_another_method_are_those_of_its_states() {
             (u[1].powi(2) + u[2].powi(2)) / u[0].powi(2) + x * x + 2.0 * y * y + x * x * y / 3.0
         };
         let problem = problem(&case, 2.0, 1.0);
-        let [delta_k, delta_energy] = largest_deltas(&problem, (&Rk4, 10, Setting::steps(10)), energy);
+        let [delta_k, delta_energy] = largest_deltas(&problem, (Peer::Rk4, 10, Setting::steps(10)), energy);
         let arena = Arena::new(&case, &[2.0]).unwrap();
-        let cells = charted(&arena, vec![Method::Peer(&Rk4)], &[2.0], &[0.2]).cells;
+        let cells = charted(&arena, vec![Method::Peer(Peer::Rk4)], &[2.0], &[0.2]).cells;
         let found = cells[0].numbers.as_ref().unwrap();
         assert!((found.delta_k_max - delta_k).abs() < 1e-9 && delta_k > 1e-4, "{law}: {found:?} for {delta_k}");
         assert!(found.sawtooth.is_some(), "it is one of equal steps");
@@ -189,7 +189,7 @@ fn a_cell_that_fails_names_its_grid() {
         scheme.sbp = "SBP42"
     "#;
     let arena = Arena::new(&parsed(falls, &[]), &[5.0]).unwrap();
-    for cell in charted(&arena, vec![Method::Peer(&Dop853)], &[5.0], &[]).cells {
+    for cell in charted(&arena, vec![Method::Peer(Peer::Dop853)], &[5.0], &[]).cells {
         // A method that chooses its steps has none to name.
         assert!(cell.numbers.is_some() || cell.n_gamma.is_none() && cell.delta_gamma_omega.is_none(), "{cell:?}");
         assert!(cell.numbers.is_none() || cell.setting > 1e-2, "{cell:?}");

@@ -43,7 +43,7 @@ fn order(errors: &[(f64, f64)], most: usize, rounding: f64) -> Option<f64> {
 }
 
 /// The errors of a method to compare with must do this, by what it says of itself.
-fn law_of(peer: &dyn Peer) -> Law {
+fn law_of(peer: Peer) -> Law {
     let about = peer.about();
     match (about.step, about.order) {
         (Step::Adaptive, _) => Law::Tolerance(30.0),

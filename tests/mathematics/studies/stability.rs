@@ -2,7 +2,7 @@
 //! inaccurate is called accurate.
 
 use geodesic_ivp::case::{Case, Form, SbpName, on_grid};
-use geodesic_ivp::methods::{Composition, Rk4};
+use geodesic_ivp::methods::Peer;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Setup, solve};
@@ -38,7 +38,7 @@ fn the_scheme_that_fails_with_an_exact_charge_and_what_cures_it() {
         Method::Windows(SbpName::Sbp21, strong),
         Method::Windows(SbpName::Sbp21, weak),
         Method::Elements(16),
-        Method::Peer(&Composition::VERLET),
+        Method::Peer(Peer::Verlet),
     ];
     let atlas = chart_of(&case(""), methods, &[1.0, 100.0], &[0.05]);
     let at = |label: &str| cell(&atlas, label, 100.0, 0.05);
@@ -101,7 +101,7 @@ fn the_charge_at_the_last_node_does_not_change_marginally_and_its_correction_is_
 #[test]
 fn a_longer_tangent_is_a_longer_world_line() {
     let arena = Arena::new(&case(""), &[4.0]).unwrap();
-    let methods = vec![Method::Block(SbpName::Sbp42, Form::Strong), Method::Peer(&Rk4)];
+    let methods = vec![Method::Block(SbpName::Sbp42, Form::Strong), Method::Peer(Peer::Rk4)];
     let chart = |lengths: &[f64], tangents: &[f64], spacings: &[f64]| {
         let [lengths, tangents, spacings] = [lengths, tangents, spacings].map(<[f64]>::to_vec);
         let plan = Plan { methods: methods.clone(), lengths, tangents, spacings };
@@ -179,7 +179,7 @@ fn frequencies_and_sizes_of_a_scene_are_those_of_its_motion() {
     assert!(other.geometry().c_squared.is_none() && !other.has_energy() && other.t_dot().is_none());
     assert_eq!((arena.geometry().names().len(), arena.geometry().ignorable().collect::<Vec<_>>()), (4, vec![0, 3]));
     // In one coordinate there are no two units; here x is judged by the amplitude of y, whose unit it has.
-    let methods = vec![Method::Peer(&Composition::VERLET), Method::Block(SbpName::Sbp42, Form::Weak)];
+    let methods = vec![Method::Peer(Peer::Verlet), Method::Block(SbpName::Sbp42, Form::Weak)];
     let atlas = charted(&arena, methods, &[10.0], &[0.01, 0.05, 0.2]);
     for cell in &atlas.cells {
         let numbers = cell.numbers.as_ref().unwrap();
@@ -228,6 +228,6 @@ fn a_reference_that_would_not_do_is_replaced() {
     let double = ReferenceTrajectory::<f64>::new(&case.geometry(), &case.start(), 40.0, 16).unwrap();
     let arena = Arena::new(&case, &[40.0]).unwrap();
     assert!(double.error_estimate() > 1e-3 && arena.reference_error() < 1e-8, "{:e}", arena.reference_error());
-    let atlas = charted(&arena, vec![Method::Peer(&Composition::KAHAN_LI_8), Method::Accuracy], &[40.0], &[0.05]);
+    let atlas = charted(&arena, vec![Method::Peer(Peer::KahanLi8), Method::Accuracy], &[40.0], &[0.05]);
     assert!(atlas.cells.iter().all(|cell| cell.status != CellStatus::Accurate), "f64 cannot be: {:?}", atlas.cells);
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::time::Instant;
 
 use geodesic_ivp::case::{Case, Form, SbpName};
-use geodesic_ivp::methods::{Composition, Gauss, Output, PEERS, Peer, Problem, Rk4, Setting, Step};
+use geodesic_ivp::methods::{Output, PEERS, Peer, Problem, Setting, Step};
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::work_precision::{
     Arena, Budget, Method, OUTPUTS, Progress, Row, RowErrors, RowStatus, drift, measure,
@@ -29,7 +29,7 @@ fn every_method_arrives(case: &Case, length: f64, bound: impl Fn(&Method) -> f64
     let separable = case.geometry::<f64>().is_separable();
     let mut families = Method::timed();
     families.retain(|family| family.unsuitable(separable).is_none());
-    assert_eq!(families.contains(&Method::Peer(&Composition::VERLET)), separable);
+    assert_eq!(families.contains(&Method::Peer(Peer::Verlet)), separable);
     let measured = rows_of(&arena, &families, &BUDGET);
     for family in &families {
         let rows: Vec<_> = measured.iter().filter(|row| row.method == *family).collect();
@@ -108,7 +108,7 @@ fn every_method_arrives_in_scenes() {
 #[test]
 fn what_fails_has_its_status_and_no_rank() {
     let arena = Arena::new(&case("grid.gamma_f=300.0"), None).unwrap();
-    let families = [Method::Peer(&Gauss { stages: 2 }), Method::Peer(&Rk4)];
+    let families = [Method::Peer(Peer::Gauss(2)), Method::Peer(Peer::Rk4)];
     let rows = rows_of(&arena, &families, &BUDGET);
     let statuses: Vec<&str> = rows.iter().map(|row| row.status.as_str()).collect();
     for status in ["converged", "inaccurate", "not-converged"] {
@@ -135,7 +135,7 @@ fn a_case_is_charted_at_its_length() {
 fn along_a_run_runge_kutta_drifts_and_windows_do_not() {
     let arena = Arena::new(&case("grid.gamma_f=100.0"), None).unwrap();
     assert!(arena.reference_error() < 1e-20, "{:e}", arena.reference_error());
-    let families = [Method::Peer(&Rk4), Method::Peer(&Composition::VERLET), Method::March(16)];
+    let families = [Method::Peer(Peer::Rk4), Method::Peer(Peer::Verlet), Method::March(16)];
     let points = drift(&arena, &families);
     let growth = |family: &Method| {
         let of = |from: f64, to: f64| {
@@ -193,13 +193,13 @@ fn errors_of_a_row_are_those_of_the_states_and_decide_its_status() {
     let (arena, q_t, k) = (Arena::new(&case, None).unwrap(), start.p[0], norm_of(&geometry, &start));
     assert!(arena.reference_error() > 0.0);
     let budget = Budget { settings: 4, ..BUDGET };
-    let rows = rows_of(&arena, &[Method::Peer(&Composition::VERLET)], &budget);
+    let rows = rows_of(&arena, &[Method::Peer(Peer::Verlet)], &budget);
     let mut large = false;
     for row in &rows {
         let steps: usize = row.setting.strip_prefix("steps=").unwrap().parse().unwrap();
         let problem = Problem { space: geometry.clone().into(), start: start.clone(), length: 8.0, g00: case.g00() };
         let output = Output::even(OUTPUTS);
-        let states = Composition::VERLET.run(&problem, &output, Setting::steps(steps)).unwrap().states;
+        let states = Peer::Verlet.run(&problem, &output, Setting::steps(steps)).unwrap().states;
         let (mut errors, mut sizes, mut delta_k) = ([0.0_f64; 2], [0.0_f64; 2], 0.0_f64);
         for (gamma, state) in output.gamma(8.0).zip(states.iter()) {
             let exact = reference.at(gamma);
@@ -237,7 +237,7 @@ fn times_are_those_of_single_runs_in_all_rounds() {
     let arena = Arena::new(&case("grid.gamma_f=1.0"), None).unwrap();
     let budget = Budget { rounds: 5, settings: 4, ..BUDGET };
     let (start, mut rounds) = (Instant::now(), Vec::new());
-    let families = [Method::Peer(&Rk4), Method::Peer(&Composition::VERLET)];
+    let families = [Method::Peer(Peer::Rk4), Method::Peer(Peer::Verlet)];
     let rows = measure(&arena, &families, &budget, &mut |progress| {
         if let Progress::Round(done, all) = progress {
             rounds.push((done, all));
