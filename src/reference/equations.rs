@@ -5,8 +5,8 @@
 //! q̇^a = g^ab (p_b − A_b),    ṗ_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a,    ˙ = d/dγ
 //! ```
 
-use super::ends::{EndReason, ReferenceEnds};
 use super::series::{ProgramSeries, increment, slope};
+use super::{EndReason, ReferenceEnds};
 use crate::geometry::{Geometry, Hamiltonian, Point, Start};
 use crate::number::Real;
 

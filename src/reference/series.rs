@@ -95,17 +95,15 @@ impl<S: Real> ProgramSeries<S> {
         &self.registers[register].coefficients[..self.known]
     }
 
-    /// The series of every argument of `abs`, `sign` and `step`, each once, with 0, and those of tables with the knots
-    /// beside them. Where one passes this value, the series around this point are no longer valid.
+    /// The series of the arguments of `abs`, `sign` and `step` with 0, and those of tables with the knots beside them.
+    /// Where one passes this value, the series around this point are no longer valid.
     pub(super) fn kink_arguments(&self) -> impl Iterator<Item = (&[S], S)> {
-        let argument = |step: &Step| match step.operation() {
+        let arguments = self.steps.iter().filter_map(|step| match step.operation() {
             Operation::Call(function, a) if kind(function) == Kind::Sign => Some((a, None)),
             Operation::Call(Function::Table(table), a) => Some((a, Some(table))),
             _ => None,
-        };
-        let is_first = move |k: usize, this| !self.steps[..k].iter().any(|step| argument(step) == Some(this));
-        let all = self.steps.iter().enumerate().filter_map(move |(k, step)| Some((k, argument(step)?)));
-        all.filter(move |&(k, this)| is_first(k, this)).flat_map(|(_, (a, table))| {
+        });
+        arguments.flat_map(|(a, table)| {
             let series = self.known_of(a);
             let knots = table.map(|table| table.neighbours(series[0]));
             let zero = table.is_none().then_some(S::ZERO);

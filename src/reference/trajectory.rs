@@ -1,8 +1,8 @@
 //! The reference trajectory of any space-time.
 
-use super::ends::{EndReason, ReferenceEnds};
 use super::equations::Equations;
 use super::steps::{Accuracy, Goal, Steps};
+use super::{EndReason, ReferenceEnds};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 
@@ -45,12 +45,6 @@ fn difference<S: Real>(geometry: &Geometry<S>, start: &Start<S>, steps: &Steps<S
     })
 }
 
-/// The geometry with the domain that the start lies in.
-fn around<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> Result<Geometry<S>, ReferenceEnds> {
-    let around = geometry.clone().with_domain_of(&start.q);
-    around.map_err(|_| ReferenceEnds::new(geometry, EndReason::OutsideDomain, S::ZERO, &start.q))
-}
-
 /// A trajectory of the equations of motion with its own error estimate.
 ///
 /// It is integrated over γ/unit, where the unit is near the length of the run. Coefficient j of a series has a size
@@ -88,7 +82,7 @@ impl<S: Real> ReferenceTrajectory<S> {
     /// # Errors
     /// [`ReferenceEnds`] if it leaves the domain or meets a singularity, or is too long.
     pub fn new(geometry: &Geometry<S>, start: &Start<S>, length: S, digits: u32) -> Result<Self, ReferenceEnds> {
-        let rough = Self::over(geometry, start, length, accuracy(digits))?;
+        let rough = Self::over(geometry, start, (length, None), accuracy(digits))?;
         let check = check_accuracy(digits);
         let equations = Equations::new(&rough.geometry, start, rough.unit, check.order);
         let check = Steps::integrate(equations, Goal { length: length / rough.unit, value: None }, check)?;
@@ -108,15 +102,26 @@ impl<S: Real> ReferenceTrajectory<S> {
         order: usize,
         digits: u32,
     ) -> Result<Self, ReferenceEnds> {
-        Self::over(geometry, start, length, Accuracy { order, share: 1.0, digits })
+        Self::over(geometry, start, (length, None), Accuracy { order, share: 1.0, digits })
     }
 
-    /// The trajectory with an accuracy, and without an error estimate.
-    fn over(geometry: &Geometry<S>, start: &Start<S>, length: S, accuracy: Accuracy) -> Result<Self, ReferenceEnds> {
-        let geometry = around(geometry, start)?;
+    /// The trajectory with an accuracy, and without an error estimate, over a length or, after about that length, to a
+    /// value of a coordinate.
+    fn over(
+        geometry: &Geometry<S>,
+        start: &Start<S>,
+        (length, value): (S, Option<(usize, S)>),
+        accuracy: Accuracy,
+    ) -> Result<Self, ReferenceEnds> {
+        let around = geometry.clone().with_domain_of(&start.q);
+        let geometry = around.map_err(|_| ReferenceEnds::new(geometry, EndReason::OutsideDomain, S::ZERO, &start.q))?;
         let unit = unit_for(&geometry, start, length, accuracy);
+        let value = value.map(|(a, value)| {
+            let distance = value - start.q[a];
+            (a, if geometry.active().contains(&a) { value } else { distance }, distance.signum())
+        });
         let equations = Equations::new(&geometry, start, unit, accuracy.order);
-        let steps = Steps::integrate(equations, Goal { length: length / unit, value: None }, accuracy)?;
+        let steps = Steps::integrate(equations, Goal { length: length / unit, value }, accuracy)?;
         Ok(Self { steps, unit, start: start.clone(), geometry, error_estimate: f64::INFINITY })
     }
 
@@ -131,16 +136,11 @@ impl<S: Real> ReferenceTrajectory<S> {
         value: S,
         digits: u32,
     ) -> Result<S, ReferenceEnds> {
-        let (geometry, accuracy) = (around(geometry, start)?, accuracy(digits));
-        let distance = value - start.q[a];
-        let length = (distance / start.q_dot[a]).abs();
+        let length = ((value - start.q[a]) / start.q_dot[a]).abs();
         // From rest nothing tells how far it is.
         let length = if length.is_finite() { length } else { S::ONE };
-        let unit = unit_for(&geometry, start, length, accuracy);
-        let value = if geometry.active().contains(&a) { value } else { distance };
-        let goal = Goal { length: length / unit, value: Some((a, value, distance.signum())) };
-        let steps = Steps::integrate(Equations::new(&geometry, start, unit, accuracy.order), goal, accuracy)?;
-        Ok(steps.end() * unit)
+        let found = Self::over(geometry, start, (length, Some((a, value))), accuracy(digits))?;
+        Ok(found.steps.end.high * found.unit)
     }
 
     /// The point at γ − γ_i = `gamma`, which must be inside the range of the trajectory.
@@ -166,7 +166,7 @@ impl<S: Real> ReferenceTrajectory<S> {
 
     /// Number of Taylor steps.
     pub fn steps(&self) -> usize {
-        self.steps.len()
+        self.steps.steps.len()
     }
 
     /// Every γ − γ_i, in order, at which `f` changes its sign. Two changes that are closer together than a sixteenth of
