@@ -15,7 +15,6 @@ use super::rule::Order;
 use super::solved::WindowNodes;
 use super::window::Solver;
 use crate::formula::{Kind, Register, watched_registers};
-use crate::geometry::{Geometry, Start};
 use crate::number::vector::{Lanes, Level, Nodes};
 
 /// Between two nodes an argument leaves its values there by at most this part of its changes from them to their
@@ -23,8 +22,7 @@ use crate::number::vector::{Lanes, Level, Nodes};
 const BENT: f64 = 0.125;
 
 /// Looks between the nodes of windows.
-pub(super) struct Between<'g> {
-    geometry: &'g Geometry,
+pub(super) struct Between {
     /// Made when it is first needed.
     enclosure: Option<Enclosure>,
     /// The registers of what must not change much, and true if all of it has registers.
@@ -32,7 +30,6 @@ pub(super) struct Between<'g> {
     is_all: bool,
     /// True if none of that changes much on all of the window that was looked at.
     is_gentle: bool,
-    momenta: Vec<f64>,
 }
 
 /// The smoothness of a window.
@@ -46,10 +43,9 @@ pub(super) struct Seen {
     pub(super) knot: Option<f64>,
 }
 
-impl<'g> Between<'g> {
-    /// For the run that begins at `start`; `None` where nothing can hide.
-    pub(super) fn new(solver: &Solver<'g, POINTS>, start: &Start) -> Option<Self> {
-        let (geometry, system) = (solver.geometry, &solver.system);
+impl Between {
+    /// For windows of a run; `None` where nothing can hide.
+    pub(super) fn new(Solver { geometry, system, .. }: &Solver<'_, POINTS>) -> Option<Self> {
         let unknowns = [&system.positions, &system.momenta].map(|registers| registers.iter());
         let depends = geometry
             .hamiltonian
@@ -58,14 +54,7 @@ impl<'g> Between<'g> {
         let steps = system.passes.iter().map(|pass| &pass.steps).chain([&system.others]).flatten();
         let (watched, is_all) = watched_registers(steps, &depends);
         let can_hide = !is_all || !watched.is_empty();
-        can_hide.then(|| Self {
-            geometry,
-            enclosure: None,
-            watched,
-            is_all,
-            is_gentle: false,
-            momenta: start.p.clone(),
-        })
+        can_hide.then_some(Self { enclosure: None, watched, is_all, is_gentle: false })
     }
 
     /// Looks at the solved window.
@@ -89,7 +78,7 @@ impl<'g> Between<'g> {
 
     /// True if something may hide in the window that was looked at, of length `h`, in a run of this length to an
     /// accuracy.
-    pub(super) fn hides(&mut self, solver: &Solver<'g, POINTS>, h: f64, length: f64, accuracy: f64) -> bool {
+    pub(super) fn hides(&mut self, solver: &Solver<'_, POINTS>, h: f64, length: f64, accuracy: f64) -> bool {
         let registers = &solver.system.registers;
         let mut watched = self.watched.iter();
         let is_seen = self.is_all
@@ -98,15 +87,15 @@ impl<'g> Between<'g> {
     }
 
     #[inline(never)]
-    fn hides_in_intervals(&mut self, solver: &Solver<'g, POINTS>, h: f64, length: f64, accuracy: f64) -> bool {
-        let Self { geometry, enclosure, momenta, .. } = self;
-        if enclosure.is_none() {
-            *enclosure = Enclosure::of_geometry(geometry, momenta);
+    fn hides_in_intervals(&mut self, solver: &Solver<'_, POINTS>, h: f64, length: f64, accuracy: f64) -> bool {
+        let (geometry, momenta) = (solver.geometry, &solver.initial.p);
+        if self.enclosure.is_none() {
+            self.enclosure = Enclosure::of_geometry(geometry, momenta);
         }
-        let Some(enclosure) = enclosure else { return false };
+        let Some(enclosure) = &mut self.enclosure else { return false };
         let (active, n, nodes) = (geometry.active(), geometry.dimension(), &solver.rule.nodes[0].0);
         enclosure.path.begin(POINTS);
-        for row in 0..solver.rows.len() {
+        for row in 0..solver.system.iterated() {
             let variable = active[row % active.len()] + if row < active.len() { 0 } else { 2 * n };
             let slopes = &solver.slope_nodes(row).0;
             enclosure.path.push(variable, &solver.unknown_nodes(row).0, |k| {

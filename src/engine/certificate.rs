@@ -7,10 +7,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::kernel::evaluate;
-use super::rule::Rule;
-use super::system::Finished;
+use super::window::Solver;
 use crate::formula::{Register, Step};
-use crate::geometry::Geometry;
 use crate::number::vector::{Lanes, Level, Matrix, Nodes, multiply};
 
 /// Room for certificates.
@@ -26,7 +24,7 @@ pub(super) struct Certificate<'g, const N: usize> {
 }
 
 impl<'g, const N: usize> Certificate<'g, N> {
-    pub(super) fn new(geometry: &'g Geometry, rule: &Rule<N>) -> Self {
+    pub(super) fn new(Solver { geometry, rule, .. }: &Solver<'g, N>) -> Self {
         let program = &geometry.lagrangian.momenta;
         let (n, active) = (geometry.dimension(), geometry.active());
         let mut forces = vec![None; n];
@@ -41,7 +39,7 @@ impl<'g, const N: usize> Certificate<'g, N> {
     }
 
     /// The largest entry of the gradient of the action of a window that is complete.
-    pub(super) fn of(&mut self, window: &Finished<'_, '_, N>) -> f64 {
+    pub(super) fn of(&mut self, window: &Solver<'_, N>) -> f64 {
         Level::Best.dispatch(Gradient { certificate: self, window })
     }
 }
@@ -49,7 +47,7 @@ impl<'g, const N: usize> Certificate<'g, N> {
 /// Computes max |b (D̄p_a − h (f_a + F_a))|, where p_a is computed from D̄q^b/h.
 struct Gradient<'a, 'g, 'w, const N: usize> {
     certificate: &'a mut Certificate<'g, N>,
-    window: &'a Finished<'a, 'w, N>,
+    window: &'a Solver<'w, N>,
 }
 
 impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
@@ -58,7 +56,7 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> f64 {
         let Self { certificate: Certificate { derivative, steps, registers, momenta, forces }, window } = self;
-        let h = window.h;
+        let h = window.length;
         let (n, zero) = (momenta.len(), Lanes::splat(s, 0.0));
         let weights = Lanes::new(s, &window.rule.weights);
         let (mut active, mut ignorable) = (0, 0);
@@ -74,7 +72,7 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
             };
             registers[n + a] = (multiply(s, derivative, &way, [zero; 2]) * (1.0 / h)).nodes();
         }
-        let program = &window.system.geometry.lagrangian.momenta;
+        let program = &window.geometry.lagrangian.momenta;
         evaluate(s, steps, registers, window.is_mended.then_some(program));
         // The maximum may lose a NaN, the sum does not.
         let (mut most, mut sum) = (zero, zero);
@@ -85,7 +83,7 @@ impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
                     active += 1;
                     (window.start.p[active - 1].high, Lanes::new(s, &registers[register]) * -h)
                 }
-                None => (window.system.charge(a), zero),
+                None => (window.initial.p[a], zero),
             };
             let gain = (Lanes::new(s, &registers[momenta[a]]) - start).nodes();
             let entry = multiply(s, derivative, &gain, [force, zero]) * weights;

@@ -21,8 +21,8 @@ impl<const N: usize> Solver<'_, N> {
             *end = match self.system.order {
                 Order::First => self.rows[active.len() + place].end,
                 Order::Second => {
-                    let by = &self.metric[place * active.len()..][..active.len()];
-                    Compensated::from(by.iter().zip(&self.rows).map(|(g, row)| g * row.velocity_end.high).sum())
+                    let terms = self.metric[place * active.len()..].iter().zip(&self.rows[active.len()..]);
+                    Compensated::from(terms.map(|(g, velocity)| g * velocity.end.high).sum())
                 }
             };
         }
@@ -56,7 +56,7 @@ impl<const N: usize> WithSimd for Finish<'_, '_, '_, N> {
         let (zero, m) = (Lanes::splat(s, 0.0), velocities.len());
         if wanted >= Known::Velocities && solver.known < Known::Velocities {
             for k in 0..m {
-                let (start, slope) = (solver.rows[k].velocity, &registers[passes[0].slopes[k]]);
+                let (start, slope) = (solver.rows[m + k].start, &registers[passes[0].slopes[k]]);
                 let gains = multiply(s, &solver.rule.integral, slope, [zero; 2]);
                 let velocity = gains.scale_add(solver.length, Lanes::splat(s, start.low)) + start.high;
                 velocities[k] = velocity.nodes();
@@ -85,22 +85,23 @@ impl<const N: usize> Solver<'_, N> {
     #[inline(always)]
     fn end_rows<S: Simd>(&mut self, s: S, tables: &Tables<N>) {
         let Self { system: System { registers, passes, order, ignorable, .. }, rows, .. } = self;
-        let is_exact = tables.collocation_low.is_some();
+        let (is_exact, m) = (tables.collocation_low.is_some(), rows.len() / 2);
         for pass in &*passes {
             for k in 0..pass.slopes.len() {
-                let (row, slope) = (&mut rows[pass.first + k], &registers[pass.slopes[k]]);
+                let (velocity, slope) = (rows[m + k].start, &registers[pass.slopes[k]]);
+                let row = &mut rows[pass.first + k];
                 row.slopes_before = Lanes::new(s, slope).nodes();
                 if is_exact {
                     row.end = row.start.plus_small(tables.end_weights.dot(s, slope));
                     if *order == Order::Second {
-                        row.end = row.end.plus_small(Compensated::from(tables.length) * row.velocity);
+                        row.end = row.end.plus_small(Compensated::from(tables.length) * velocity);
                     }
                 } else {
                     // The increment contains the part that the start lacks.
                     row.end = Compensated::from(row.start.high).plus(row.increment);
                 }
                 if *order == Order::Second {
-                    row.velocity_end = row.velocity.plus_small(sum(s, &tables.weights, slope, is_exact));
+                    rows[m + k].end = velocity.plus_small(sum(s, &tables.weights, slope, is_exact));
                 }
             }
         }

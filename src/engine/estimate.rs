@@ -9,8 +9,7 @@ use super::POINTS;
 use super::plane::Plane;
 use super::steps::{Errors, Steps, Total};
 use super::tuning::{LEFT_MARGIN, MARGIN, OF_SLOPES, ROUNDING};
-use super::window::Solver;
-use crate::geometry::Start;
+use super::window::{Solver, inverse};
 
 /// δ, window by window.
 pub(super) struct ErrorEstimate<'g> {
@@ -27,13 +26,13 @@ enum Method<'g> {
 }
 
 impl<'g> ErrorEstimate<'g> {
-    /// For the run that begins at `start`.
-    pub(super) fn new(solver: &Solver<'g, POINTS>, start: &Start) -> Self {
+    /// No error at the start.
+    pub(super) fn new(solver: &Solver<'g, POINTS>) -> Self {
         let m = solver.geometry.active().len();
         let method = if m == 1 && !solver.geometry.has_force() {
-            Method::Plane(Box::new(Plane::new(solver.geometry, start)))
+            Method::Plane(Box::new(Plane::new(solver)))
         } else {
-            Method::Steps(Box::new(Steps::new(solver, start)))
+            Method::Steps(Box::new(Steps::new(solver)))
         };
         let local = vec![[0.0; 2]; 2 * m];
         Self { method, local, total: Total::default() }
@@ -65,29 +64,30 @@ impl<'g> ErrorEstimate<'g> {
         (*now, *largest) = (now.max(worst), largest.max(worst));
     }
 
-    /// Carries δ over a window of length `h` that is finished, and adds the window's own error. `left` is what its
-    /// sweeps left undone, relative to sizes.
-    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, h: f64, left: f64, is_last: bool) {
+    /// Carries δ over a window that is finished, and adds the window's own error. `left` is what its sweeps left
+    /// undone, relative to sizes.
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, left: f64, is_last: bool) {
         for (k, local) in self.local.iter_mut().enumerate() {
-            let unknown = window.unknown(k, h);
-            let size = if unknown.inverse_size > 0.0 { 1.0 / unknown.inverse_size } else { 0.0 };
-            *local = [MARGIN * (unknown.end_error + LEFT_MARGIN * left * size), ROUNDING * unknown.magnitude];
+            let row = &window.rows[k];
+            let left = LEFT_MARGIN * left * inverse(row.inverse_size);
+            let magnitude = row.start.high.abs().max(row.end.high.abs());
+            *local = [MARGIN * (window.end_error(k) + left), ROUNDING * magnitude];
         }
         match &mut self.method {
             Method::Plane(plane) => {
-                let gains = plane.follow(window, h).map(|gain| OF_SLOPES * gain);
+                let gains = plane.follow(window).map(|gain| OF_SLOPES * gain);
                 let of = |k: usize| self.local[k][1] + gains[k];
                 plane.add([self.local[0][0], self.local[1][0]], [of(0), of(1)]);
                 let error = |number: usize| plane.error(number).map(|error| error * window.inverse_size(number));
                 let errors = (1..window.geometry.dimension()).map(error);
                 let now = errors.fold(error(0), |[all, rounding], error| [all.max(error[0]), rounding.max(error[1])]);
                 let Total { reached, largest, .. } = self.total;
-                self.total = Total { now, reached: reached + h, largest: largest.max(now[0]) };
+                self.total = Total { now, reached: reached + window.length, largest: largest.max(now[0]) };
             }
             Method::Steps(steps) => {
-                steps.follow(window, h, &self.local);
+                steps.follow(window, &self.local);
                 if is_last {
-                    steps.finish(window, h);
+                    steps.finish(window);
                 }
                 self.total = steps.total;
             }

@@ -81,26 +81,3 @@ pub(super) fn edge(geometry: &Geometry, state: &State, momenta: &[f64], length: 
     }
     None
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::tests::metric;
-    use super::{State, edge};
-    use crate::number::Compensated;
-
-    /// With p_t = 1 and K = p_t²/g_tt − p_x² = ¾ at x = 0, g_tt = 1 + 2x is zero after this γ, as dγ = dg/2w.
-    fn way() -> f64 {
-        let (k, angle) = (0.75_f64, (0.75_f64).sqrt().asin());
-        (angle - angle.sin() * angle.cos()) / (2.0 * k.powf(1.5))
-    }
-
-    #[test]
-    fn a_horizon_is_met_where_it_is() {
-        let (geometry, start) = metric(&["t", "x"], &[(0, 0, "1 + 2*x"), (1, 1, "-1")], &[0.0, 0.0], &[1.0, 0.5]);
-        let state = State { q: vec![Compensated::from(0.0); 2], p: vec![Compensated::from(0.5)] };
-        let (gamma, q, _) = edge(&geometry, &state, &start.p, 0.6, 3.0).unwrap();
-        assert!((gamma - 3.0 - way()).abs() < 5e-3 && (q[1] + 0.5).abs() < 0.05, "{gamma} {}, {q:?}", way());
-        // What lies beyond the length does not count.
-        assert!(edge(&geometry, &state, &start.p, 0.45, 3.0).is_none());
-    }
-}

@@ -37,31 +37,3 @@ fn interpolated(nodes: &[f64], values: &[f64], at: f64) -> f64 {
     };
     values.iter().enumerate().map(|(k, value)| value * weight(k)).sum()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::first_knot;
-    use crate::number::Extended;
-    use crate::number::spline::{Kind, Outside, Table};
-
-    const NODES: [f64; 6] =
-        [0.0, 0.117_472_338_035_267_7, 0.357_384_241_759_677_4, 0.642_615_758_240_322_6, 0.882_527_661_964_732_3, 1.0];
-
-    /// A parabola passes 0.5 at these places, and other knots at others.
-    #[test]
-    fn the_first_knot_on_the_way_is_found() {
-        let points = [-1.0, 0.0, 0.5, 2.0].map(|x: f64| [x, x * x * x].map(Extended::from));
-        let table = Table::new(&points, Kind::Natural, Outside::Linear).unwrap().derivative().unwrap();
-        let found = |f: &dyn Fn(f64) -> f64| first_knot(table, &NODES, &NODES.map(f));
-        let at = |f: &dyn Fn(f64) -> f64, place: f64| assert!((found(f).unwrap() - place).abs() < 1e-6, "{place}");
-        at(&|s| s * s + 0.3, 0.2_f64.sqrt());
-        at(&|s| 0.8 - s * s, 0.3_f64.sqrt());
-        // 0.5 lies before 0 on the way down, and a knot at an end of the window is no knot in it.
-        at(&|s| 0.6 - s, 0.1);
-        at(&|s| 0.5 - s, 0.5);
-        assert_eq!(found(&|s| 0.5 * s), None);
-        assert_eq!(found(&|s| 0.6 + s), None);
-        // The second derivative of the function jumps there.
-        assert_eq!(first_knot(table.derivative().unwrap(), &NODES, &NODES.map(|s| 0.6 - s)), None);
-    }
-}

@@ -14,7 +14,7 @@ use pulp::Simd;
 use super::rule::Order;
 use super::system::System;
 use super::tuning::{END, NOISE};
-use super::window::Solver;
+use super::window::{Row, Solver};
 use crate::number::vector::{Lanes, Nodes};
 
 /// Bounds of the errors that a window makes, relative to sizes.
@@ -39,23 +39,24 @@ impl<const N: usize> Solver<'_, N> {
         let Some(highest) = highest_modes else { return LocalErrors::default() };
         let System { registers, passes, ignorable, order, .. } = system;
         let (n, is_second) = (self.rule.points() as f64, *order == Order::Second);
-        let positions = passes[passes.len() - 1].slopes.len();
+        let m = rows.len() / 2;
         let (mut inside, mut most, mut roughness) = (0.0_f64, 0.0_f64, 0.0_f64);
         for pass in &*passes {
             for k in 0..pass.slopes.len() {
-                let row = &mut rows[pass.first + k];
+                let Row { start, inverse_size, .. } = rows[pass.first + k];
                 let slope = Lanes::new(s, &registers[pass.slopes[k]]);
                 let [a, tail, next] = modes(s, highest, slope);
                 let largest = slope.abs().largest();
-                let weight = order.power_of(h) * row.inverse_size;
-                if pass.first + k < positions {
-                    let first_node = (registers[pass.unknowns[k]].0[0] - row.start.high).abs() * row.inverse_size;
+                let weight = order.power_of(h) * inverse_size;
+                if pass.first + k < m {
+                    let first_node = (registers[pass.unknowns[k]].0[0] - start.high).abs() * inverse_size;
                     let expected = if is_second { tail / (2.0 * (2.0 * n - 3.0)) } else { next };
                     inside = larger(inside, larger(first_node, 0.5 * weight * expected / (n - 1.0)));
                 }
-                row.end_error = larger(a, next);
-                let weight = larger(weight, if is_second { h * row.inverse_speed } else { 0.0 });
-                most = larger(most, weight * row.end_error);
+                let driven = &mut rows[if is_second { m } else { pass.first } + k];
+                driven.end_error = larger(a, next);
+                let weight = larger(weight, if is_second { h * driven.inverse_size } else { 0.0 });
+                most = larger(most, weight * driven.end_error);
                 if largest * weight > NOISE || largest.is_nan() {
                     roughness = larger(roughness, tail / largest);
                 }

@@ -1,8 +1,8 @@
 //! Windows of one length, one after the other.
 
 use super::ladder::continued;
-use super::rule::{Rule, Tables};
-use super::sizes::Sizes;
+use super::rule::Tables;
+use super::view::Lent;
 use super::window::{Known, Solver};
 use super::{Failure, Handed, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
@@ -12,9 +12,7 @@ use crate::sbp::collocation::Collocation;
 
 /// The windows of a run with a rule of up to N nodes.
 pub(super) struct March<'g, const N: usize> {
-    solver: Solver<'g, N>,
-    start: Start,
-    sizes: Sizes,
+    lent: Lent<'g, N>,
     tables: Tables<N>,
     continuation: Box<Matrix<N>>,
     /// Sweeps leave no more, relative to sizes.
@@ -40,10 +38,8 @@ impl<'g, const N: usize> March<'g, N> {
         operators: &'static Collocation,
         tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
-        let sizes = Sizes::new(geometry, start, length)?;
         let h = Compensated::nearest(Extended::from(length) / Extended::from(windows as f64));
-        let mut solver = Solver::new(geometry, Rule::new(operators), false);
-        solver.begin(start, &sizes);
+        let solver = Solver::new(geometry, start, length, operators, false)?;
         let (order, rule) = (solver.system.order, &solver.rule);
         Ok(Self {
             tables: rule.tables(order, h, true),
@@ -55,16 +51,14 @@ impl<'g, const N: usize> March<'g, N> {
             has_failed: false,
             last: 0,
             sweeps: 0,
-            start: start.clone(),
-            sizes,
-            solver,
+            lent: solver.into(),
         })
     }
 }
 
 impl<const N: usize> Windows for March<'_, N> {
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
-        let Self { solver, tables, tolerance, .. } = self;
+        let Self { lent: Lent { solver, .. }, tables, tolerance, .. } = self;
         if self.solved == self.windows {
             return Ok(None);
         }
@@ -87,10 +81,10 @@ impl<const N: usize> Windows for March<'_, N> {
     }
 
     fn window(&mut self) -> Window<'_> {
-        let Self { solver, tables, solved, last, .. } = self;
+        let Self { lent, tables, solved, last, .. } = self;
         let (index, length) = (*solved - 1, tables.length);
         let is_last = *solved == self.windows;
-        Window { index, gamma: index as f64 * length, length, is_last, sweeps: *last, solved: solver }
+        Window { index, gamma: index as f64 * length, length, is_last, sweeps: *last, solved: lent }
     }
 
     fn sweeps(&self) -> usize {
@@ -98,45 +92,21 @@ impl<const N: usize> Windows for March<'_, N> {
     }
 
     fn rewind(&mut self) {
-        self.solver.begin(&self.start, &self.sizes);
+        self.lent.solver.begin();
         (self.solved, self.is_resumed, self.has_failed, self.last, self.sweeps) = (0, false, false, 0, 0);
     }
 
     fn resume(&mut self, handed: &Handed) {
-        self.is_resumed = self.solver.resume(handed, self.tables.length);
+        self.is_resumed = self.lent.solver.resume(handed, self.tables.length);
     }
 
     fn sizes(&self) -> Vec<f64> {
-        self.solver.sizes()
+        self.lent.solver.sizes()
     }
 
     fn place(&self) -> (f64, Vec<f64>) {
-        let Self { solver, tables, .. } = self;
+        let Self { lent: Lent { solver, .. }, tables, .. } = self;
         let state = if self.has_failed { &solver.start } else { &solver.end };
         (self.solved as f64 * tables.length, state.positions())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::Engine;
-    use super::super::tests::lifted;
-    use crate::geometry::Start;
-
-    /// A symmetric method goes back the same way.
-    #[test]
-    fn gauss_is_reversible() {
-        let (geometry, start) = lifted("(x^2 + y^2)/2 + x^2*y - y^3/3", &["x", "y"], &[0.1, 0.2], &[0.3, -0.1]);
-        let end = |start: &Start| {
-            let mut engine = Engine::gauss(&geometry, start, 100.0, 300, 4, 0.0).unwrap();
-            while engine.next().unwrap().is_some() {}
-            engine.window().end().clone()
-        };
-        let there = end(&start);
-        let mut turned = Start { q: there.positions(), q_dot: Vec::new(), p: start.p.iter().map(|p| -p).collect() };
-        geometry.active().iter().zip(there.momenta()).for_each(|(&a, p)| turned.p[a] = -p);
-        let back = end(&turned).positions();
-        let off = geometry.active().iter().map(|&a| (back[a] - start.q[a]).abs()).fold(0.0, f64::max);
-        assert!(off < 1e-13, "{off:e}");
     }
 }

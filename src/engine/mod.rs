@@ -22,8 +22,7 @@
 //! linear       the same for its linearised equations
 //! sizes        the units of a motion, from the motion itself
 //! solved       a solved window, as it is lent
-//! row          one of the functions that are iterated
-//! window       what windows start from, and where their solutions are kept
+//! window       the unknowns of windows, what these start from, and where their solutions are kept
 //! local        the errors that a window makes
 //! sweeps       the solution of a window
 //! ends         what follows from it
@@ -63,7 +62,6 @@ mod local;
 mod march;
 mod plane;
 mod resume;
-mod row;
 mod rule;
 mod sensitivity;
 mod sizes;

@@ -28,7 +28,6 @@ use super::linear::{Linear, Term};
 use super::rule::Order;
 use super::tuning::{BIAS, MARGIN};
 use super::window::Solver;
-use crate::geometry::{Geometry, Start};
 use crate::number::vector::{Lanes, Level, Nodes};
 
 /// δ in its frame.
@@ -69,9 +68,9 @@ struct Ignorable {
 
 impl<'g> Plane<'g> {
     /// No error at the start.
-    pub(super) fn new(geometry: &'g Geometry, start: &Start) -> Self {
-        let linear = Linear::new(geometry, &start.p);
-        let ignorable = vec![Ignorable::default(); geometry.ignorable().count()];
+    pub(super) fn new(Solver { geometry, initial, ignorable, .. }: &Solver<'g, POINTS>) -> Self {
+        let linear = Linear::new(geometry, &initial.p);
+        let ignorable = vec![Ignorable::default(); ignorable.len()];
         let [truncation, rounding] = [Errors::default(); 2];
         Self { linear, flow: [0.0; 2], metric: 1.0, truncation, rounding, ignorable }
     }
@@ -82,10 +81,10 @@ impl<'g> Plane<'g> {
         self.ignorable.fill(Ignorable::default());
     }
 
-    /// Carries δ over a finished window of length `h`. Returns ∫ |J||x| for both unknowns: what relative errors of the
-    /// values make of them by way of the slopes.
-    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, h: f64) -> [f64; 2] {
-        Level::Best.dispatch(Follow { plane: self, window, h })
+    /// Carries δ over a finished window. Returns ∫ |J||x| for both unknowns: what relative errors of the values make of
+    /// them by way of the slopes.
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>) -> [f64; 2] {
+        Level::Best.dispatch(Follow { plane: self, window })
     }
 
     /// Takes the metric of a window of length h in which |b| and |c| are at most so large, and keeps δ.
@@ -153,7 +152,6 @@ impl<'g> Plane<'g> {
 struct Follow<'a, 'g> {
     plane: &'a mut Plane<'g>,
     window: &'a Solver<'g, POINTS>,
-    h: f64,
 }
 
 impl WithSimd for Follow<'_, '_> {
@@ -161,7 +159,8 @@ impl WithSimd for Follow<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> [f64; 2] {
-        let Self { plane, window, h } = self;
+        let Self { plane, window } = self;
+        let h = window.length;
         let Linear { registers, unknowns, .. } = &mut plane.linear;
         for k in 0..2 {
             registers[unknowns[k]] = Lanes::new(s, window.unknown_nodes(k)).nodes();
@@ -252,7 +251,7 @@ fn part_of_random(so_far: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::Plane;
-    use crate::engine::tests::{Pair, lifted, schwarzschild, well};
+    use crate::engine::tests::{Pair, advance, lifted, schwarzschild, well};
 
     /// δ is what a second motion is off by, which begins a little beside the first one, also where windows differ in
     /// length.
@@ -261,23 +260,21 @@ mod tests {
         let scenes = [(well(), 0.2), (schwarzschild(), 4.0), (lifted("1 - cos(x)", &["x"], &[1.0], &[0.3]), 0.5)];
         for ((geometry, start), unit) in &scenes {
             let mut pair = Pair::new(geometry, start);
-            let mut plane = Plane::new(geometry, start);
-            pair.advance_first(2.0 * unit);
-            plane.follow(&pair.first, 2.0 * unit);
+            let mut plane = Plane::new(&pair.first);
+            advance(&mut pair.first, 2.0 * unit);
+            plane.follow(&pair.first);
             // δ = β g
             let ([q, p], square) = (plane.flow, plane.square());
             plane.truncation.change = 1e-6 * square / q.hypot(plane.metric * p);
-            pair.begin_second([-plane.metric * p, q].map(|g| plane.truncation.change * g / square).to_vec());
-            for step in 0..40 {
-                let h = unit * [1.0, 3.0, 0.3, 2.0][step % 4];
-                pair.advance(h);
-                plane.follow(&pair.first, h);
+            let beside = [-plane.metric * p, q].map(|g| plane.truncation.change * g / square);
+            pair.run(&beside, *unit, 40, |pair, window| {
+                plane.follow(&pair.first);
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-3 * b.abs() + 3e-8;
-                for (number, off) in pair.deviation()[..1].iter().chain(&pair.ignorable).enumerate() {
+                for (number, off) in pair.deviation().take(1).chain(pair.ignorable.iter().copied()).enumerate() {
                     let [found, _] = plane.error(number);
-                    assert!(close(found, off.abs()), "{step}, {number}: {found:e} {off:e}");
+                    assert!(close(found, off.abs()), "{window}, {number}: {found:e} {off:e}");
                 }
-            }
+            });
         }
     }
 }

@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::State;
+use super::rule::Order;
 use super::window::Solver;
 use crate::number::Compensated;
 
@@ -46,22 +47,26 @@ impl<const N: usize> Solver<'_, N> {
         for (row, &a) in self.rows.iter_mut().zip(self.geometry.active()) {
             row.end = self.end.q[a];
         }
-        for (row, &p) in self.rows.iter_mut().skip(m).zip(&self.end.p) {
-            row.end = p;
+        let is_second = self.system.order == Order::Second;
+        if !is_second {
+            self.rows[m..].iter_mut().zip(&self.end.p).for_each(|(row, &p)| row.end = p);
         }
-        let fits = |march: &&Marched| march.slopes.len() == self.rows.len();
+        let fits = |march: &&Marched| march.slopes.len() == self.system.iterated();
         let Some(march) = handed.march.as_ref().filter(fits) else {
             self.advance();
             return false;
         };
-        for (row, &[high, low]) in self.rows.iter_mut().zip(&march.velocities) {
-            row.velocity_end = Compensated { high, low };
+        for (row, &[high, low]) in self.rows[m..].iter_mut().zip(&march.velocities) {
+            row.end = Compensated { high, low };
         }
         let is_same = march.length == length && march.slopes.iter().all(|row| row.len() == self.rule.points());
         if is_same {
-            for (k, row) in self.rows.iter_mut().enumerate() {
-                [row.inverse_size, row.inverse_speed] = march.inverse_sizes[k];
-                row.slopes_before.0[..march.slopes[k].len()].copy_from_slice(&march.slopes[k]);
+            for (k, (slopes, sizes)) in march.slopes.iter().zip(&march.inverse_sizes).enumerate() {
+                self.rows[k].inverse_size = sizes[0];
+                if is_second {
+                    self.rows[m + k].inverse_size = sizes[1];
+                }
+                self.rows[k].slopes_before.0[..slopes.len()].copy_from_slice(slopes);
             }
             for (k, &[origin, inverse_size]) in march.ways.iter().enumerate().take(self.origin.len()) {
                 (self.origin[k], self.inverse_ignorable[k]) = (origin, inverse_size);

@@ -15,7 +15,6 @@ use super::rule::Order;
 use super::transport::{AT_ONCE, Transport};
 use super::tuning::{BIAS, FIRST_STEPS, MARGIN, MOST_PARTS, MOST_WINDOWS, OF_SAMPLES, OF_SLOPES, OF_STEPS};
 use super::window::Solver;
-use crate::geometry::Start;
 use crate::number::Noise;
 use crate::number::vector::{Level, Nodes};
 
@@ -74,7 +73,7 @@ pub(super) struct Steps<'g> {
 
 impl<'g> Steps<'g> {
     /// No error at the start.
-    pub(super) fn new(solver: &Solver<'g, POINTS>, start: &Start) -> Self {
+    pub(super) fn new(solver: &Solver<'g, POINTS>) -> Self {
         let (rule, ignorable) = (&solver.rule, solver.geometry.ignorable().count());
         let (nodes, unknowns) = (rule.nodes[0].0[..rule.points()].to_vec(), 2 * solver.geometry.active().len());
         let distance = |node: usize, c: f64| (nodes[node] - c).abs();
@@ -89,7 +88,7 @@ impl<'g> Steps<'g> {
         let penalty = |i: usize, j: usize| if (i, j) == (0, 0) { rule.weights.0[0].recip() } else { 0.0 };
         let row = |i: usize| std::array::from_fn(|j| with_start[j].0[i] - penalty(i, j));
         Self {
-            transport: Transport::new(solver.geometry, start),
+            transport: Transport::new(solver.geometry, &solver.initial.p),
             cuts: (1..=MOST_PARTS).map(cuts).collect(),
             derivative: (0..nodes.len()).map(row).collect(),
             nodes,
@@ -129,16 +128,17 @@ impl<'g> Steps<'g> {
         size(number.checked_sub(m).map_or_else(|| &self.delta[number], |j| &self.ignorable[j]))[0]
     }
 
-    /// Takes in a finished window of length `h` with its local errors.
-    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, h: f64, local: &[Errors]) {
-        for (k, inverse_size) in self.inverse_sizes.iter_mut().enumerate() {
-            *inverse_size = window.unknown(k, h).inverse_size;
+    /// Takes in a finished window with its local errors.
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, local: &[Errors]) {
+        let h = window.length;
+        for (inverse_size, row) in self.inverse_sizes.iter_mut().zip(&window.rows) {
+            *inverse_size = row.inverse_size;
         }
         self.inverse_ignorable.copy_from_slice(&window.inverse_ignorable);
         self.transport.linear.is_mended = window.is_mended;
         if !self.has_begun {
             self.has_begun = true;
-            self.set_point(window, 0, h, 0);
+            self.set_point(window, 0, 0);
             self.transport.inverse_sizes.copy_from_slice(&self.inverse_sizes);
         }
         let mut done = 0.0;
@@ -148,7 +148,7 @@ impl<'g> Steps<'g> {
             let node = self.cuts[parts - 1][cut];
             self.length += h * (self.nodes[node] - done);
             done = self.nodes[node];
-            self.finish_step(window, node, h, part);
+            self.finish_step(window, node, part);
         }
         self.length += h * (1.0 - done);
         self.windows += 1.0;
@@ -161,21 +161,21 @@ impl<'g> Steps<'g> {
             sums[step] += MARGIN * error;
         }
         if self.windows + 0.5 > self.wanted {
-            self.finish_step(window, self.nodes.len() - 1, h, part * self.windows);
+            self.finish_step(window, self.nodes.len() - 1, part * self.windows);
         }
     }
 
-    /// Ends the run after a last window of length `h`.
-    pub(super) fn finish(&mut self, window: &Solver<'g, POINTS>, h: f64) {
+    /// Ends the run after its last window.
+    pub(super) fn finish(&mut self, window: &Solver<'g, POINTS>) {
         if self.length > 0.0 {
-            self.finish_step(window, self.nodes.len() - 1, h, self.windows);
+            self.finish_step(window, self.nodes.len() - 1, self.windows);
         }
         self.carry();
     }
 
     /// Ends the current step, of so many windows, at a node.
-    fn finish_step(&mut self, window: &Solver<'g, POINTS>, node: usize, h: f64, windows: f64) {
-        self.set_point(window, node, h, self.transport.count + 1);
+    fn finish_step(&mut self, window: &Solver<'g, POINTS>, node: usize, windows: f64) {
+        self.set_point(window, node, self.transport.count + 1);
         self.windows_of[self.transport.count] = windows;
         self.transport.add_step(self.length);
         (self.length, self.windows) = (0.0, 0.0);
@@ -185,11 +185,11 @@ impl<'g> Steps<'g> {
     }
 
     /// x, ẋ and ẍ of all rows, and the rates of ignorable coordinates.
-    fn set_point(&mut self, window: &Solver<'g, POINTS>, node: usize, h: f64, point: usize) {
+    fn set_point(&mut self, window: &Solver<'g, POINTS>, node: usize, point: usize) {
         for row in 0..self.transport.points.len() {
             let slope = window.slope_nodes(row);
             let (first, second) = match window.system.order {
-                Order::First => (slope.0[node], slope.dot(&self.derivative[node]) / h),
+                Order::First => (slope.0[node], slope.dot(&self.derivative[node]) / window.length),
                 Order::Second => (window.velocities[row].0[node], slope.0[node]),
             };
             let values = [window.unknown_nodes(row).0[node], first, second];
@@ -206,7 +206,7 @@ impl<'g> Steps<'g> {
             return;
         }
         let defect = self.transport.solve();
-        Level::Best.dispatch(Carry(self));
+        Level::Best.dispatch(&mut *self);
         self.total.reached += self.transport.length();
         self.local.fill([[0.0; 2]; AT_ONCE]);
         self.local_ignorable.fill([0.0; AT_ONCE]);
@@ -218,16 +218,14 @@ impl<'g> Steps<'g> {
 }
 
 /// Carries δ over the steps of a batch.
-struct Carry<'a, 'g>(&'a mut Steps<'g>);
-
-impl WithSimd for Carry<'_, '_> {
+impl WithSimd for &mut Steps<'_> {
     type Output = ();
 
     /// The errors of an unknown make a vector without more ado.
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        for step in 0..self.0.transport.count {
-            self.0.carry_step(step);
+        for step in 0..self.transport.count {
+            self.carry_step(step);
         }
     }
 }
@@ -297,7 +295,7 @@ fn size(deltas: &Deltas) -> Errors {
 #[cfg(test)]
 mod tests {
     use super::{SAMPLES, Steps};
-    use crate::engine::tests::{Pair, kerr, lifted};
+    use crate::engine::tests::{Pair, advance, kerr, lifted};
 
     /// δ is what a second motion is off by, which begins a little beside the first one, in ignorable coordinates too.
     #[test]
@@ -305,19 +303,12 @@ mod tests {
         let stars = lifted("(x^2 + y^2)/2 + x^2*y - y^3/3", &["x", "y"], &[0.1, 0.0], &[0.0, 0.5]);
         for ((geometry, start), unit) in [(stars, 0.5), (kerr(), 1.0)] {
             let mut pair = Pair::new(&geometry, &start);
-            let mut steps = Steps::new(&pair.first, &start);
-            let deviation = vec![1e-6, -2e-6, 1e-7, 3e-7];
-            steps.delta = deviation.iter().map(|&delta| [delta; 2 + SAMPLES]).collect();
-            pair.begin_second(deviation);
-            for step in 0..48 {
-                let h = unit * [1.0, 3.0, 0.3, 2.0][step % 4];
-                pair.advance(h);
-                steps.follow(&pair.first, h, &[[0.0; 2]; 4]);
-                if step == 47 {
-                    steps.finish(&pair.first, h);
-                }
-            }
-            let known = pair.deviation().into_iter().chain(pair.ignorable.iter().copied());
+            let mut steps = Steps::new(&pair.first);
+            let beside = [1e-6, -2e-6, 1e-7, 3e-7];
+            steps.delta = beside.map(|delta| [delta; 2 + SAMPLES]).to_vec();
+            pair.run(&beside, unit, 48, |pair, _| steps.follow(&pair.first, &[[0.0; 2]; 4]));
+            steps.finish(&pair.first);
+            let known = pair.deviation().chain(pair.ignorable.iter().copied());
             for ([found, ..], known) in steps.delta.iter().chain(&steps.ignorable).zip(known) {
                 assert!((found - known).abs() < 0.03 * known.abs() + 1e-7, "{found:e} {known:e}");
             }
@@ -330,12 +321,12 @@ mod tests {
         let (geometry, start) = lifted("(x^2 + y^2)/2", &["x", "y"], &[1.0, 0.0], &[0.0, 1.0]);
         for count in [16, 64, 256] {
             let mut pair = Pair::new(&geometry, &start);
-            let mut steps = Steps::new(&pair.first, &start);
+            let mut steps = Steps::new(&pair.first);
             for _ in 0..count {
-                pair.advance_first(0.5);
-                steps.follow(&pair.first, 0.5, &[[0.0, 1e-9]; 4]);
+                advance(&mut pair.first, 0.5);
+                steps.follow(&pair.first, &[[0.0, 1e-9]; 4]);
             }
-            steps.finish(&pair.first, 0.5);
+            steps.finish(&pair.first);
             let error = [0, 1].map(|number| steps.error(number)).into_iter().fold(0.0, f64::max);
             let ratio = error / (1e-9 * f64::from(count).sqrt());
             assert!((1.0..4.0).contains(&ratio), "{count}: {ratio}");

@@ -26,13 +26,13 @@ impl Adaptive<'_> {
         let (a, h) = (target.coordinate, self.attempt.accepted.length);
         let side = (target.value - target.from).signum();
         let ahead = |q: f64| (q - target.value) * side;
-        let passed = self.may_pass(a, target.value, side).then(|| self.solver.dense()).and_then(|dense| {
-            let nodes = self.solver.fractions();
+        let passed = self.may_pass(a, target.value, side).then(|| self.lent.dense()).and_then(|dense| {
+            let nodes = self.lent.solver.fractions();
             let node = (1..nodes.len()).find(|&node| ahead(dense.position(a, nodes[node])) >= 0.0)?;
             Some((dense, [nodes[node - 1], nodes[node]]))
         });
         let Some((dense, [low, high])) = passed else {
-            let q = self.solver.end.q[a].high;
+            let q = self.lent.solver.end.q[a].high;
             let distance = (target.value - q).abs();
             target.idle = if distance < target.nearest { 0 } else { target.idle + 1 };
             target.nearest = target.nearest.min(distance);
@@ -47,7 +47,7 @@ impl Adaptive<'_> {
         let mut value = |state: &State| ahead(state.q[a].high) + state.q[a].low * side;
         for fractions in tries {
             if let Ok(true) = self.end_where(fractions.map(|fraction| fraction * h), -1.0, &mut value) {
-                self.solver.end.q[a] = Compensated::from(target.value);
+                self.lent.solver.end.q[a] = Compensated::from(target.value);
                 return Ok(());
             }
         }
@@ -64,7 +64,7 @@ impl Adaptive<'_> {
         let (before, gamma) = (self.attempt.accepted, self.attempt.gamma.high);
         let mut failure = None;
         let found = root_between(between, side, gamma, before.length, |h| match self.again(h, true) {
-            Ok(()) => Some(value(&self.solver.end)),
+            Ok(()) => Some(value(&self.lent.solver.end)),
             Err(error) => {
                 failure = Some(error);
                 None

@@ -5,11 +5,10 @@ use pulp::{Simd, WithSimd};
 use super::Failure;
 use super::kernel::evaluate;
 use super::local::LocalErrors;
-use super::row::Row;
 use super::rule::{Order, Tables};
 use super::system::System;
 use super::tuning::{FAST, NOISE_OF_SWEEPS, SLOWEST_UNSEEN, STALLED, UNSEEN_CHANGE};
-use super::window::Solver;
+use super::window::{Row, Solver};
 use crate::number::vector::{Lanes, Level, Matrix, Nodes, multiply, product_error_of};
 
 /// More sweeps than a window of a good length needs, and more than one of a given length does.
@@ -131,14 +130,16 @@ impl<const N: usize> Solver<'_, N> {
     #[inline(always)]
     fn guess<S: Simd>(&mut self, s: S, length: f64, continuation: Option<&Matrix<N>>) {
         let Self { system: System { registers, passes, order, .. }, rows, rule, .. } = self;
+        let m = rows.len() / 2;
         for pass in &*passes {
             for (k, &unknown) in pass.unknowns.iter().enumerate() {
+                let velocity = rows[m + k].start;
                 let row = &mut rows[pass.first + k];
                 let mut offset = Lanes::splat(s, row.start.low);
                 if *order == Order::Second {
                     let (nodes, low) = (Lanes::new(s, &rule.nodes[0]), Lanes::new(s, &rule.nodes[1]));
-                    let way = length * row.velocity.high;
-                    let way_low = product_error_of::<S>(length, row.velocity.high, way) + length * row.velocity.low;
+                    let way = length * velocity.high;
+                    let way_low = product_error_of::<S>(length, velocity.high, way) + length * velocity.low;
                     offset = nodes.scale_add(way, low.scale_add(way, nodes.scale_add(way_low, offset)));
                 }
                 row.offset = offset.nodes();

@@ -1,12 +1,9 @@
 //! The equations of a scene on the nodes of a window: registers, and the steps that compute what is wanted when.
 
-use super::State;
 use super::kernel::Evaluate;
-use super::row::Row;
-use super::rule::{Order, Rule};
-
+use super::rule::Order;
 use crate::formula::{Register, Step};
-use crate::geometry::{Geometry, OutsideGeometry, Start};
+use crate::geometry::{Geometry, OutsideGeometry};
 use crate::number::vector::{Level, Nodes};
 
 /// Slopes that are computed together, and then integrated.
@@ -37,21 +34,6 @@ pub(super) struct System<'g, const N: usize> {
     pub(super) ignorable: Box<[Register]>,
     /// The blocks whose determinants vary, with the registers of these.
     determinants: Box<[(usize, Register)]>,
-}
-
-/// A finished window of length `h`, and what is known on its nodes.
-pub(super) struct Finished<'a, 'g, const N: usize> {
-    pub(super) system: &'a System<'g, N>,
-    pub(super) rule: &'a Rule<N>,
-    pub(super) start: &'a State,
-    pub(super) rows: &'a [Row<N>],
-    /// g_ab of active coordinates by rows, where velocities are unknowns.
-    pub(super) metric: &'a [f64],
-    /// Ignorable coordinates, from the start of the window.
-    pub(super) elapsed: &'a [Nodes<N>],
-    pub(super) h: f64,
-    /// True where values are to be mended.
-    pub(super) is_mended: bool,
 }
 
 impl<'g, const N: usize> System<'g, N> {
@@ -99,6 +81,11 @@ impl<'g, const N: usize> System<'g, N> {
         }
     }
 
+    /// Number of unknowns that sweeps iterate.
+    pub(super) fn iterated(&self) -> usize {
+        self.passes.iter().map(|pass| pass.slopes.len()).sum()
+    }
+
     /// True if a slope is not finite on some node.
     pub(super) fn is_broken(&self) -> bool {
         let mut slopes = self.passes.iter().flat_map(|pass| &pass.slopes);
@@ -110,16 +97,11 @@ impl<'g, const N: usize> System<'g, N> {
         &self.registers[self.positions[place]]
     }
 
-    /// p_a of an ignorable coordinate.
-    pub(super) fn charge(&self, a: usize) -> f64 {
-        self.registers[2 * self.geometry.dimension() + a].0[0]
-    }
-
     /// Puts the momenta of ignorable coordinates in place.
-    pub(super) fn begin(&mut self, start: &Start) {
+    pub(super) fn begin(&mut self, momenta: &[f64]) {
         let n = self.geometry.dimension();
         for a in self.geometry.ignorable() {
-            self.registers[2 * n + a].0 = [start.p[a]; N];
+            self.registers[2 * n + a].0 = [momenta[a]; N];
         }
         Level::Best.dispatch(Evaluate { registers: &mut self.registers, steps: &self.fixed });
     }

@@ -12,11 +12,9 @@
 use pulp::{Simd, WithSimd};
 
 use super::linear::Linear;
-use super::row::inverse;
-use super::rule::{Order, Rule, Tables};
+use super::rule::{Order, Tables};
 use super::sensitivity::Sensitivity;
-use super::system::{Finished, System};
-use crate::geometry::Geometry;
+use super::window::{Solver, inverse};
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Level, Nodes, multiply};
 
@@ -49,9 +47,9 @@ pub(super) struct Tangents<'g, const N: usize> {
 }
 
 impl<'g, const N: usize> Tangents<'g, N> {
-    /// No solutions yet. `momenta` are those of all coordinates, of which ignorable ones stay.
-    pub(super) fn new(geometry: &'g Geometry, rule: &Rule<N>, momenta: &[f64]) -> Self {
-        let mut linear = Linear::new(geometry, momenta);
+    /// No solutions yet.
+    pub(super) fn new(Solver { geometry, rule, initial, .. }: &Solver<'g, N>) -> Self {
+        let mut linear = Linear::new(geometry, &initial.p);
         linear.rows.sort_by_key(|term| term.row);
         let active = geometry.active().len();
         let rows = if linear.order == Order::First { 2 * active } else { active };
@@ -72,7 +70,7 @@ impl<'g, const N: usize> Tangents<'g, N> {
     }
 
     /// Carries small changes over the finished window.
-    pub(super) fn follow(&mut self, window: &Finished<'_, 'g, N>, sensitivity: &mut Sensitivity) {
+    pub(super) fn follow(&mut self, window: &Solver<'g, N>, sensitivity: &mut Sensitivity) {
         let n = 2 * self.active;
         if sensitivity.inverse_sizes.is_empty() {
             sensitivity.set_sizes((0..n).map(|k| self.inverse_size(window, k)).collect());
@@ -85,12 +83,12 @@ impl<'g, const N: usize> Tangents<'g, N> {
     }
 
     /// 1/size of an unknown, which is 1 where it never moves. A momentum is as large as velocities make it.
-    fn inverse_size(&self, Finished { rows, metric, .. }: &Finished<'_, 'g, N>, k: usize) -> f64 {
+    fn inverse_size(&self, Solver { rows, metric, .. }: &Solver<'g, N>, k: usize) -> f64 {
         let m = self.active;
         let found = match (k.checked_sub(m), self.linear.order) {
             (Some(place), Order::Second) => {
-                let parts = rows.iter().zip(&metric[place * m..]).map(|(row, g)| g.abs() * inverse(row.inverse_speed));
-                inverse(parts.fold(0.0, f64::max))
+                let terms = rows[m..].iter().zip(&metric[place * m..]);
+                inverse(terms.map(|(row, g)| g.abs() * inverse(row.inverse_size)).fold(0.0, f64::max))
             }
             _ => rows[k].inverse_size,
         };
@@ -101,7 +99,7 @@ impl<'g, const N: usize> Tangents<'g, N> {
 /// Solves the equations, and carries a sensitivity to the end of the window.
 struct Follow<'a, 'g, const N: usize> {
     tangents: &'a mut Tangents<'g, N>,
-    window: &'a Finished<'a, 'g, N>,
+    window: &'a Solver<'g, N>,
     sensitivity: &'a mut Sensitivity,
 }
 
@@ -133,7 +131,7 @@ impl<const N: usize> Follow<'_, '_, N> {
     #[inline(always)]
     fn evaluate<S: Simd>(&mut self, s: S) {
         let Tangents { linear, rows, jacobian, .. } = &mut *self.tangents;
-        let Finished { system, h, is_mended, .. } = self.window;
+        let Solver { system, length: h, is_mended, .. } = self.window;
         let nodes = system.positions.iter().chain(&system.momenta);
         for (&to, &from) in linear.unknowns.iter().zip(nodes).take(*rows) {
             linear.registers[to] = system.registers[from];
@@ -150,7 +148,7 @@ impl<const N: usize> Follow<'_, '_, N> {
     #[inline(always)]
     fn begin<S: Simd>(&mut self, s: S) {
         let Tangents { linear, active, rows, bases, deltas, .. } = &mut *self.tangents;
-        let Finished { system: System { geometry, .. }, rule, h, .. } = self.window;
+        let Solver { geometry, rule, length: h, .. } = self.window;
         for (at, base) in bases.iter_mut().enumerate() {
             let (column, row) = (at / *rows, at % *rows);
             *base = match (linear.order, column.checked_sub(*active), geometry.separable()) {
@@ -197,7 +195,7 @@ impl<const N: usize> Follow<'_, '_, N> {
     #[inline(always)]
     fn end<S: Simd>(&mut self, s: S) {
         let Tangents { linear, active, rows, tables, slopes, matrix, .. } = &mut *self.tangents;
-        let Finished { system: System { geometry, .. }, metric, h, .. } = self.window;
+        let Solver { geometry, metric, length: h, .. } = self.window;
         let (m, n) = (*active, 2 * *active);
         let [single, double] = [&tables.weights, &tables.end_weights].map(|weights| Lanes::new(s, &weights.high));
         for column in 0..n {
@@ -229,7 +227,7 @@ impl<const N: usize> Follow<'_, '_, N> {
     fn lengths<S: Simd>(&self, s: S) -> Nodes<N> {
         let Tangents { linear, active, rows, deltas, slopes, .. } = &*self.tangents;
         let Sensitivity { tangent, inverse_sizes, .. } = &*self.sensitivity;
-        let (m, zero, Finished { rule, metric, h, .. }) = (*active, Lanes::splat(s, 0.0), self.window);
+        let (m, zero, Solver { rule, metric, length: h, .. }) = (*active, Lanes::splat(s, 0.0), self.window);
         let mut square = zero;
         for k in 0..2 * m {
             let value = match (k.checked_sub(m), linear.order) {
@@ -254,7 +252,7 @@ impl<const N: usize> Follow<'_, '_, N> {
     #[inline(always)]
     fn grow<S: Simd>(&mut self, s: S, lengths: Nodes<N>) {
         let Tangents { tables, matrix, .. } = &*self.tangents;
-        let Finished { rule, h, .. } = self.window;
+        let Solver { rule, length: h, .. } = self.window;
         let Sensitivity { gamma, growth, integral, mean, .. } = &mut *self.sensitivity;
         let (zero, weights) = (Lanes::splat(s, 0.0), Lanes::new(s, &tables.weights.high));
         let logarithms = Lanes::new(s, &lengths) + *growth;

@@ -3,42 +3,21 @@
 use super::certificate::Certificate;
 use super::dense::{Curve, Dense, integrated};
 use super::resume::{Handed, Marched};
-use super::row::Row;
 use super::rule::Order;
 use super::sensitivity::Sensitivity;
 use super::solved::{Solved, State, WindowNodes};
-use super::system::Finished;
 use super::tangents::Tangents;
 use super::window::{Known, Solver};
 use crate::number::Compensated;
 use crate::number::vector::Nodes;
 
-/// An unknown at the ends of a window.
-pub(super) struct Unknown {
-    pub(super) inverse_size: f64,
-    /// The larger one of its absolute values there.
-    pub(super) magnitude: f64,
-    /// A bound of the error that the window makes.
-    pub(super) end_error: f64,
-}
-
-impl<'g, const N: usize> Solver<'g, N> {
-    /// One of 2m unknowns at a finished window of length `h`: positions, then momenta or velocities.
-    pub(super) fn unknown(&self, k: usize, h: f64) -> Unknown {
-        let m = self.geometry.active().len();
-        let unknown = |inverse_size: f64, [start, end]: [Compensated<f64>; 2], end_error: f64| Unknown {
-            inverse_size,
-            magnitude: start.high.abs().max(end.high.abs()),
-            end_error,
-        };
-        let row = |row: &Row<N>, end_error: f64| unknown(row.inverse_size, [row.start, row.end], end_error);
+impl<const N: usize> Solver<'_, N> {
+    /// A bound of the error that the finished window makes in unknown k, of positions and momenta or velocities.
+    pub(super) fn end_error(&self, k: usize) -> f64 {
+        let m = self.rows.len() / 2;
         match self.system.order {
-            Order::First => row(&self.rows[k], self.rows[k].end_error),
-            Order::Second if k < m => row(&self.rows[k], h * self.rows[k].end_error),
-            Order::Second => {
-                let row = &self.rows[k - m];
-                unknown(row.inverse_speed, [row.velocity, row.velocity_end], row.end_error)
-            }
+            Order::Second if k < m => self.length * self.rows[m + k].end_error,
+            _ => self.rows[k].end_error,
         }
     }
 
@@ -84,18 +63,13 @@ impl<'g, const N: usize> Solver<'g, N> {
         match (self.ignorable_place(number), self.system.order) {
             (Some(j), _) => self.rate_nodes(j).0[N - 1],
             (None, Order::First) => self.slope_nodes(number).0[N - 1],
-            (None, Order::Second) => self.rows[number].velocity_end.high,
+            (None, Order::Second) => self.rows[self.rows.len() / 2 + number].end.high,
         }
     }
 
     /// 1/size of a coordinate, by that number.
     pub(super) fn inverse_size(&self, number: usize) -> f64 {
         self.ignorable_place(number).map_or_else(|| self.rows[number].inverse_size, |j| self.inverse_ignorable[j])
-    }
-
-    fn finished(&self) -> Finished<'_, 'g, N> {
-        let Self { system, rule, start, rows, metric, elapsed, length: h, is_mended, .. } = self;
-        Finished { system, rule, start, rows, metric, elapsed, h: *h, is_mended: *is_mended }
     }
 
     /// The sizes of all coordinates.
@@ -147,95 +121,105 @@ impl<const N: usize> WindowNodes for Solver<'_, N> {
     }
 }
 
-impl<const N: usize> Solved for Solver<'_, N> {
+/// A solver whose windows are lent, with room for what is asked of them.
+pub(super) struct Lent<'g, const N: usize> {
+    pub(super) solver: Solver<'g, N>,
+    certificate: Option<Box<Certificate<'g, N>>>,
+    tangents: Option<Box<Tangents<'g, N>>>,
+}
+
+impl<'g, const N: usize> From<Solver<'g, N>> for Lent<'g, N> {
+    fn from(solver: Solver<'g, N>) -> Self {
+        Self { solver, certificate: None, tangents: None }
+    }
+}
+
+impl<const N: usize> Solved for Lent<'_, N> {
     fn start(&self) -> &State {
-        &self.start
+        &self.solver.start
     }
 
     fn end(&self) -> &State {
-        &self.end
+        &self.solver.end
     }
 
     fn nodes(&mut self) -> &dyn WindowNodes {
-        self.know(Known::All);
-        if !self.rule.has_end() {
-            return self;
+        let solver = &mut self.solver;
+        solver.know(Known::All);
+        if !solver.rule.has_end() {
+            return solver;
         }
         // The end is at the last node.
-        let last = self.rule.points() - 1;
-        for (place, &a) in self.geometry.active().iter().enumerate() {
-            self.system.registers[self.system.positions[place]].0[last] = self.end.q[a].high;
-            let momentum = match self.system.order {
-                Order::First => &mut self.system.registers[self.system.momenta[place]],
-                Order::Second => &mut self.momenta[place],
+        let last = solver.rule.points() - 1;
+        for (place, &a) in solver.geometry.active().iter().enumerate() {
+            solver.system.registers[solver.system.positions[place]].0[last] = solver.end.q[a].high;
+            let momentum = match solver.system.order {
+                Order::First => &mut solver.system.registers[solver.system.momenta[place]],
+                Order::Second => &mut solver.momenta[place],
             };
-            momentum.0[last] = self.end.p[place].high;
+            momentum.0[last] = solver.end.p[place].high;
         }
-        self
+        solver
     }
 
     fn dense(&self) -> Dense {
-        let (geometry, h, points) = (self.geometry, self.length, self.rule.points());
+        let solver = &self.solver;
+        let (geometry, h, points) = (solver.geometry, solver.length, solver.rule.points());
         let m = geometry.active().len();
         let curve = |[start, end]: [Compensated<f64>; 2], increment| Curve { start, end: end.high, increment };
-        let integral = |slopes: &Nodes<N>| integrated(&self.rule.modes(slopes)[..points], h);
+        let integral = |slopes: &Nodes<N>| integrated(&solver.rule.modes(slopes)[..points], h);
         let mut gains: Vec<Vec<f64>> = Vec::with_capacity(m);
         let q = (0..geometry.dimension()).map(|a| {
-            let number = self.number_of(a);
-            let increment = match (self.ignorable_place(number), self.system.order) {
-                (Some(j), _) => integral(self.rate_nodes(j)),
-                (None, Order::First) => integral(self.slope_nodes(number)),
+            let number = solver.number_of(a);
+            let increment = match (solver.ignorable_place(number), solver.system.order) {
+                (Some(j), _) => integral(solver.rate_nodes(j)),
+                (None, Order::First) => integral(solver.slope_nodes(number)),
                 (None, Order::Second) => {
-                    let mut increment = integral(self.slope_nodes(number));
+                    let mut increment = integral(solver.slope_nodes(number));
                     gains.push(increment.clone());
                     // With the velocity at the start, what was integrated once is the velocity.
-                    increment[0] += self.rows[number].velocity.high;
+                    increment[0] += solver.rows[m + number].start.high;
                     integrated(&increment, h)
                 }
             };
-            curve([self.start.q[a], self.end.q[a]], increment)
+            curve([solver.start.q[a], solver.end.q[a]], increment)
         });
         let q = q.collect();
-        let increments = match self.system.order {
-            Order::First => (m..2 * m).map(|row| integral(self.slope_nodes(row))).collect(),
-            Order::Second => self.momenta_of(&gains),
+        let increments = match solver.system.order {
+            Order::First => (m..2 * m).map(|row| integral(solver.slope_nodes(row))).collect(),
+            Order::Second => solver.momenta_of(&gains),
         };
-        let ends = self.start.p.iter().zip(&self.end.p);
+        let ends = solver.start.p.iter().zip(&solver.end.p);
         let p = ends.zip(increments).map(|((&start, &end), increment)| curve([start, end], increment)).collect();
         Dense { p, q }
     }
 
     fn handed(&self) -> Handed {
+        let solver = &self.solver;
         let pair = |sum: Compensated<f64>| [sum.high, sum.low];
-        let velocities = self.rows.iter().filter(|_| self.system.order == Order::Second);
+        let (iterated, velocities) = solver.rows.split_at(solver.system.iterated());
+        let speed = |k: usize| velocities.get(k).map_or(0.0, |velocity| velocity.inverse_size);
         let march = Marched {
-            length: self.length,
-            velocities: velocities.map(|row| pair(row.velocity_end)).collect(),
-            inverse_sizes: self.rows.iter().map(|row| [row.inverse_size, row.inverse_speed]).collect(),
-            ways: self.origin.iter().zip(&self.inverse_ignorable).map(|(&origin, &size)| [origin, size]).collect(),
-            slopes: self.rows.iter().map(|row| row.slopes_before.0[..self.rule.points()].to_vec()).collect(),
+            length: solver.length,
+            velocities: velocities.iter().map(|row| pair(row.end)).collect(),
+            inverse_sizes: iterated.iter().enumerate().map(|(k, row)| [row.inverse_size, speed(k)]).collect(),
+            ways: solver.origin.iter().zip(&solver.inverse_ignorable).map(|(&origin, &size)| [origin, size]).collect(),
+            slopes: iterated.iter().map(|row| row.slopes_before.0[..solver.rule.points()].to_vec()).collect(),
         };
         let low = |sums: &[Compensated<f64>]| sums.iter().map(|sum| sum.low).collect();
-        Handed { q_low: low(&self.end.q), p_low: low(&self.end.p), march: Some(march) }
+        Handed { q_low: low(&solver.end.q), p_low: low(&solver.end.p), march: Some(march) }
     }
 
     fn gradient_norm(&mut self) -> Option<f64> {
-        if !self.rule.has_end() {
-            return None;
-        }
-        self.know(Known::All);
-        let new = || Box::new(Certificate::new(self.geometry, &self.rule));
-        let mut certificate = self.certificate.take().unwrap_or_else(new);
-        let norm = certificate.of(&self.finished());
-        self.certificate = Some(certificate);
-        Some(norm)
+        let Self { solver, certificate, .. } = self;
+        solver.rule.has_end().then(|| {
+            solver.know(Known::All);
+            certificate.get_or_insert_with(|| Box::new(Certificate::new(solver))).of(solver)
+        })
     }
 
     fn carry(&mut self, sensitivity: &mut Sensitivity) {
-        let charges = || (0..self.geometry.dimension()).map(|a| self.system.charge(a)).collect::<Vec<_>>();
-        let new = || Box::new(Tangents::new(self.geometry, &self.rule, &charges()));
-        let mut tangents = self.tangents.take().unwrap_or_else(new);
-        tangents.follow(&self.finished(), sensitivity);
-        self.tangents = Some(tangents);
+        let Self { solver, tangents, .. } = self;
+        tangents.get_or_insert_with(|| Box::new(Tangents::new(solver))).follow(solver, sensitivity);
     }
 }

@@ -1,22 +1,67 @@
 //! Windows that follow each other: what they start from, and where their solutions are kept.
 
 use super::State;
-use super::certificate::Certificate;
-use super::row::{Row, grow, inverse};
-use super::rule::{Order, Rule};
+use super::rule::Rule;
 use super::sizes::Sizes;
 use super::system::System;
-use super::tangents::Tangents;
-use crate::geometry::{Geometry, Start};
+use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
 use crate::number::vector::Nodes;
+use crate::sbp::collocation::Collocation;
+
+/// One of the unknown functions of γ. Sweeps iterate all of them, but velocities where the equations are of second
+/// order.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row<const N: usize> {
+    /// Its value at the start of the window.
+    pub(super) start: Compensated<f64>,
+    /// 1/size, by which errors become relative; 0 if nothing is known of the size.
+    pub(super) inverse_size: f64,
+    /// Its value at the end of the window.
+    pub(super) end: Compensated<f64>,
+    /// A bound of the error that a window makes in `end`, where its rate is a slope: see [`Solver::end_error`].
+    pub(super) end_error: f64,
+    /// The increment at the last node, as sweeps left it.
+    pub(super) increment: f64,
+    /// The part of the increments on the nodes that is known before the window is solved.
+    pub(super) offset: Nodes<N>,
+    /// The product of the slopes with the part of the matrix that rounding took from its entries.
+    pub(super) low: Nodes<N>,
+    /// The slopes in the window that was finished last.
+    pub(super) slopes_before: Nodes<N>,
+}
+
+impl<const N: usize> Row<N> {
+    /// An unknown that never moves has size 0, and counts nowhere.
+    fn new(start: f64, size: f64) -> Self {
+        Self {
+            start: Compensated::from(start),
+            inverse_size: inverse(size),
+            end: Compensated::from(start),
+            end_error: 0.0,
+            increment: 0.0,
+            offset: Nodes::ZERO,
+            low: Nodes::ZERO,
+            slopes_before: Nodes::ZERO,
+        }
+    }
+
+    /// Goes on to the next window. Sizes grow with what they are sizes of.
+    fn advance(&mut self) {
+        self.start = self.end;
+        grow(&mut self.inverse_size, self.start.high);
+    }
+}
 
 /// Solves windows that follow each other.
 pub(super) struct Solver<'g, const N: usize> {
     pub(super) geometry: &'g Geometry,
+    /// The start of the run, and its sizes there.
+    pub(super) initial: Start,
+    pub(super) initial_sizes: Sizes,
     pub(super) system: System<'g, N>,
     pub(super) rule: Rule<N>,
-    /// Positions of active coordinates, and in first order their momenta.
+    /// Positions of active coordinates, and their momenta, or in second order their velocities.
     pub(super) rows: Vec<Row<N>>,
     /// The states at the start and at the end of the window.
     pub(super) start: State,
@@ -38,10 +83,6 @@ pub(super) struct Solver<'g, const N: usize> {
     pub(super) ignorable_errors: Vec<f64>,
     /// The weights of the highest Legendre modes, if the errors of windows are measured.
     pub(super) highest_modes: Option<[Nodes<N>; 4]>,
-    /// From the first certificate on.
-    pub(super) certificate: Option<Box<Certificate<'g, N>>>,
-    /// From the first window on over which changes are carried.
-    pub(super) tangents: Option<Box<Tangents<'g, N>>>,
     /// True while slow sweeps are to go on, as a shorter window is no way out.
     pub(super) is_patient: bool,
     /// True from the first window on in which something overflowed on the way to finite values.
@@ -63,48 +104,56 @@ pub(super) enum Known {
 }
 
 impl<'g, const N: usize> Solver<'g, N> {
-    /// Windows of this rule.
-    pub(super) fn new(geometry: &'g Geometry, rule: Rule<N>, measures: bool) -> Self {
-        let (active, system) = (geometry.active(), System::new(geometry));
-        let (m, ignorable) = (active.len(), geometry.ignorable().count());
+    /// Windows of a rule from a start, in a run of about this length.
+    pub(super) fn new(
+        geometry: &'g Geometry,
+        start: &Start,
+        length: f64,
+        operators: &'static Collocation,
+        measures: bool,
+    ) -> Result<Self, OutsideGeometry> {
+        let initial_sizes = Sizes::new(geometry, start, length)?;
+        let (m, ignorable, rule) = (geometry.active().len(), geometry.ignorable().count(), Rule::new(operators));
         let separable = if geometry.is_separable() { m } else { 0 };
-        Self {
-            rows: Vec::with_capacity(2 * m),
+        let mut solver = Self {
+            initial: start.clone(),
+            initial_sizes,
+            rows: Vec::new(),
             start: State::default(),
             end: State::default(),
             metric: geometry.separable().map_or_else(Vec::new, |inverse| inverted(inverse, m)),
             velocities: vec![Nodes::ZERO; separable],
             elapsed: vec![Nodes::ZERO; ignorable],
             momenta: vec![Nodes::ZERO; separable],
-            origin: Vec::with_capacity(ignorable),
-            inverse_ignorable: Vec::with_capacity(ignorable),
+            origin: Vec::new(),
+            inverse_ignorable: Vec::new(),
             ignorable_errors: vec![0.0; ignorable],
             highest_modes: measures.then(|| rule.highest_modes()),
-            certificate: None,
-            tangents: None,
             is_patient: false,
             is_mended: false,
             length: 0.0,
             known: Known::Ends,
             ignorable: geometry.ignorable().collect(),
             geometry,
-            system,
+            system: System::new(geometry),
             rule,
-        }
+        };
+        solver.begin();
+        Ok(solver)
     }
 
-    /// Goes to the start of a run.
-    pub(super) fn begin(&mut self, start: &Start, sizes: &Sizes) {
-        let active = self.geometry.active();
-        self.system.begin(start);
+    /// Goes to the start of the run.
+    pub(super) fn begin(&mut self) {
+        let Self { geometry, initial: Start { q, p, .. }, initial_sizes: sizes, system, .. } = self;
+        system.begin(p);
         self.is_mended = false;
         self.start = State {
-            q: start.q.iter().map(|&q| Compensated::from(q)).collect(),
-            p: active.iter().map(|&a| Compensated::from(start.p[a])).collect(),
+            q: q.iter().map(|&q| Compensated::from(q)).collect(),
+            p: geometry.active().iter().map(|&a| Compensated::from(p[a])).collect(),
         };
         self.end = self.start.clone();
-        self.rows = rows(self.geometry, self.system.order, start, sizes);
-        self.origin = self.ignorable.iter().map(|&a| start.q[a]).collect();
+        self.rows = rows(geometry, &self.initial, sizes);
+        self.origin = self.ignorable.iter().map(|&a| self.initial.q[a]).collect();
         self.inverse_ignorable = sizes.ignorable.iter().map(|&size| inverse(size)).collect();
     }
 
@@ -118,20 +167,29 @@ impl<'g, const N: usize> Solver<'g, N> {
     }
 }
 
-fn rows<const N: usize>(geometry: &Geometry, order: Order, start: &Start, sizes: &Sizes) -> Vec<Row<N>> {
+fn rows<const N: usize>(geometry: &Geometry, start: &Start, sizes: &Sizes) -> Vec<Row<N>> {
     let active = geometry.active();
-    let velocity = |place: usize| {
-        let row = geometry.separable().map(|inverse| &inverse[place * active.len()..][..active.len()]);
-        row.map_or(0.0, |row| row.iter().zip(active).map(|(g, &b)| g * start.p[b]).sum())
+    let positions = active.iter().zip(&sizes.positions).map(|(&a, &size)| Row::new(start.q[a], size));
+    let second = |place: usize| match geometry.separable() {
+        Some(inverse) => {
+            let row = inverse[place * active.len()..].iter().zip(active);
+            Row::new(row.map(|(g, &b)| g * start.p[b]).sum(), sizes.velocities[place])
+        }
+        None => Row::new(start.p[active[place]], sizes.momenta[place]),
     };
-    let position = |(place, &a): (usize, &usize)| {
-        Row::new(start.q[a], velocity(place), [sizes.positions[place], sizes.velocities[place]])
-    };
-    let momentum = |(place, &a): (usize, &usize)| Row::new(start.p[a], 0.0, [sizes.momenta[place], 0.0]);
-    let positions = active.iter().enumerate().map(position);
-    match order {
-        Order::First => positions.chain(active.iter().enumerate().map(momentum)).collect(),
-        Order::Second => positions.collect(),
+    positions.chain((0..active.len()).map(second)).collect()
+}
+
+/// 1/size, or 0.
+pub(super) fn inverse(size: f64) -> f64 {
+    if size > 0.0 { 1.0 / size } else { 0.0 }
+}
+
+/// Takes the value for the size if it is larger.
+#[inline(always)]
+fn grow(inverse_size: &mut f64, value: f64) {
+    if value.abs() * *inverse_size > 1.0 {
+        *inverse_size = 1.0 / value.abs();
     }
 }
 

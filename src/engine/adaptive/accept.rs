@@ -25,17 +25,17 @@ impl Adaptive<'_> {
             let trial = self.trial(landing.take())?;
             let length = trial.length.unwrap_or_else(|| self.ladder.length(trial.rung));
             let share = self.share_of(length);
-            let odd = trial.length.map(|length| self.ladder.odd(&self.solver.rule, length));
+            let odd = trial.length.map(|length| self.ladder.odd(&self.lent.solver.rule, length));
             let (tables, continuation) = match &odd {
                 Some(tables) => (tables, None),
-                None => self.ladder.rung(&self.solver.rule, trial.rung, self.attempt.previous),
+                None => self.ladder.rung(&self.lent.solver.rule, trial.rung, self.attempt.previous),
             };
-            let Ok(swept) = self.solver.solve(tables, continuation, LEFT * share) else {
+            let Ok(swept) = self.lent.solver.solve(tables, continuation, LEFT * share) else {
                 self.attempt.control.refuse();
                 continue;
             };
             self.sweeps += swept.sweeps;
-            let seen = self.between.as_mut().map(|between| between.look(&self.solver));
+            let seen = self.between.as_mut().map(|between| between.look(&self.lent.solver));
             if let Some(part) = seen.and_then(|seen| seen.knot).filter(|_| landings < MOST_LANDINGS) {
                 (landing, landings) = (Some(part * length), landings + 1);
                 continue;
@@ -53,9 +53,9 @@ impl Adaptive<'_> {
             let known = self.known();
             let tables = match &odd {
                 Some(tables) => tables,
-                None => self.ladder.rung(&self.solver.rule, trial.rung, None).0,
+                None => self.ladder.rung(&self.lent.solver.rule, trial.rung, None).0,
             };
-            self.solver.finish(tables, known);
+            self.lent.solver.finish(tables, known);
             // A window of another length than that of its rung cannot be continued by matrices.
             self.attempt.previous = trial.length.is_none().then_some(trial.rung);
             let Trial { is_last, .. } = trial;
@@ -80,7 +80,7 @@ impl Adaptive<'_> {
     fn is_accurate(&mut self, mut local: LocalErrors, inside: f64, share: f64, seen: Option<Seen>) -> bool {
         let mut allowed = share.max(ROUNDED);
         if let Some(Seen { decay, .. }) = seen {
-            local.end = self.solver.with_unseen(local, decay.powi(POINTS as i32 - 1));
+            local.end = self.lent.solver.with_unseen(local, decay.powi(POINTS as i32 - 1));
             if decay == 1.0 {
                 allowed = allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
             }
@@ -96,9 +96,9 @@ impl Adaptive<'_> {
     /// Returns true if something may hide in a window that can be shorter.
     fn must_be_shorter(&mut self, rung: i32, length: f64) -> bool {
         let (run, accuracy, least) = (self.length, self.accuracy, self.least());
-        let hides = self.between.as_mut().is_some_and(|it| it.hides(&self.solver, length, run, accuracy));
+        let hides = self.between.as_mut().is_some_and(|it| it.hides(&self.lent.solver, length, run, accuracy));
         // Where numbers overflow, intervals can tell nothing of windows of any length.
-        let can_be_shorter = length > least && !self.solver.is_mended;
+        let can_be_shorter = length > least && !self.lent.solver.is_mended;
         if hides && can_be_shorter {
             self.attempt.control.hides(rung);
         } else {

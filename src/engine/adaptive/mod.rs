@@ -12,12 +12,11 @@ use super::control::Control;
 use super::estimate::ErrorEstimate;
 use super::failure::edge;
 use super::ladder::Ladder;
-use super::rule::Rule;
-use super::sizes::Sizes;
 use super::steps::Total;
 use super::tuning::{
     AHEAD, ALONE, EXACT, FIRST, FORESEEN, INSIDE, INSIDE_MARGIN, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, SHARE,
 };
+use super::view::Lent;
 use super::window::{Known, Solver};
 use super::{Accuracy, Failure, GOOD_DIGITS, Handed, OfState, POINTS, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
@@ -27,19 +26,17 @@ use crate::sbp::legendre::Family;
 
 /// The windows of a run.
 pub(super) struct Adaptive<'g> {
-    pub(super) solver: Solver<'g, POINTS>,
+    pub(super) lent: Lent<'g, POINTS>,
     ladder: Ladder,
     estimate: Option<ErrorEstimate<'g>>,
     /// Looks between the nodes, where something can hide there.
-    pub(super) between: Option<Between<'g>>,
+    pub(super) between: Option<Between>,
     accuracy: f64,
     /// The accuracy that was asked for, which rounding may use up.
     asked: f64,
     /// True if windows may not add up to more than the accuracy.
     is_promised: bool,
-    start: Start,
     handed: Option<Handed>,
-    sizes: Sizes,
     /// The length of the run; an estimate, if it ends at a target.
     length: f64,
     pub(super) target: Option<Target>,
@@ -116,23 +113,20 @@ impl<'g> Adaptive<'g> {
         (length, target): (f64, Option<Target>),
         wanted: Accuracy,
     ) -> Result<Self, OutsideGeometry> {
-        let sizes = Sizes::new(geometry, start, length)?;
-        let length = if length.is_finite() || target.is_none() { length } else { sizes.time };
-        let mut solver = Solver::new(geometry, Rule::new(Collocation::shared(Family::Lobatto, POINTS)), true);
-        solver.begin(start, &sizes);
+        let operators = Collocation::shared(Family::Lobatto, POINTS);
+        let solver = Solver::new(geometry, start, length, operators, true)?;
+        let time = solver.initial_sizes.time;
         let (a, is_estimated) = (wanted.value().min(LOOSEST), !matches!(wanted, Accuracy::Local(_)));
         Ok(Self {
-            ladder: Ladder::new(solver.system.order, FIRST * a.powf(1.0 / 24.0) * sizes.time, a < EXACT),
-            estimate: is_estimated.then(|| ErrorEstimate::new(&solver, start)),
-            between: Between::new(&solver, start),
-            solver,
+            ladder: Ladder::new(solver.system.order, FIRST * a.powf(1.0 / 24.0) * time, a < EXACT),
+            estimate: is_estimated.then(|| ErrorEstimate::new(&solver)),
+            between: Between::new(&solver),
+            lent: solver.into(),
             accuracy: a,
             asked: wanted.value().min(LOOSEST_KEPT),
             is_promised: wanted.is_promised(),
-            start: start.clone(),
             handed: None,
-            sizes,
-            length,
+            length: if length.is_finite() || target.is_none() { length } else { time },
             target,
             strictness: 1.0,
             restarts: 0,
@@ -159,13 +153,13 @@ impl<'g> Adaptive<'g> {
     /// The reason of a failure: the motion may leave the domain soon.
     pub(super) fn reason(&mut self, failure: Failure) -> Failure {
         let (gamma, state) = match failure {
-            Failure::Rounding => (self.gamma_at_end(), &self.solver.end),
-            _ => (self.attempt.gamma.high, &self.solver.start),
+            Failure::Rounding => (self.gamma_at_end(), &self.lent.solver.end),
+            _ => (self.attempt.gamma.high, &self.lent.solver.start),
         };
         let rest = if self.target.is_some() { f64::INFINITY } else { self.length - gamma };
         let edge = AHEAD.into_iter().find_map(|windows| {
             let ahead = rest.min(windows * self.ladder.length(0));
-            edge(self.solver.geometry, state, &self.start.p, ahead, gamma)
+            edge(self.lent.solver.geometry, state, &self.lent.solver.initial.p, ahead, gamma)
         });
         let (place, found) = match edge {
             Some((gamma, q, outside)) => ((gamma, q), Failure::OutsideDomain(outside)),
@@ -180,14 +174,14 @@ impl<'g> Adaptive<'g> {
     /// # Errors
     /// If it has no solution.
     pub(super) fn again(&mut self, length: f64, is_last: bool) -> Result<(), Failure> {
-        let tables = self.ladder.odd(&self.solver.rule, length);
+        let tables = self.ladder.odd(&self.lent.solver.rule, length);
         let share = self.share_of(length);
-        self.solver.is_patient = true;
-        let swept = self.solver.solve(&tables, None, LEFT * share);
-        self.solver.is_patient = false;
+        self.lent.solver.is_patient = true;
+        let swept = self.lent.solver.solve(&tables, None, LEFT * share);
+        self.lent.solver.is_patient = false;
         let swept = swept?;
         self.sweeps += swept.sweeps;
-        self.solver.finish(&tables, self.known());
+        self.lent.solver.finish(&tables, self.known());
         let inside = INSIDE_MARGIN * swept.local.inside;
         self.attempt.accepted = Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left, inside };
         Ok(())
@@ -206,12 +200,12 @@ impl<'g> Adaptive<'g> {
     /// True if the coordinate may come to the value in it, on the way to that `side`.
     pub(super) fn may_pass(&self, coordinate: usize, value: f64, side: f64) -> bool {
         let has_passed = |q: f64| (q - value) * side >= 0.0;
-        let Solver { system, end, .. } = &self.solver;
-        let number = self.solver.number_of(coordinate);
-        let on_the_way = match self.solver.ignorable_place(number) {
+        let Solver { system, end, .. } = &self.lent.solver;
+        let number = self.lent.solver.number_of(coordinate);
+        let on_the_way = match self.lent.solver.ignorable_place(number) {
             None => system.position(number).0.iter().any(|&q| has_passed(q)),
             // It may go there and back, if its rate changes its sign.
-            Some(j) => self.solver.rate_nodes(j).0.iter().any(|rate| rate * side <= 0.0),
+            Some(j) => self.lent.solver.rate_nodes(j).0.iter().any(|rate| rate * side <= 0.0),
         };
         on_the_way || has_passed(end.q[coordinate].high)
     }
@@ -224,9 +218,9 @@ impl<'g> Adaptive<'g> {
         let accepted = self.attempt.accepted;
         self.attempt.largest_inside = self.attempt.largest_inside.max(accepted.inside);
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
-        estimate.follow(&self.solver, accepted.length, accepted.left, accepted.is_last);
+        estimate.follow(&self.lent.solver, accepted.left, accepted.is_last);
         if let Some(target) = self.target.filter(|_| accepted.is_last) {
-            estimate.judge_at_equal(&self.solver, target.coordinate);
+            estimate.judge_at_equal(&self.lent.solver, target.coordinate);
         }
         let Total { now: [now, rounding], reached, largest } = estimate.total;
         let error = largest + self.attempt.largest_inside;
@@ -271,7 +265,7 @@ impl Windows for Adaptive<'_> {
             if self.attempt.accepted.is_last {
                 return Ok(None);
             }
-            self.solver.advance();
+            self.lent.solver.advance();
             self.attempt.gamma = self.attempt.gamma.plus(self.attempt.accepted.length);
         }
         self.attempt.accepted = self.accept()?;
@@ -285,14 +279,14 @@ impl Windows for Adaptive<'_> {
     }
 
     fn set_floors(&mut self, floors: &[(usize, f64)]) {
-        self.sizes.raise(self.solver.geometry, floors);
-        self.solver.begin(&self.start, &self.sizes);
+        self.lent.solver.initial_sizes.raise(self.lent.solver.geometry, floors);
+        self.lent.solver.begin();
     }
 
     fn window(&mut self) -> Window<'_> {
         let Accepted { length, sweeps, is_last, .. } = self.attempt.accepted;
         let (index, gamma) = (self.attempt.windows - 1, self.attempt.gamma.high);
-        Window { index, gamma, length, is_last, sweeps, solved: &mut self.solver }
+        Window { index, gamma, length, is_last, sweeps, solved: &mut self.lent }
     }
 
     fn sweeps(&self) -> usize {
@@ -301,8 +295,8 @@ impl Windows for Adaptive<'_> {
 
     fn begin_again(&mut self) {
         self.restarts += 1;
-        self.solver.begin(&self.start, &self.sizes);
-        self.handed.iter().for_each(|handed| _ = self.solver.resume(handed, 0.0));
+        self.lent.solver.begin();
+        self.handed.iter().for_each(|handed| _ = self.lent.solver.resume(handed, 0.0));
         self.estimate.iter_mut().for_each(ErrorEstimate::begin);
         self.target = self.target.map(|it| Target::new(it.coordinate, it.value, it.from));
         self.attempt = Attempt::default();
@@ -315,7 +309,7 @@ impl Windows for Adaptive<'_> {
     }
 
     fn resume(&mut self, handed: &Handed) {
-        self.solver.resume(handed, 0.0);
+        self.lent.solver.resume(handed, 0.0);
         self.handed = Some(handed.clone());
     }
 
@@ -332,11 +326,11 @@ impl Windows for Adaptive<'_> {
     }
 
     fn sizes(&self) -> Vec<f64> {
-        self.solver.sizes()
+        self.lent.solver.sizes()
     }
 
     fn place(&self) -> (f64, Vec<f64>) {
-        self.attempt.failed_at.clone().unwrap_or_else(|| (self.gamma_at_end(), self.solver.end.positions()))
+        self.attempt.failed_at.clone().unwrap_or_else(|| (self.gamma_at_end(), self.lent.solver.end.positions()))
     }
 
     fn unresolved(&self) -> usize {

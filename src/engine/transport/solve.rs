@@ -7,13 +7,11 @@ use crate::engine::rule::Order;
 use crate::number::vector::{Lanes, Nodes};
 
 /// Computes Φ of the steps of a batch.
-pub(super) struct Solve<'a, 'g>(pub(super) &'a mut Transport<'g>);
-
-impl WithSimd for Solve<'_, '_> {
+impl WithSimd for &mut Transport<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, s: S) -> f64 {
+    fn with_simd<S: Simd>(self, s: S) -> f64 {
         self.carry_unknowns(s);
         self.carry_ignorable(s);
         self.correct(s)
@@ -30,7 +28,7 @@ fn ends<S: Simd>(s: S, points: &Points) -> Lanes<S, AT_ONCE> {
     Lanes::new(s, &Nodes(*points.last_chunk().expect("there is one point more")))
 }
 
-impl Solve<'_, '_> {
+impl Transport<'_> {
     /// The rows of all unknowns, without the correction.
     #[inline(always)]
     fn carry_unknowns<S: Simd>(&mut self, s: S) {
@@ -45,7 +43,7 @@ impl Solve<'_, '_> {
     /// The Jacobian on a Gauss node of each step.
     #[inline(always)]
     fn evaluate<S: Simd>(&mut self, s: S, stage: usize) {
-        let Transport { linear, rows, points, lengths, method, gradients, .. } = &mut *self.0;
+        let Transport { linear, rows, points, lengths, method, gradients, .. } = self;
         let (h, [start, end]) = (Lanes::new(s, lengths), &method.hermite[stage]);
         for row in 0..*rows {
             let mut value = Lanes::splat(s, 0.0);
@@ -64,7 +62,7 @@ impl Solve<'_, '_> {
     /// The rows of the linear system for the slopes on that node, with a right-hand side for each unit vector δ.
     #[inline(always)]
     fn set_up<S: Simd>(&mut self, s: S, stage: usize) {
-        let Transport { linear, active, rows, lengths, method, matrix, gains, .. } = &mut *self.0;
+        let Transport { linear, active, rows, lengths, method, matrix, gains, .. } = self;
         let (m, rows) = (*active, *rows);
         let (size, is_second) = (rows * STAGES, linear.order == Order::Second);
         let width = size + 2 * m;
@@ -104,7 +102,7 @@ impl Solve<'_, '_> {
     /// that is wrong, the defect is large.
     #[inline(always)]
     fn eliminate<S: Simd>(&mut self, s: S) {
-        let Transport { rows, matrix, flow, .. } = &mut *self.0;
+        let Transport { rows, matrix, flow, .. } = self;
         let size = *rows * STAGES;
         let width = size + flow.len();
         for k in 0..size {
@@ -132,7 +130,7 @@ impl Solve<'_, '_> {
     /// Φ from the slopes on the Gauss nodes.
     #[inline(always)]
     fn carry_unit_vectors<S: Simd>(&mut self, s: S) {
-        let Transport { linear, active, rows, lengths, method, matrix, entries, flow, .. } = &mut *self.0;
+        let Transport { linear, active, rows, lengths, method, matrix, entries, flow, .. } = self;
         let (m, rows, n) = (*active, *rows, flow.len());
         let size = rows * STAGES;
         let h = Lanes::new(s, lengths);
@@ -160,22 +158,22 @@ impl Solve<'_, '_> {
     /// The rows of ignorable coordinates, ∫ ∇r·δ: h Σ_i b_i ∇r_i·δ_i for each unit vector δ at the start.
     #[inline(always)]
     fn carry_ignorable<S: Simd>(&mut self, s: S) {
-        let n = self.0.flow.len();
-        let h = Lanes::new(s, &self.0.lengths);
-        for j in 0..self.0.rates.len() {
+        let n = self.flow.len();
+        let h = Lanes::new(s, &self.lengths);
+        for j in 0..self.rates.len() {
             for column in 0..n {
                 let mut sum = Lanes::splat(s, 0.0);
                 for stage in 0..STAGES {
-                    for k in 0..self.0.gradients[stage].len() {
-                        let term = self.0.linear.rates[k];
+                    for k in 0..self.gradients[stage].len() {
+                        let term = self.linear.rates[k];
                         if term.row == j {
                             let delta = self.error_at(s, stage, term.column, column);
-                            let weight = self.0.method.weights[stage] * term.factor;
-                            sum = (Lanes::new(s, &self.0.gradients[stage][k]) * weight).mul_add(delta, sum);
+                            let weight = self.method.weights[stage] * term.factor;
+                            sum = (Lanes::new(s, &self.gradients[stage][k]) * weight).mul_add(delta, sum);
                         }
                     }
                 }
-                self.0.entries[(n + j) * n + column] = (sum * h).nodes();
+                self.entries[(n + j) * n + column] = (sum * h).nodes();
             }
         }
     }
@@ -183,7 +181,7 @@ impl Solve<'_, '_> {
     /// δ of unknown k on a Gauss node, for a unit vector δ at the start.
     #[inline(always)]
     fn error_at<S: Simd>(&self, s: S, stage: usize, k: usize, column: usize) -> Lanes<S, AT_ONCE> {
-        let Transport { linear, active, rows, lengths, method, matrix, flow, .. } = &*self.0;
+        let Transport { linear, active, rows, lengths, method, matrix, flow, .. } = self;
         let (size, is_second, h) = (rows * STAGES, linear.order == Order::Second, Lanes::new(s, lengths));
         let (row, integral) = if k < *rows { (k, &method.integral[stage]) } else { (k - rows, &method.single[stage]) };
         let mut delta = Lanes::splat(s, 0.0);
@@ -204,23 +202,23 @@ impl Solve<'_, '_> {
     /// Makes Φ carry ẋ to the ends.
     #[inline(always)]
     fn correct<S: Simd>(&mut self, s: S) -> f64 {
-        let n = self.0.flow.len();
+        let n = self.flow.len();
         // At rest there is nothing to correct.
         let tiny = Lanes::splat(s, f64::MIN_POSITIVE);
         let (mut square, mut end_square, mut defect_square) = (tiny, tiny, Lanes::splat(s, 0.0));
         for k in 0..n {
-            let f = starts(s, self.0.slopes(k)) * self.0.inverse_sizes[k];
-            self.0.flow[k] = f.nodes();
+            let f = starts(s, self.slopes(k)) * self.inverse_sizes[k];
+            self.flow[k] = f.nodes();
             square = f.mul_add(f, square);
         }
         let inverse = square.recip();
-        for k in 0..n + self.0.rates.len() {
+        for k in 0..n + self.rates.len() {
             let end = if k < n {
-                ends(s, self.0.slopes(k))
+                ends(s, self.slopes(k))
             } else {
-                ends(s, &self.0.rates[k - n]) - starts(s, &self.0.rates[k - n])
+                ends(s, &self.rates[k - n]) - starts(s, &self.rates[k - n])
             };
-            let Transport { entries, inverse_sizes, flow, .. } = &mut *self.0;
+            let Transport { entries, inverse_sizes, flow, .. } = &mut *self;
             let row = &mut entries[k * n..][..n];
             let mut defect = end.neg();
             for j in 0..n {
@@ -242,7 +240,7 @@ impl Solve<'_, '_> {
         }
         let relative = (defect_square * end_square.recip()).nodes();
         let mut largest = 0.0_f64;
-        for &square in &relative.0[..self.0.count] {
+        for &square in &relative.0[..self.count] {
             largest = if square.is_nan() { f64::INFINITY } else { largest.max(square) };
         }
         largest.sqrt()
@@ -265,7 +263,7 @@ fn unit<S: Simd>(s: S, k: usize, j: usize) -> Lanes<S, AT_ONCE> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Order, Simd, Solve, Transport, WithSimd};
+    use super::{Order, Simd, Transport, WithSimd};
     use crate::engine::tests::{lifted, metric};
     use crate::geometry::{Geometry, Start};
     use crate::number::vector::Level;
@@ -278,7 +276,7 @@ mod tests {
 
         #[inline(always)]
         fn with_simd<S: Simd>(self, s: S) {
-            Solve(self.0).carry_unknowns(s);
+            self.0.carry_unknowns(s);
         }
     }
 
@@ -290,7 +288,7 @@ mod tests {
         // H = p_t²/2 − p_x²/2 … with p_t = 1, in coordinates that turn with x.
         let first = metric(&["t", "x"], &[(0, 0, "1/(1 - x^2)"), (1, 1, "-1/(1 + x^2/9)")], &[0.0, 0.0], &[1.0, 0.0]);
         let rotation = |geometry: &Geometry, start: &Start, h: f64| {
-            let mut transport = Transport::new(geometry, start);
+            let mut transport = Transport::new(geometry, &start.p);
             transport.add_step(h);
             Level::Best.dispatch(Uncorrected(&mut transport));
             let entry = |k: usize, j: usize| transport.row(k)[j].0[0];

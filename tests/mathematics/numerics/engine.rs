@@ -1,6 +1,6 @@
 //! The engine of few nodes on given windows.
 
-use geodesic_ivp::engine::{Engine, MOST_POINTS, State};
+use geodesic_ivp::engine::{Engine, MOST_POINTS};
 use geodesic_ivp::geometry::{Geometry, Start};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::{InitialGuess, WorldLine};
@@ -101,16 +101,14 @@ pub(super) fn scene(text: &str) -> (Geometry, Start) {
 
 /// Where windows of one length end. The velocities are those of the start.
 fn end(geometry: &Geometry, start: &Start, length: f64, [windows, points]: [usize; 2]) -> Start {
-    let mut engine = Engine::equal(geometry, start, length, windows, points).unwrap();
-    for _ in 1..windows {
-        engine.next().unwrap();
-    }
-    state(geometry, start, engine.next().unwrap().unwrap().end())
+    end_of(Engine::equal(geometry, start, length, windows, points).unwrap(), geometry, start)
 }
 
-/// The end of a window as a start, with the velocities of another one.
-fn state(geometry: &Geometry, start: &Start, end: &State) -> Start {
-    let mut found = Start { q: end.positions(), ..start.clone() };
+fn end_of(mut engine: Engine<'_>, geometry: &Geometry, start: &Start) -> Start {
+    while engine.next().unwrap().is_some() {}
+    let (window, mut found) = (engine.window(), start.clone());
+    let end = window.end();
+    found.q = end.positions();
     geometry.active().iter().zip(end.momenta()).for_each(|(&a, p)| found.p[a] = p);
     found
 }
@@ -121,17 +119,20 @@ fn difference(geometry: &Geometry, one: &Start, other: &Start) -> f64 {
     geometry.active().iter().map(off).fold(0.0, f64::max)
 }
 
-/// With all momenta turned round the motion goes back to where it came from.
+/// With all momenta turned round the motion goes back to where it came from, by Gauss' method too.
 #[test]
 fn motion_is_reversible() {
     let (geometry, start) = scene(HENON_HEILES);
-    for points in [8, 16, 24] {
+    for points in [8, 16, 24, 4] {
         let turned = |mut start: Start| {
             geometry.active().iter().for_each(|&a| start.p[a] = -start.p[a]);
             start
         };
-        let there = end(&geometry, &start, 50.0, [100, points]);
-        let back = turned(end(&geometry, &turned(there), 50.0, [100, points]));
+        let end = |start: &Start| match points {
+            4 => end_of(Engine::gauss(&geometry, start, 50.0, 150, 4, 0.0).unwrap(), &geometry, start),
+            _ => end(&geometry, start, 50.0, [100, points]),
+        };
+        let back = turned(end(&turned(end(&start))));
         let off = difference(&geometry, &back, &start);
         assert!(off < 2e-13, "{points}: {off:e}");
     }
