@@ -19,20 +19,16 @@
 //! ladder       the tables of all lengths that an adaptive run uses
 //! kernel       steps of programs on all nodes, compiled for every instruction set and number of lanes
 //! system       the equations of a scene: registers, and the steps that compute what is wanted when
-//! linear       the same for its linearised equations
 //! sizes        the units of a motion, from the motion itself
 //! solved       a solved window, as it is lent
 //! window       the unknowns of windows, what these start from, and where their solutions are kept
-//! local        the errors that a window makes
 //! sweeps       the solution of a window
-//! ends         what follows from it
 //! resume       what a run hands on to one that continues it
 //! view         what is known of a window when it is finished
 //! dense        a window between its nodes
 //! certificate  the gradient of the action at a window
 //! tangents     how small changes at its start change its end, which `sensitivity` adds up
 //! march        windows of one length
-//! control      from the errors of a window to the length of the next one
 //! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
 //! adaptive     windows as long as an accuracy needs
 //! tuning       the numbers that it was calibrated with
@@ -40,7 +36,6 @@
 //! failure      why there is no next window, and where the motion leaves the domain, if that is why
 //! between      a look for what may hide between the nodes of a window
 //! enclosure    what formulas do between nodes
-//! knots        where a window passes a knot of a table
 //! ```
 //!
 //! Windows are pulled one by one, without a case and a file: [`Window`] has an example.
@@ -48,17 +43,12 @@
 mod adaptive;
 mod between;
 mod certificate;
-mod control;
 mod dense;
 pub(crate) mod enclosure;
-mod ends;
 mod estimate;
 mod failure;
 mod kernel;
-mod knots;
 mod ladder;
-mod linear;
-mod local;
 mod march;
 mod plane;
 mod resume;

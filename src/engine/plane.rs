@@ -24,8 +24,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::POINTS;
-use super::linear::{Linear, Term};
 use super::rule::Order;
+use super::system::{Linear, Term};
 use super::tuning::{BIAS, MARGIN};
 use super::window::Solver;
 use crate::number::vector::{Lanes, Level, Nodes};

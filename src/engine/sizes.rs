@@ -4,8 +4,8 @@
 //! so that units change no digit of a run.
 
 use super::kernel::Evaluate;
-use super::linear::Linear;
 use super::rule::Order;
+use super::system::Linear;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::norm::max_abs;
 use crate::number::vector::{Level, Nodes};

@@ -11,9 +11,9 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::linear::Linear;
 use super::rule::{Order, Tables};
 use super::sensitivity::Sensitivity;
+use super::system::Linear;
 use super::window::{Solver, inverse};
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Level, Nodes, multiply};

@@ -3,7 +3,7 @@
 use super::{Accepted, Adaptive};
 use crate::engine::between::Seen;
 use crate::engine::ladder::Ladder;
-use crate::engine::local::LocalErrors;
+use crate::engine::sweeps::LocalErrors;
 use crate::engine::tuning::{
     INSIDE, INSIDE_MARGIN, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH,
 };

@@ -8,9 +8,9 @@
 mod accept;
 
 use super::between::Between;
-use super::control::Control;
 use super::estimate::ErrorEstimate;
 use super::failure::edge;
+use super::ladder::Control;
 use super::ladder::Ladder;
 use super::steps::Total;
 use super::tuning::{

@@ -4,8 +4,7 @@
 //! bound on how much it varies because of them: all of its width for what is steep itself, and from there on by the
 //! rules of differentials, with the largest factors on the box.
 
-use super::path::Path;
-use super::{BOXES, Enclosed, is_gentle};
+use super::{BOXES, Enclosed, Path, is_gentle};
 use crate::formula::{Function, Kind, Operation, Program, Register, Step, kind};
 use crate::number::norm::times;
 

@@ -7,8 +7,7 @@
 //! Nodes that are given are allowed one thing more, the tail of an exponential: exp and all its derivatives are
 //! monotone, so that no value of them is unseen where the exponent stays between its values at the nodes.
 
-use super::path::Path;
-use super::{BOXES, Enclosed, Enclosure, is_gentle};
+use super::{BOXES, Enclosed, Enclosure, Path, is_gentle};
 use crate::formula::{Kind, Register, Step};
 
 /// Into so many pieces a way is cut, one number after the other. Each is a multiple of the number of boxes.

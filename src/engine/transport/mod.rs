@@ -19,8 +19,8 @@
 
 mod solve;
 
-use super::linear::Linear;
 use super::rule::Order;
+use super::system::Linear;
 use crate::geometry::Geometry;
 use crate::number::vector::{Level, Nodes};
 
