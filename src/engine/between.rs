@@ -148,7 +148,7 @@ impl WithSimd for Look<'_> {
             let (least, most) = (-values.neg().largest(), values.largest());
             // At most one of three changes in turn goes back.
             let margin = 2.0 * BENT * (most - least);
-            all_gentle &= is_gentle(kind, least - margin, most + margin);
+            all_gentle &= is_gentle(kind, [least - margin, most + margin]);
             if kind == Kind::Ratio && least * most > 0.0 {
                 ratio = ratio.max(most / least).max(least / most);
             }
@@ -173,7 +173,7 @@ fn changes_little(kind: Kind, values: &[f64]) -> bool {
         let neighbours = if k > 0 { change(k - 1) } else { 0.0 };
         let neighbours = neighbours + if k + 2 < values.len() { change(k + 1) } else { 0.0 };
         let (a, b, margin) = (values[k], values[k + 1], BENT * (change(k) + neighbours));
-        is_gentle(kind, a.min(b) - margin, a.max(b) + margin)
+        is_gentle(kind, [a.min(b) - margin, a.max(b) + margin])
     })
 }
 

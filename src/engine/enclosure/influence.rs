@@ -49,8 +49,7 @@ impl Influence {
             enclosed.place(path, |row, k| [path.value(row, (first + k).min(path.points - 1)); 2]);
             enclosed.run(drive);
             for (register, seen) in &mut self.kinks {
-                let (lo, hi) = enclosed.register(*register);
-                seen.extend((0..BOXES).map(|k| [lo[k], hi[k]]));
+                seen.extend((0..BOXES).map(|k| enclosed.interval(*register, k)));
             }
         }
     }
@@ -83,29 +82,26 @@ impl Influence {
     }
 
     fn bound(&self, enclosed: &Enclosed, pairs: &[usize], to: Register, operation: Operation) -> Bounds {
-        let (lo, hi) = enclosed.register(to);
         let size = |register: Register, k: usize| {
-            let (lo, hi) = enclosed.register(register);
-            lo[k].abs().max(hi[k].abs())
+            let [lo, hi] = enclosed.interval(register, k);
+            lo.abs().max(hi.abs())
         };
         let of = |register: Register, k: usize| self.bounds[register][k];
         std::array::from_fn(|k| {
-            let width = hi[k] - lo[k];
+            let [lo, hi] = enclosed.interval(to, k);
+            let width = hi - lo;
             // Nothing is known of values without bounds.
             let rounding = ROUNDING * size(to, k);
             let steep = if width.is_finite() { (width - rounding).max(0.0) } else { f64::INFINITY };
-            let is_steep = |argument: Register, kind: Kind| {
-                let (lo, hi) = enclosed.register(argument);
-                !is_gentle(kind, lo[k], hi[k])
-            };
+            let is_steep = |argument: Register, kind: Kind| !is_gentle(kind, enclosed.interval(argument, k));
             match operation {
                 Operation::Add(a, b) | Operation::Subtract(a, b) => of(a, k) + of(b, k),
                 Operation::Negate(a) => of(a, k),
                 Operation::Multiply(a, b) => times(size(a, k), of(b, k)) + times(size(b, k), of(a, k)),
                 Operation::Divide(_, b) if is_steep(b, Kind::Ratio) => steep,
                 Operation::Divide(a, b) => {
-                    let (lo, hi) = enclosed.register(b);
-                    (of(a, k) + times(size(to, k), of(b, k))) / lo[k].abs().min(hi[k].abs())
+                    let [lo, hi] = enclosed.interval(b, k);
+                    (of(a, k) + times(size(to, k), of(b, k))) / lo.abs().min(hi.abs())
                 }
                 Operation::Call(function, a) => {
                     let pair = pairs[k.min(pairs.len() - 1)];
@@ -113,7 +109,7 @@ impl Influence {
                     match function {
                         _ if is_steep && kind(function) == Kind::Sign && self.is_seen(a, pair) => of(a, k).min(width),
                         _ if is_steep => steep,
-                        _ => times(slope(function, [lo[k], hi[k]], enclosed, a, k), of(a, k)).min(width),
+                        _ => times(slope(function, [lo, hi], enclosed.interval(a, k)), of(a, k)).min(width),
                     }
                 }
                 Operation::Power(..) | Operation::Fused(..) => unreachable!("these are written by simpler operations"),
@@ -122,21 +118,20 @@ impl Influence {
     }
 }
 
-/// The largest slope of a function whose argument `a` varies little, and with these values.
-fn slope(function: Function, [lo, hi]: [f64; 2], enclosed: &Enclosed, a: Register, k: usize) -> f64 {
-    let (a_lo, a_hi) = enclosed.register(a);
+/// The largest slope of a function with these values, whose argument varies little.
+fn slope(function: Function, [lo, hi]: [f64; 2], argument: [f64; 2]) -> f64 {
     match function {
         Function::Exp | Function::Cosh => hi,
         Function::Sinh => 1.0 + lo.abs().max(hi.abs()),
         Function::Sqrt => 0.5 / lo,
-        Function::Ln => 1.0 / a_lo[k],
+        Function::Ln => 1.0 / argument[0],
         Function::Asin | Function::Acos => {
-            let largest = a_lo[k].abs().max(a_hi[k].abs());
+            let largest = argument[0].abs().max(argument[1].abs());
             1.0 / ((1.0 - largest) * (1.0 + largest)).sqrt()
         }
         Function::Sign | Function::Step => 0.0,
         Function::Table(table) => table.derivative().map_or(0.0, |slope| {
-            let [least, most] = slope.bounds([a_lo[k], a_hi[k]]);
+            let [least, most] = slope.bounds(argument);
             most.max(-least)
         }),
         Function::Abs | Function::Sin | Function::Cos | Function::Tanh | Function::Atan => 1.0,

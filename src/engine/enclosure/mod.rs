@@ -18,8 +18,6 @@ mod pieces;
 #[cfg(test)]
 mod tests;
 
-use std::ops::Range;
-
 use self::arithmetic::Enclose;
 use self::influence::Influence;
 use crate::formula::{Kind, Program, Register, Steep, Step};
@@ -130,9 +128,10 @@ impl Enclosed {
         Level::Best.dispatch(Enclose { steps, registers: &mut self.registers });
     }
 
-    /// The bounds of a value on all boxes.
-    fn register(&self, register: Register) -> (&[f64], &[f64]) {
-        self.registers[register].0.split_at(BOXES)
+    /// The bounds of a value on box `k`.
+    fn interval(&self, register: Register, k: usize) -> [f64; 2] {
+        let lanes = &self.registers[register].0;
+        [lanes[k], lanes[BOXES + k]]
     }
 
     /// Sets box `k` of a variable.
@@ -160,8 +159,6 @@ pub(crate) struct Enclosure {
     pub path: Path,
     /// The registers of the arguments that must not change much.
     watched: Vec<(Register, Kind)>,
-    /// True for every register that these arguments are computed from.
-    reads: Vec<bool>,
     /// The program in intervals, which all steps share.
     enclosed: Enclosed,
     /// The steps that do not depend on the path, those to what is watched, and those to all that drives the motion.
@@ -190,13 +187,9 @@ impl Enclosure {
         let Steep { program, watched } = Steep::new(program, outputs, &varies)?;
         let depends = program.depends_on(varies);
         let arguments = program.schedule(watched.iter().map(|look| look.0), |register| !depends[register]);
-        let mut reads = vec![false; program.size()];
-        watched.iter().for_each(|look| reads[look.0] = true);
-        arguments.iter().flat_map(|step| step.operation().operands()).for_each(|operand| reads[operand] = true);
         let mut enclosure = Self {
             path: Path::default(),
             watched,
-            reads,
             fixed: program.schedule(0..program.size(), |register| depends[register]),
             arguments,
             drive: program.schedule(0..program.size(), |register| !depends[register]),
@@ -214,46 +207,14 @@ impl Enclosure {
         self.enclosed.run(&self.fixed);
     }
 
-    /// The pairs of nodes, each named by its first node, between which an argument changes much. The boxes that are
-    /// looked at first hold some pairs each.
-    fn steep(&mut self, pairs: Range<usize>) -> Vec<usize> {
-        let groups = pairs.len().min(BOXES);
-        let ends = |group: usize| pairs.start + group * pairs.len() / groups;
-        let rows = 0..self.path.variables.len();
-        for row in rows.filter(|&row| self.reads[self.path.variables[row]]) {
-            for k in 0..BOXES {
-                let group = k.min(groups - 1);
-                let pieces = (ends(group)..ends(group + 1)).map(|pair| self.path.interval(row, pair));
-                let hull = pieces.fold([f64::INFINITY, -f64::INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-                self.enclosed.set(self.path.variables[row], k, hull);
-            }
-        }
-        let flags = self.flags();
-        let found: Vec<usize> =
-            (0..groups).filter(|&group| flags[group]).flat_map(|group| ends(group)..ends(group + 1)).collect();
-        if pairs.len() == groups {
-            return found;
-        }
-        // Each of several pairs in a box is looked at by itself.
-        let mut steep = Vec::new();
-        for some in found.chunks(BOXES) {
-            self.enclosed.place_pairs(&self.path, some);
-            steep.extend(some.iter().zip(self.flags()).filter_map(|(&pair, flag)| flag.then_some(pair)));
-        }
-        steep
-    }
-
-    /// Which boxes have an argument that changes much.
-    fn flags(&mut self) -> [bool; BOXES] {
-        self.enclosed.run(&self.arguments);
-        let mut flags = [false; BOXES];
-        for &(register, kind) in &self.watched {
-            let (lo, hi) = self.enclosed.register(register);
-            for k in 0..BOXES {
-                flags[k] |= !is_gentle(kind, lo[k], hi[k]);
-            }
-        }
-        flags
+    /// Those of some pairs of nodes, each named by its first node, between which an argument changes much.
+    fn steep(&mut self, some: &[usize]) -> Vec<usize> {
+        let Self { path, watched, enclosed, arguments, .. } = self;
+        enclosed.place_pairs(path, some);
+        enclosed.run(arguments);
+        let is_steep =
+            |k: usize| watched.iter().any(|&(register, kind)| !is_gentle(kind, enclosed.interval(register, k)));
+        (0..some.len()).filter(|&k| is_steep(k)).map(|k| some[k]).collect()
     }
 
     /// By how much what is steep between pairs of nodes changes what drives the motion, in units of `tolerances`, pair
@@ -271,7 +232,7 @@ impl Enclosure {
 
 /// True if an argument in that interval makes nothing steep.
 #[inline(always)]
-pub(super) fn is_gentle(kind: Kind, lo: f64, hi: f64) -> bool {
+pub(super) fn is_gentle(kind: Kind, [lo, hi]: [f64; 2]) -> bool {
     match kind {
         Kind::Ratio => lo > 0.0 && hi <= RATIO * lo || hi < 0.0 && -lo <= -RATIO * hi,
         Kind::Exponent | Kind::Step => hi - lo <= STEP,

@@ -18,9 +18,6 @@ const PIECES: [usize; 2] = [8, 64];
 const TAIL: f64 = 6.0;
 const PASSED: f64 = 0.5;
 
-/// Pairs of nodes that are looked at together first.
-const TOGETHER: usize = 3 * BOXES;
-
 impl Enclosed {
     /// Encloses what these steps compute on the way from node `pair` to the next by the union of its intervals on
     /// `count` pieces of that way, in all boxes.
@@ -47,9 +44,8 @@ impl Enclosure {
     /// largest change of what drives the motion, in units of `tolerances`. Pairs that hide nothing are left out, and
     /// what is below `least` is not looked at more closely.
     pub(crate) fn hidden(&mut self, tolerances: impl FnOnce() -> Vec<f64>, least: f64) -> Vec<(usize, f64)> {
-        let pairs = self.path.points - 1;
-        let some = (0..pairs).step_by(TOGETHER).map(|first| first..(first + TOGETHER).min(pairs));
-        let steep: Vec<usize> = some.flat_map(|some| self.steep(some)).collect();
+        let pairs: Vec<usize> = (0..self.path.points - 1).collect();
+        let steep: Vec<usize> = pairs.chunks(BOXES).flat_map(|some| self.steep(some)).collect();
         if steep.is_empty() {
             return Vec::new();
         }
@@ -72,15 +68,15 @@ impl Enclosure {
         enclosed.place(path, |row, k| [path.value(row, pair + k % 2); 2]);
         enclosed.run(arguments);
         let ends = |&(register, _): &(Register, Kind)| {
-            let (lo, hi) = enclosed.register(register);
-            [lo[0].min(lo[1]), hi[0].max(hi[1])]
+            let [one, other] = [0, 1].map(|k| enclosed.interval(register, k));
+            [one[0].min(other[0]), one[1].max(other[1])]
         };
         let ends: Vec<[f64; 2]> = watched.iter().map(ends).collect();
         enclosed.run_in_pieces(arguments, path, pair, count);
         let is_followed = |(&(register, kind), &[least, most]): (&(Register, Kind), &[f64; 2])| {
-            let (lo, hi) = enclosed.register(register);
-            let is_between = lo[0] >= least - PASSED && hi[0] <= most + PASSED;
-            is_gentle(kind, lo[0], hi[0]) || kind == Kind::Exponent && is_between && most - least <= TAIL
+            let [lo, hi] = enclosed.interval(register, 0);
+            let is_between = lo >= least - PASSED && hi <= most + PASSED;
+            is_gentle(kind, [lo, hi]) || kind == Kind::Exponent && is_between && most - least <= TAIL
         };
         if watched.iter().zip(&ends).all(is_followed) {
             return 0.0;
