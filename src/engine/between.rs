@@ -14,6 +14,7 @@ use pulp::{Simd, WithSimd};
 
 use super::POINTS;
 use super::enclosure::{Enclosure, HIDDEN_SHARE, is_gentle, tolerated_rates};
+use super::kernel::On;
 use super::rule::Order;
 use super::solved::WindowNodes;
 use super::window::Solver;
@@ -65,7 +66,7 @@ impl Between {
     /// Looks at the solved window.
     pub(super) fn look(&mut self, solver: &Solver<'_, POINTS>) -> Seen {
         let registers = &solver.system.registers;
-        let look = Level::Best.dispatch(Look { registers, watched: &self.watched });
+        let look = Level::Best.dispatch(On((&registers[..], &self.watched[..])));
         self.is_gentle = look.is_gentle;
         let knot = if look.passes_knot { self.first_knot(solver) } else { None };
         Seen { decay: if look.has_kink || knot.is_some() { 1.0 } else { look.decay }, knot }
@@ -114,7 +115,7 @@ impl Between {
         let tolerances = || {
             let mut state: Vec<f64> = solver.start.q.iter().map(|q| q.high).chain(momenta.iter().copied()).collect();
             active.iter().zip(&solver.start.p).for_each(|(&a, p)| state[n + a] = p.high);
-            let weights: Vec<f64> = (0..n).map(|a| solver.inverse_size(solver.number_of(a))).collect();
+            let weights: Vec<f64> = (0..n).map(|a| solver.inverse_size(a)).collect();
             tolerated_rates(geometry, &weights, [&state[..]], length, HIDDEN_SHARE * accuracy)
         };
         // A window can be shortened, and is not looked at more closely.
@@ -122,13 +123,7 @@ impl Between {
     }
 }
 
-/// Looks at the range that everything that is watched has on the nodes.
-struct Look<'a> {
-    registers: &'a [Nodes<POINTS>],
-    watched: &'a [(Register, Kind)],
-}
-
-struct Looked {
+pub(super) struct Looked {
     /// True if nothing changes much on all of the window.
     is_gentle: bool,
     has_kink: bool,
@@ -137,14 +132,16 @@ struct Looked {
     decay: f64,
 }
 
-impl WithSimd for Look<'_> {
+/// Looks at the range that everything that is watched has on the nodes.
+impl WithSimd for On<(&[Nodes<POINTS>], &[(Register, Kind)])> {
     type Output = Looked;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> Looked {
+        let On((registers, watched)) = self;
         let (mut all_gentle, mut has_kink, mut passes_knot, mut ratio) = (true, false, false, 1.0_f64);
-        for &(register, kind) in self.watched {
-            let values = Lanes::new(s, &self.registers[register]);
+        for &(register, kind) in watched {
+            let values = Lanes::new(s, &registers[register]);
             let (least, most) = (-values.neg().largest(), values.largest());
             // At most one of three changes in turn goes back.
             let margin = 2.0 * BENT * (most - least);

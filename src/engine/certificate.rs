@@ -6,7 +6,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::kernel::evaluate;
+use super::kernel::{On, evaluate};
 use super::window::Solver;
 use crate::formula::{Register, Step};
 use crate::number::vector::{Lanes, Level, Matrix, Nodes, multiply};
@@ -40,22 +40,17 @@ impl<'g, const N: usize> Certificate<'g, N> {
 
     /// The largest entry of the gradient of the action of a window that is complete.
     pub(super) fn of(&mut self, window: &Solver<'_, N>) -> f64 {
-        Level::Best.dispatch(Gradient { certificate: self, window })
+        Level::Best.dispatch(On((self, window)))
     }
 }
 
 /// Computes max |b (D̄p_a − h (f_a + F_a))|, where p_a is computed from D̄q^b/h.
-struct Gradient<'a, 'g, 'w, const N: usize> {
-    certificate: &'a mut Certificate<'g, N>,
-    window: &'a Solver<'w, N>,
-}
-
-impl<const N: usize> WithSimd for Gradient<'_, '_, '_, N> {
+impl<const N: usize> WithSimd for On<(&mut Certificate<'_, N>, &Solver<'_, N>)> {
     type Output = f64;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> f64 {
-        let Self { certificate: Certificate { derivative, steps, registers, momenta, forces }, window } = self;
+        let On((Certificate { derivative, steps, registers, momenta, forces }, window)) = self;
         let h = window.length;
         let (n, zero) = (momenta.len(), Lanes::splat(s, 0.0));
         let weights = Lanes::new(s, &window.rule.weights);

@@ -50,16 +50,14 @@ impl<'g> ErrorEstimate<'g> {
     /// At the end of a run to a value of `coordinate` errors are those at equal values of it: its own error is one of
     /// the others too.
     pub(super) fn judge_at_equal(&mut self, window: &Solver<'g, POINTS>, coordinate: usize) {
-        let of = |number: usize| match &self.method {
-            Method::Plane(plane) => plane.error(number)[0],
-            Method::Steps(steps) => steps.error(number),
+        let of = |a: usize| match &self.method {
+            Method::Plane(plane) => plane.error(window.place(a))[0],
+            Method::Steps(steps) => steps.error(window.place(a)),
         };
-        let clock = window.number_of(coordinate);
-        let late = of(clock) / window.end_rate(clock).abs();
-        let others = (0..window.geometry.dimension()).filter(|&number| number != clock);
-        let worst = others.fold(0.0, |worst: f64, number| {
-            worst.max((of(number) + late * window.end_rate(number).abs()) * window.inverse_size(number))
-        });
+        let late = of(coordinate) / window.end_rate(coordinate).abs();
+        let others = (0..window.geometry.dimension()).filter(|&a| a != coordinate);
+        let worst = others
+            .fold(0.0, |worst: f64, a| worst.max((of(a) + late * window.end_rate(a).abs()) * window.inverse_size(a)));
         let Total { now: [now, _], largest, .. } = &mut self.total;
         (*now, *largest) = (now.max(worst), largest.max(worst));
     }
@@ -78,7 +76,7 @@ impl<'g> ErrorEstimate<'g> {
                 let gains = plane.follow(window).map(|gain| OF_SLOPES * gain);
                 let of = |k: usize| self.local[k][1] + gains[k];
                 plane.add([self.local[0][0], self.local[1][0]], [of(0), of(1)]);
-                let error = |number: usize| plane.error(number).map(|error| error * window.inverse_size(number));
+                let error = |a: usize| plane.error(window.place(a)).map(|error| error * window.inverse_size(a));
                 let errors = (1..window.geometry.dimension()).map(error);
                 let now = errors.fold(error(0), |[all, rounding], error| [all.max(error[0]), rounding.max(error[1])]);
                 let Total { reached, largest, .. } = self.total;

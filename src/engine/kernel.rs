@@ -5,6 +5,9 @@ use pulp::{Simd, WithSimd};
 use crate::formula::{Algebra, Function, Fused, Program, Step, run};
 use crate::number::vector::{Nodes, elementary, multiply_add, neg, vectors, vectors_mut};
 
+/// Work on vectors, which is compiled for every level, by what it is done with.
+pub(super) struct On<A>(pub(super) A);
+
 /// Carries out steps of a program on all nodes.
 pub(super) struct Evaluate<'w, const N: usize> {
     pub(super) registers: &'w mut [Nodes<N>],

@@ -16,14 +16,13 @@
 //!
 //! ```text
 //! rule         tables of the rule, and of windows of one length
-//! ladder       the tables of all lengths that an adaptive run uses
+//! ladder       the tables of all lengths that an adaptive run uses, and from the errors of a window to the next length
 //! kernel       steps of programs on all nodes, compiled for every instruction set and number of lanes
-//! system       the equations of a scene: registers, and the steps that compute what is wanted when
+//! system       the equations of a scene, and the linearised ones: registers, and the steps that compute what is wanted
 //! sizes        the units of a motion, from the motion itself
-//! solved       a solved window, as it is lent
+//! solved       a solved window, as it is lent, and what a run hands on to one that continues it
 //! window       the unknowns of windows, what these start from, and where their solutions are kept
-//! sweeps       the solution of a window
-//! resume       what a run hands on to one that continues it
+//! sweeps       the solution of a window, and the errors that it makes
 //! view         what is known of a window when it is finished
 //! dense        a window between its nodes
 //! certificate  the gradient of the action at a window
@@ -34,7 +33,7 @@
 //! tuning       the numbers that it was calibrated with
 //! stop         runs that end where something has a value
 //! failure      why there is no next window, and where the motion leaves the domain, if that is why
-//! between      a look for what may hide between the nodes of a window
+//! between      a look for what may hide between the nodes of a window, and where it passes a knot of a table
 //! enclosure    what formulas do between nodes
 //! ```
 //!
@@ -51,7 +50,6 @@ mod kernel;
 mod ladder;
 mod march;
 mod plane;
-mod resume;
 mod rule;
 mod sensitivity;
 mod sizes;
@@ -70,9 +68,8 @@ mod window;
 
 pub use self::dense::Dense;
 pub use self::failure::Failure;
-pub use self::resume::{Handed, Marched};
 pub use self::sensitivity::Sensitivity;
-pub use self::solved::{OfState, Solved, State, Window, WindowNodes};
+pub use self::solved::{Handed, Marched, OfState, Solved, State, Window, WindowNodes};
 
 use std::ops::{ControlFlow, Deref, DerefMut};
 
@@ -90,9 +87,6 @@ pub const POINTS: usize = 16;
 
 /// It is known until where an error is below 10^−digits for these numbers of digits.
 pub const GOOD_DIGITS: [i32; 3] = [3, 6, 9];
-
-/// The most stages of a step of Gauss' method.
-pub const MOST_STAGES: usize = 16;
 
 /// The accuracy of a run: the largest error of a coordinate at any node, relative to its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -219,20 +213,7 @@ impl<'g> Engine<'g> {
         windows: usize,
         points: usize,
     ) -> Result<Self, OutsideGeometry> {
-        Self::lobatto(geometry, start, length, windows, points, 0.0)
-    }
-
-    /// As [`Self::equal`], where sweeps leave no more than `tolerance`, relative to sizes; 0 stands for rounding.
-    pub(crate) fn lobatto(
-        geometry: &'g Geometry,
-        start: &Start,
-        length: f64,
-        windows: usize,
-        points: usize,
-        tolerance: f64,
-    ) -> Result<Self, OutsideGeometry> {
-        let operators = Collocation::shared(Family::Lobatto, points);
-        Self::march(geometry, start, (length, windows), operators, tolerance)
+        Self::march(geometry, start, (length, windows), Collocation::shared(Family::Lobatto, points), 0.0)
     }
 
     /// `steps` steps of Gauss' method over a run of this length. Sweeps leave no more than `tolerance`, relative to
@@ -251,11 +232,11 @@ impl<'g> Engine<'g> {
         stages: usize,
         tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
-        let operators = Collocation::shared(Family::Gauss, stages);
-        Self::march(geometry, start, (length, steps), operators, tolerance)
+        Self::march(geometry, start, (length, steps), Collocation::shared(Family::Gauss, stages), tolerance)
     }
 
-    fn march(
+    /// Windows of one length, whose sweeps leave no more than `tolerance`, relative to sizes; 0 stands for rounding.
+    pub(crate) fn march(
         geometry: &'g Geometry,
         start: &Start,
         grid: (f64, usize),

@@ -24,6 +24,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::POINTS;
+use super::kernel::On;
 use super::rule::Order;
 use super::system::{Linear, Term};
 use super::tuning::{BIAS, MARGIN};
@@ -84,7 +85,7 @@ impl<'g> Plane<'g> {
     /// Carries δ over a finished window. Returns ∫ |J||x| for both unknowns: what relative errors of the values make of
     /// them by way of the slopes.
     pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>) -> [f64; 2] {
-        Level::Best.dispatch(Follow { plane: self, window })
+        Level::Best.dispatch(On((self, window)))
     }
 
     /// Takes the metric of a window of length h in which |b| and |c| are at most so large, and keeps δ.
@@ -131,9 +132,9 @@ impl<'g> Plane<'g> {
         }
     }
 
-    /// The error of a coordinate at the end of the window, the active one first, and what of it rounding alone makes.
-    pub(super) fn error(&self, number: usize) -> [f64; 2] {
-        let [truncation, rounding] = if let Some(j) = number.checked_sub(1) {
+    /// The error of a coordinate at the end of the window, by [`Solver::place`], and what of it rounding alone makes.
+    pub(super) fn error(&self, place: Result<usize, usize>) -> [f64; 2] {
+        let [truncation, rounding] = if let Err(j) = place {
             let Ignorable { of_change, of_shift, own, .. } = self.ignorable[j];
             let [truncation, rounding] = [0, 1].map(|i| of_change[i].abs() + of_shift[i].abs());
             [truncation + own, rounding]
@@ -149,24 +150,18 @@ impl<'g> Plane<'g> {
 }
 
 /// Carries δ over a window.
-struct Follow<'a, 'g> {
-    plane: &'a mut Plane<'g>,
-    window: &'a Solver<'g, POINTS>,
-}
-
-impl WithSimd for Follow<'_, '_> {
+impl WithSimd for On<(&mut Plane<'_>, &Solver<'_, POINTS>)> {
     type Output = [f64; 2];
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> [f64; 2] {
-        let Self { plane, window } = self;
+        let On((plane, window)) = self;
         let h = window.length;
         let Linear { registers, unknowns, .. } = &mut plane.linear;
         for k in 0..2 {
             registers[unknowns[k]] = Lanes::new(s, window.unknown_nodes(k)).nodes();
         }
-        plane.linear.is_mended = window.is_mended;
-        plane.linear.evaluate(s);
+        plane.linear.evaluate(s, window.is_mended);
         let Linear { registers, rows, order, .. } = &plane.linear;
         let is_second = *order == Order::Second;
         let (a, b) = if is_second {
@@ -270,9 +265,10 @@ mod tests {
             pair.run(&beside, *unit, 40, |pair, window| {
                 plane.follow(&pair.first);
                 let close = |a: f64, b: f64| (a - b).abs() < 1e-3 * b.abs() + 3e-8;
-                for (number, off) in pair.deviation().take(1).chain(pair.ignorable.iter().copied()).enumerate() {
-                    let [found, _] = plane.error(number);
-                    assert!(close(found, off.abs()), "{window}, {number}: {found:e} {off:e}");
+                let ignorable = pair.ignorable.iter().enumerate().map(|(j, &off)| (Err(j), off));
+                for (place, off) in pair.deviation().take(1).map(|off| (Ok(0), off)).chain(ignorable) {
+                    let [found, _] = plane.error(place);
+                    assert!(close(found, off.abs()), "{window}, {place:?}: {found:e} {off:e}");
                 }
             });
         }

@@ -18,10 +18,9 @@ const AT_REST: f64 = 1e-3;
 pub(super) struct Sizes {
     /// T, the time in which a small error changes, or the length of the run if that is shorter.
     pub(super) time: f64,
-    /// Sizes of active coordinates, and of their momenta and velocities.
+    /// Sizes of active coordinates, and of their momenta or, where these are unknowns, their velocities.
     pub(super) positions: Vec<f64>,
-    pub(super) momenta: Vec<f64>,
-    pub(super) velocities: Vec<f64>,
+    pub(super) others: Vec<f64>,
     /// Sizes of the ways of ignorable coordinates.
     pub(super) ignorable: Vec<f64>,
 }
@@ -70,17 +69,17 @@ impl Sizes {
             [(accelerations, 2), (jerks, 3)].map(|(of, order)| shared(&|k| of[k].abs() * time.powi(order)));
         let of = |k: usize| if first[k] > 0.0 { first[k] } else { second[k].max(third[k]) };
         let positions: Vec<f64> = (0..m).map(of).collect();
-        let momenta = (0..m).map(|k| {
+        let momentum = |k: usize| {
             let own = metric(k).abs();
             let by = if own > 0.0 { own } else { (0..m).map(|j| entry(k, m + j).abs()).fold(0.0, f64::max) };
             let (size, now) = (positions[k] / (time * by), start.p[active[k]].abs());
             if size.is_finite() { size.max(now) } else { now }
-        });
-        let momenta: Vec<f64> = momenta.collect();
+        };
         let speed = |k: usize| if time > 0.0 { slopes[k].abs().max(positions[k] / time) } else { slopes[k].abs() };
-        let velocities: Vec<f64> = (0..m).map(speed).collect();
+        let is_second = geometry.is_separable();
+        let others = (0..m).map(|k| if is_second { speed(k) } else { momentum(k) }).collect();
         let ignorable = geometry.ignorable().map(|a| point.q_dot(a).abs() * time).collect();
-        let mut sizes = Self { time, positions, momenta, velocities, ignorable };
+        let mut sizes = Self { time, positions, others, ignorable };
         let changes = sizes.changes_of_rates(geometry, start, &slopes);
         for (way, change) in sizes.ignorable.iter_mut().zip(changes) {
             *way = if *way > AT_REST * change { *way } else { change };
@@ -98,7 +97,7 @@ impl Sizes {
             linear.registers[linear.unknowns[active.len() + place]] = Nodes([second; 8]);
         }
         Level::Best.dispatch(Evaluate { registers: &mut linear.registers, steps: linear.steps });
-        let sizes = [&self.positions[..], if is_second { &self.velocities } else { &self.momenta }].concat();
+        let sizes = [&self.positions[..], &self.others].concat();
         let mut changes = vec![0.0_f64; self.ignorable.len()];
         for term in &linear.rates {
             let value = term.factor * linear.registers[term.register].0[0];
@@ -115,8 +114,7 @@ impl Sizes {
                     let factor = least / self.positions[place];
                     self.positions[place] = self.positions[place].max(least);
                     if factor > 1.0 && factor.is_finite() {
-                        self.momenta[place] *= factor;
-                        self.velocities[place] *= factor;
+                        self.others[place] *= factor;
                     }
                 }
                 Err(before) => self.ignorable[a - before] = self.ignorable[a - before].max(least),

@@ -122,10 +122,9 @@ impl<'g> Steps<'g> {
         (self.has_begun, self.total) = (false, Total::default());
     }
 
-    /// The error of a coordinate, active ones first.
-    pub(super) fn error(&self, number: usize) -> f64 {
-        let m = self.delta.len() / 2;
-        size(number.checked_sub(m).map_or_else(|| &self.delta[number], |j| &self.ignorable[j]))[0]
+    /// The error of a coordinate, by [`Solver::place`].
+    pub(super) fn error(&self, place: Result<usize, usize>) -> f64 {
+        size(place.map_or_else(|j| &self.ignorable[j], |place| &self.delta[place]))[0]
     }
 
     /// Takes in a finished window with its local errors.
@@ -135,7 +134,7 @@ impl<'g> Steps<'g> {
             *inverse_size = row.inverse_size;
         }
         self.inverse_ignorable.copy_from_slice(&window.inverse_ignorable);
-        self.transport.linear.is_mended = window.is_mended;
+        self.transport.is_mended = window.is_mended;
         if !self.has_begun {
             self.has_begun = true;
             self.set_point(window, 0, 0);
@@ -327,7 +326,7 @@ mod tests {
                 steps.follow(&pair.first, &[[0.0, 1e-9]; 4]);
             }
             steps.finish(&pair.first);
-            let error = [0, 1].map(|number| steps.error(number)).into_iter().fold(0.0, f64::max);
+            let error = [0, 1].map(|place| steps.error(Ok(place))).into_iter().fold(0.0, f64::max);
             let ratio = error / (1e-9 * f64::from(count).sqrt());
             assert!((1.0..4.0).contains(&ratio), "{count}: {ratio}");
         }

@@ -2,9 +2,9 @@
 //!
 //! Values inside a window are not as accurate as that at its end, so that the place is found by windows that end there.
 
-use super::adaptive::{Accepted, Adaptive};
+use super::adaptive::Adaptive;
 use super::solved::{Solved, WindowNodes};
-use super::{Failure, OfState, State};
+use super::{Failure, State, Windows};
 use crate::number::Compensated;
 use crate::number::root::{root, try_root};
 
@@ -37,7 +37,10 @@ impl Adaptive<'_> {
             target.idle = if distance < target.nearest { 0 } else { target.idle + 1 };
             target.nearest = target.nearest.min(distance);
             self.target = Some(target);
-            self.foresee(target.foreseen(q, self.gamma_at_end()));
+            let end = self.gamma_at_end();
+            let length = target.foreseen(q, end);
+            // If nothing is known, it is as long as it was so far.
+            self.length = if length.is_finite() { length } else { self.length.max(end) };
             return if target.idle < IDLE { Ok(()) } else { Err(Failure::ValueNotReached) };
         };
         let at = |fraction: f64| ahead(dense.position(a, fraction));
@@ -53,38 +56,13 @@ impl Adaptive<'_> {
         }
         Err(self.reason(Failure::NotConverged))
     }
-
-    /// Solves the accepted window again, so that it and the run end where the value of the state at its end changes
-    /// its sign, between two lengths; `side` is the sign before. Returns false, and leaves the window as it was, if the
-    /// sign does not change there.
-    ///
-    /// # Errors
-    /// If such a window has no solution.
-    pub(super) fn end_where(&mut self, between: [f64; 2], side: f64, value: OfState<'_>) -> Result<bool, Failure> {
-        let (before, gamma) = (self.attempt.accepted, self.attempt.gamma.high);
-        let mut failure = None;
-        let found = root_between(between, side, gamma, before.length, |h| match self.again(h, true) {
-            Ok(()) => Some(value(&self.lent.solver.end)),
-            Err(error) => {
-                failure = Some(error);
-                None
-            }
-        });
-        if let Some(failure) = failure {
-            return Err(failure);
-        }
-        let Accepted { length, is_last, .. } = before;
-        let (length, is_last) = found.map_or((length, is_last), |h| (h, true));
-        self.again(length, is_last)?;
-        Ok(found.is_some())
-    }
 }
 
 /// The length, between two lengths, at which `value` changes its sign from `side`, to rounding of `gamma`; `None` if it
 /// does not, or if there is no value on the way. Lengths are at most `longest`.
 ///
 /// A change beside the two lengths, by no more than their distance, is found too.
-fn root_between(
+pub(super) fn root_between(
     [mut low, mut high]: [f64; 2],
     side: f64,
     gamma: f64,

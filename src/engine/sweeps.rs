@@ -14,10 +14,10 @@
 use pulp::{Simd, WithSimd};
 
 use super::Failure;
-use super::kernel::evaluate;
+use super::kernel::{On, evaluate};
 use super::rule::{Order, Tables};
 use super::system::System;
-use super::tuning::{END, FAST, NOISE, NOISE_OF_SWEEPS, SLOWEST_UNSEEN, STALLED, UNSEEN_CHANGE};
+use super::tuning::{END, FAST, INSIDE_MARGIN, NOISE, NOISE_OF_SWEEPS, SLOWEST_UNSEEN, STALLED, UNSEEN_CHANGE};
 use super::window::{Row, Solver};
 use crate::number::vector::{Lanes, Level, Matrix, Nodes, multiply, product_error_of};
 
@@ -25,12 +25,10 @@ use crate::number::vector::{Lanes, Level, Matrix, Nodes, multiply, product_error
 const MOST_SWEEPS: [usize; 2] = [30, 60];
 
 /// The outcome of the sweeps over a window.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Swept {
     /// Their number.
     pub(super) sweeps: usize,
-    /// True if they converged.
-    is_solved: bool,
     /// The error that they left, relative to sizes, by the slower one of the last two contractions.
     pub(super) left: f64,
     /// The errors of the solved window, where they are measured.
@@ -49,52 +47,33 @@ impl<'g, const N: usize> Solver<'g, N> {
         continuation: Option<&Matrix<N>>,
         threshold: f64,
     ) -> Result<Swept, Failure> {
-        let mut swept = Level::Best.dispatch(Sweeps { solver: self, tables, continuation, threshold });
-        if !swept.is_solved && !self.is_mended && self.system.is_broken() {
+        let mut swept = Level::Best.dispatch(On((&mut *self, tables, continuation, threshold)));
+        if swept.is_none() && !self.is_mended && self.system.is_broken() {
             self.is_mended = true;
-            swept = Level::Best.dispatch(Sweeps { solver: self, tables, continuation: None, threshold });
+            swept = Level::Best.dispatch(On((&mut *self, tables, None, threshold)));
         }
-        if !swept.is_solved {
-            return Err(Failure::NotConverged);
-        }
-        match self.system.check_domain(self.rule.points()) {
-            Ok(()) => Ok(swept),
-            Err(outside) => Err(Failure::OutsideDomain(outside)),
-        }
+        let swept = swept.ok_or(Failure::NotConverged)?;
+        self.system.check_domain(self.rule.points()).map_err(Failure::OutsideDomain)?;
+        Ok(swept)
     }
 }
 
 /// Solves the collocation equations of a window by repeated substitution, from a first guess.
-///
-/// ```text
-/// first order    x = x₀ + h A ẋ(x), the momenta first, then the positions with the new momenta
-/// second order   q = q₀ + h c q̇₀ + h² A² q̈(q)
-/// ```
-struct Sweeps<'w, 'g, const N: usize> {
-    solver: &'w mut Solver<'g, N>,
-    tables: &'w Tables<N>,
-    /// The matrix of the tables after continuation from the window before, if there is one.
-    continuation: Option<&'w Matrix<N>>,
-    /// The largest error that sweeps may leave, relative to sizes.
-    threshold: f64,
-}
-
-impl<const N: usize> WithSimd for Sweeps<'_, '_, N> {
-    type Output = Swept;
+impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, &Tables<N>, Option<&Matrix<N>>, f64)> {
+    type Output = Option<Swept>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, s: S) -> Swept {
-        let Self { solver, tables, continuation, threshold } = self;
+    fn with_simd<S: Simd>(self, s: S) -> Option<Swept> {
+        let On((solver, tables, continuation, threshold)) = self;
         solver.guess(s, tables.length, continuation);
         let measures = solver.highest_modes.is_some();
-        let most_sweeps = MOST_SWEEPS[usize::from(!measures)];
         let is_patient = solver.is_patient || !solver.rule.has_end();
         let geometry = solver.geometry;
         let mended = solver.is_mended.then(|| &geometry.hamiltonian.program);
         let Solver { system: System { registers, passes, .. }, rows, .. } = &mut *solver;
         let mut changes = [f64::INFINITY; 3];
         let mut decay = Decay { change: 0.0, contraction: 0.0 };
-        for sweeps in 1..=most_sweeps {
+        for sweeps in 1..=MOST_SWEEPS[usize::from(!measures)] {
             let mut change = Lanes::splat(s, 0.0);
             let (was_small, mut is_rounding) = (changes[2] <= NOISE_OF_SWEEPS, true);
             for pass in &*passes {
@@ -123,15 +102,15 @@ impl<const N: usize> WithSimd for Sweeps<'_, '_, N> {
             let left = if is_noise && is_over { 0.0 } else { left(changes) };
             if left <= threshold {
                 evaluate(s, &solver.system.others, &mut solver.system.registers, mended);
-                return Swept { sweeps, is_solved: true, left, local: solver.measure(s, tables.length) };
+                return Some(Swept { sweeps, left, local: solver.measure(s, tables.length) });
             }
             // Where a window may be shorter, or Newton's method takes over, that is better than many sweeps.
             let is_slow = !(changes[2] <= 0.5 * changes[1] || changes[2] <= STALLED);
             if sweeps >= 5 && is_slow && !is_patient {
-                return Swept { sweeps, is_solved: false, left, local: LocalErrors::default() };
+                return None;
             }
         }
-        Swept { sweeps: most_sweeps, is_solved: false, left: left(changes), local: LocalErrors::default() }
+        None
     }
 }
 
@@ -290,7 +269,7 @@ impl<const N: usize> Solver<'_, N> {
             ignorable_errors[k] = END[0] * roughness * h * larger(a, next);
             end = larger(end, ignorable_errors[k] * inverse_ignorable[k]);
         }
-        LocalErrors { inside, end, tail: most, roughness }
+        LocalErrors { inside: INSIDE_MARGIN * inside, end, tail: most, roughness }
     }
 
     /// The local error at the end of the window with these errors, if modes that its nodes do not see are smaller by

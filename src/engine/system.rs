@@ -149,8 +149,6 @@ pub(super) struct Linear<'g, const N: usize> {
     pub(super) rows: Vec<Term>,
     /// The same for velocities of ignorable coordinates, whose rows count from 0.
     pub(super) rates: Vec<Term>,
-    /// True if values are to be mended that are finite although something on the way to them is not.
-    pub(super) is_mended: bool,
 }
 
 impl<'g, const N: usize> Linear<'g, N> {
@@ -193,14 +191,14 @@ impl<'g, const N: usize> Linear<'g, N> {
             unknowns: active.iter().copied().chain(active.iter().map(|&a| 2 * n + a)).collect(),
             rows,
             rates,
-            is_mended: false,
         }
     }
 
-    /// Evaluates what varies, once the unknowns are in place.
+    /// Evaluates what varies, once the unknowns are in place. Values may be mended that are finite although something
+    /// on the way to them is not.
     #[inline(always)]
-    pub(super) fn evaluate<S: Simd>(&mut self, s: S) {
+    pub(super) fn evaluate<S: Simd>(&mut self, s: S, is_mended: bool) {
         let program = &self.geometry.hamiltonian.linearised().jacobian;
-        evaluate(s, self.steps, &mut self.registers, self.is_mended.then_some(program));
+        evaluate(s, self.steps, &mut self.registers, is_mended.then_some(program));
     }
 }

@@ -11,6 +11,7 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::kernel::On;
 use super::rule::{Order, Tables};
 use super::sensitivity::Sensitivity;
 use super::system::Linear;
@@ -79,7 +80,7 @@ impl<'g, const N: usize> Tangents<'g, N> {
         let weight = |at: usize| inverse_sizes[at % self.rows] / inverse_sizes[at / self.rows];
         self.weights.clear();
         self.weights.extend((0..self.rows * n).map(weight));
-        Level::Best.dispatch(Follow { tangents: self, window, sensitivity });
+        Level::Best.dispatch(On((self, window, sensitivity)));
     }
 
     /// 1/size of an unknown, which is 1 where it never moves. A momentum is as large as velocities make it.
@@ -97,47 +98,41 @@ impl<'g, const N: usize> Tangents<'g, N> {
 }
 
 /// Solves the equations, and carries a sensitivity to the end of the window.
-struct Follow<'a, 'g, const N: usize> {
-    tangents: &'a mut Tangents<'g, N>,
-    window: &'a Solver<'g, N>,
-    sensitivity: &'a mut Sensitivity,
-}
-
-impl<const N: usize> WithSimd for Follow<'_, '_, N> {
+impl<const N: usize> WithSimd for On<(&mut Tangents<'_, N>, &Solver<'_, N>, &mut Sensitivity)> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(mut self, s: S) {
-        self.evaluate(s);
-        self.begin(s);
+    fn with_simd<S: Simd>(self, s: S) {
+        let On((tangents, window, sensitivity)) = self;
+        tangents.evaluate(s, window);
+        tangents.begin(s, window);
         let (mut before, mut most) = (0.0, 1.0);
         for _ in 0..MOST_SWEEPS {
             let change;
-            (change, most) = self.sweep(s, most);
+            (change, most) = tangents.sweep(s, most);
             // The next change is at most as much smaller as this one is.
             if change * change <= LEFT * most * before || change <= NOISE * most {
                 break;
             }
             before = change;
         }
-        self.end(s);
-        let lengths = self.lengths(s);
-        self.grow(s, lengths);
+        tangents.end(s, window);
+        let lengths = tangents.lengths(s, window, sensitivity);
+        tangents.grow(s, window, sensitivity, lengths);
     }
 }
 
-impl<const N: usize> Follow<'_, '_, N> {
+impl<const N: usize> Tangents<'_, N> {
     /// The Jacobian on the nodes.
     #[inline(always)]
-    fn evaluate<S: Simd>(&mut self, s: S) {
-        let Tangents { linear, rows, jacobian, .. } = &mut *self.tangents;
-        let Solver { system, length: h, is_mended, .. } = self.window;
+    fn evaluate<S: Simd>(&mut self, s: S, window: &Solver<'_, N>) {
+        let Self { linear, rows, jacobian, .. } = self;
+        let Solver { system, length: h, is_mended, .. } = window;
         let nodes = system.positions.iter().chain(&system.momenta);
         for (&to, &from) in linear.unknowns.iter().zip(nodes).take(*rows) {
             linear.registers[to] = system.registers[from];
         }
-        linear.is_mended = *is_mended;
-        linear.evaluate(s);
+        linear.evaluate(s, *is_mended);
         let scale = linear.order.power_of(*h);
         for (entry, term) in jacobian.iter_mut().zip(&linear.rows) {
             *entry = (Lanes::new(s, &linear.registers[term.register]) * (term.factor * scale)).nodes();
@@ -146,9 +141,8 @@ impl<const N: usize> Follow<'_, '_, N> {
 
     /// Every δ as if there were no slopes.
     #[inline(always)]
-    fn begin<S: Simd>(&mut self, s: S) {
-        let Tangents { linear, active, rows, bases, deltas, .. } = &mut *self.tangents;
-        let Solver { geometry, rule, length: h, .. } = self.window;
+    fn begin<S: Simd>(&mut self, s: S, Solver { geometry, rule, length: h, .. }: &Solver<'_, N>) {
+        let Self { linear, active, rows, bases, deltas, .. } = self;
         for (at, base) in bases.iter_mut().enumerate() {
             let (column, row) = (at / *rows, at % *rows);
             *base = match (linear.order, column.checked_sub(*active), geometry.separable()) {
@@ -164,8 +158,7 @@ impl<const N: usize> Follow<'_, '_, N> {
     /// One sweep over all δ, momenta first. Returns the largest change and the largest δ, relative to sizes.
     #[inline(always)]
     fn sweep<S: Simd>(&mut self, s: S, most: f64) -> (f64, f64) {
-        let Tangents { linear, active, rows, tables, first, jacobian, bases, deltas, slopes, weights, .. } =
-            &mut *self.tangents;
+        let Self { linear, active, rows, tables, first, jacobian, bases, deltas, slopes, weights, .. } = self;
         let zero = Lanes::splat(s, 0.0);
         let (mut change, mut largest) = (zero, Lanes::splat(s, most));
         let columns = 2 * *active;
@@ -193,9 +186,8 @@ impl<const N: usize> Follow<'_, '_, N> {
 
     /// Φ from the slopes.
     #[inline(always)]
-    fn end<S: Simd>(&mut self, s: S) {
-        let Tangents { linear, active, rows, tables, slopes, matrix, .. } = &mut *self.tangents;
-        let Solver { geometry, metric, length: h, .. } = self.window;
+    fn end<S: Simd>(&mut self, s: S, Solver { geometry, metric, length: h, .. }: &Solver<'_, N>) {
+        let Self { linear, active, rows, tables, slopes, matrix, .. } = self;
         let (m, n) = (*active, 2 * *active);
         let [single, double] = [&tables.weights, &tables.end_weights].map(|weights| Lanes::new(s, &weights.high));
         for column in 0..n {
@@ -224,10 +216,10 @@ impl<const N: usize> Follow<'_, '_, N> {
 
     /// ln |δ| on the nodes, of the tangent that the sensitivity carries.
     #[inline(always)]
-    fn lengths<S: Simd>(&self, s: S) -> Nodes<N> {
-        let Tangents { linear, active, rows, deltas, slopes, .. } = &*self.tangents;
-        let Sensitivity { tangent, inverse_sizes, .. } = &*self.sensitivity;
-        let (m, zero, Solver { rule, metric, length: h, .. }) = (*active, Lanes::splat(s, 0.0), self.window);
+    fn lengths<S: Simd>(&self, s: S, window: &Solver<'_, N>, sensitivity: &Sensitivity) -> Nodes<N> {
+        let Self { linear, active, rows, deltas, slopes, .. } = self;
+        let Sensitivity { tangent, inverse_sizes, .. } = sensitivity;
+        let (m, zero, Solver { rule, metric, length: h, .. }) = (*active, Lanes::splat(s, 0.0), window);
         let mut square = zero;
         for k in 0..2 * m {
             let value = match (k.checked_sub(m), linear.order) {
@@ -250,10 +242,9 @@ impl<const N: usize> Follow<'_, '_, N> {
 
     /// Carries the sensitivity to the end of the window.
     #[inline(always)]
-    fn grow<S: Simd>(&mut self, s: S, lengths: Nodes<N>) {
-        let Tangents { tables, matrix, .. } = &*self.tangents;
-        let Solver { rule, length: h, .. } = self.window;
-        let Sensitivity { gamma, growth, integral, mean, .. } = &mut *self.sensitivity;
+    fn grow<S: Simd>(&self, s: S, window: &Solver<'_, N>, sensitivity: &mut Sensitivity, lengths: Nodes<N>) {
+        let (Self { tables, matrix, .. }, Solver { rule, length: h, .. }) = (self, window);
+        let Sensitivity { gamma, growth, integral, mean, .. } = &mut *sensitivity;
         let (zero, weights) = (Lanes::splat(s, 0.0), Lanes::new(s, &tables.weights.high));
         let logarithms = Lanes::new(s, &lengths) + *growth;
         let integrals = multiply(s, &rule.integral, &logarithms.nodes(), [zero; 2]);
@@ -266,7 +257,7 @@ impl<const N: usize> Follow<'_, '_, N> {
         *mean += h * weights.dot(Lanes::new(s, &means));
         *integral += h * weights.dot(logarithms);
         *gamma += h;
-        self.sensitivity.append(matrix);
+        sensitivity.append(matrix);
     }
 }
 

@@ -2,10 +2,9 @@
 
 use super::certificate::Certificate;
 use super::dense::{Curve, Dense, integrated};
-use super::resume::{Handed, Marched};
 use super::rule::Order;
 use super::sensitivity::Sensitivity;
-use super::solved::{Solved, State, WindowNodes};
+use super::solved::{Handed, Marched, Solved, State, WindowNodes};
 use super::tangents::Tangents;
 use super::window::{Known, Solver};
 use crate::number::Compensated;
@@ -45,54 +44,33 @@ impl<const N: usize> Solver<'_, N> {
         &self.system.registers[self.system.ignorable[j]]
     }
 
-    /// The number of a coordinate if active ones come first, and then ignorable ones.
-    pub(super) fn number_of(&self, coordinate: usize) -> usize {
-        match self.geometry.active().binary_search(&coordinate) {
-            Ok(place) => place,
-            Err(before) => self.system.positions.len() + coordinate - before,
+    /// The place of a coordinate among the active ones, or else among the ignorable ones.
+    pub(super) fn place(&self, a: usize) -> Result<usize, usize> {
+        self.geometry.active().binary_search(&a).map_err(|before| a - before)
+    }
+
+    /// q̇^a at the end of the window.
+    pub(super) fn end_rate(&self, a: usize) -> f64 {
+        match (self.place(a), self.system.order) {
+            (Err(j), _) => self.rate_nodes(j).0[N - 1],
+            (Ok(place), Order::First) => self.slope_nodes(place).0[N - 1],
+            (Ok(place), Order::Second) => self.rows[self.rows.len() / 2 + place].end.high,
         }
     }
 
-    /// The place of a coordinate with that number among the ignorable ones; `None` if it is active.
-    pub(super) fn ignorable_place(&self, number: usize) -> Option<usize> {
-        number.checked_sub(self.system.positions.len())
-    }
-
-    /// q̇^a at the end of the window, by that number.
-    pub(super) fn end_rate(&self, number: usize) -> f64 {
-        match (self.ignorable_place(number), self.system.order) {
-            (Some(j), _) => self.rate_nodes(j).0[N - 1],
-            (None, Order::First) => self.slope_nodes(number).0[N - 1],
-            (None, Order::Second) => self.rows[self.rows.len() / 2 + number].end.high,
-        }
-    }
-
-    /// 1/size of a coordinate, by that number.
-    pub(super) fn inverse_size(&self, number: usize) -> f64 {
-        self.ignorable_place(number).map_or_else(|| self.rows[number].inverse_size, |j| self.inverse_ignorable[j])
+    /// 1/size of q^a.
+    pub(super) fn inverse_size(&self, a: usize) -> f64 {
+        self.place(a).map_or_else(|j| self.inverse_ignorable[j], |place| self.rows[place].inverse_size)
     }
 
     /// The sizes of all coordinates.
     pub(super) fn sizes(&self) -> Vec<f64> {
         let size = |a: usize| {
-            let (number, end) = (self.number_of(a), self.end.q[a].high);
-            let way = self.ignorable_place(number).map_or(end, |j| end - self.origin[j]);
-            let inverse = self.inverse_size(number);
-            if inverse > 0.0 { way.abs().max(1.0 / inverse) } else { way.abs() }
+            let origin = self.place(a).map_or_else(|j| self.origin[j], |_| 0.0);
+            let (way, inverse) = ((self.end.q[a].high - origin).abs(), self.inverse_size(a));
+            if inverse > 0.0 { way.max(1.0 / inverse) } else { way }
         };
         (0..self.geometry.dimension()).map(size).collect()
-    }
-
-    /// The coefficients of momenta, which are combinations of velocities with these coefficients.
-    fn momenta_of(&self, velocities: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let momentum = |place: usize| {
-            let mut momentum = vec![0.0; velocities[0].len()];
-            for (g, velocity) in self.metric[place * velocities.len()..].iter().zip(velocities) {
-                momentum.iter_mut().zip(velocity).for_each(|(sum, c)| *sum += g * c);
-            }
-            momentum
-        };
-        (0..velocities.len()).map(momentum).collect()
     }
 }
 
@@ -106,9 +84,7 @@ impl<const N: usize> WindowNodes for Solver<'_, N> {
     }
 
     fn q(&self, a: usize) -> &[f64] {
-        let number = self.number_of(a);
-        let place = self.ignorable_place(number);
-        let nodes = place.map_or_else(|| self.system.position(number), |j| &self.elapsed[j]);
+        let nodes = self.place(a).map_or_else(|j| &self.elapsed[j], |place| self.system.position(place));
         &nodes.0[..self.rule.points()]
     }
 
@@ -170,15 +146,14 @@ impl<const N: usize> Solved for Lent<'_, N> {
         let integral = |slopes: &Nodes<N>| integrated(&solver.rule.modes(slopes)[..points], h);
         let mut gains: Vec<Vec<f64>> = Vec::with_capacity(m);
         let q = (0..geometry.dimension()).map(|a| {
-            let number = solver.number_of(a);
-            let increment = match (solver.ignorable_place(number), solver.system.order) {
-                (Some(j), _) => integral(solver.rate_nodes(j)),
-                (None, Order::First) => integral(solver.slope_nodes(number)),
-                (None, Order::Second) => {
-                    let mut increment = integral(solver.slope_nodes(number));
+            let increment = match (solver.place(a), solver.system.order) {
+                (Err(j), _) => integral(solver.rate_nodes(j)),
+                (Ok(place), Order::First) => integral(solver.slope_nodes(place)),
+                (Ok(place), Order::Second) => {
+                    let mut increment = integral(solver.slope_nodes(place));
                     gains.push(increment.clone());
                     // With the velocity at the start, what was integrated once is the velocity.
-                    increment[0] += solver.rows[m + number].start.high;
+                    increment[0] += solver.rows[m + place].start.high;
                     integrated(&increment, h)
                 }
             };
@@ -187,7 +162,16 @@ impl<const N: usize> Solved for Lent<'_, N> {
         let q = q.collect();
         let increments = match solver.system.order {
             Order::First => (m..2 * m).map(|row| integral(solver.slope_nodes(row))).collect(),
-            Order::Second => solver.momenta_of(&gains),
+            // Momenta are combinations of velocities.
+            Order::Second => {
+                let mut momenta = vec![vec![0.0; points + 1]; m];
+                for (k, momentum) in momenta.iter_mut().enumerate() {
+                    for (g, gain) in solver.metric[k * m..].iter().zip(&gains) {
+                        momentum.iter_mut().zip(gain).for_each(|(sum, c)| *sum += g * c);
+                    }
+                }
+                momenta
+            }
         };
         let ends = solver.start.p.iter().zip(&solver.end.p);
         let p = ends.zip(increments).map(|((&start, &end), increment)| curve([start, end], increment)).collect();

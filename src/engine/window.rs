@@ -3,6 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::State;
+use super::kernel::On;
 use super::rule::{Order, Rule, Tables};
 use super::sizes::Sizes;
 use super::system::System;
@@ -172,14 +173,12 @@ impl<'g, const N: usize> Solver<'g, N> {
 fn rows<const N: usize>(geometry: &Geometry, start: &Start, sizes: &Sizes) -> Vec<Row<N>> {
     let active = geometry.active();
     let positions = active.iter().zip(&sizes.positions).map(|(&a, &size)| Row::new(start.q[a], size));
-    let second = |place: usize| match geometry.separable() {
-        Some(inverse) => {
-            let row = inverse[place * active.len()..].iter().zip(active);
-            Row::new(row.map(|(g, &b)| g * start.p[b]).sum(), sizes.velocities[place])
-        }
-        None => Row::new(start.p[active[place]], sizes.momenta[place]),
+    let other = |place: usize| match geometry.separable() {
+        Some(inverse) => inverse[place * active.len()..].iter().zip(active).map(|(g, &b)| g * start.p[b]).sum(),
+        None => start.p[active[place]],
     };
-    positions.chain((0..active.len()).map(second)).collect()
+    let others = sizes.others.iter().enumerate().map(|(place, &size)| Row::new(other(place), size));
+    positions.chain(others).collect()
 }
 
 /// 1/size, or 0.
@@ -205,7 +204,7 @@ impl<const N: usize> Solver<'_, N> {
     /// Computes the end of the window with these tables, and what is wanted on its nodes.
     pub(super) fn finish(&mut self, tables: &Tables<N>, wanted: Known) {
         (self.length, self.known) = (tables.length, Known::Ends);
-        Level::Best.dispatch(Finish { solver: self, tables: Some(tables), wanted });
+        Level::Best.dispatch(On((&mut *self, Some(tables), wanted)));
         let active = self.geometry.active();
         for (row, &a) in self.rows.iter().zip(active) {
             self.end.q[a] = row.end;
@@ -224,24 +223,18 @@ impl<const N: usize> Solver<'_, N> {
     /// Computes what is wanted on the nodes and not known yet.
     pub(super) fn know(&mut self, wanted: Known) {
         if self.known < wanted {
-            Level::Best.dispatch(Finish { solver: self, tables: None, wanted });
+            Level::Best.dispatch(On((self, None, wanted)));
         }
     }
 }
 
 /// Computes the end of a window with its tables, if it is not known, and what is not needed to solve a window.
-struct Finish<'a, 'g, 't, const N: usize> {
-    solver: &'a mut Solver<'g, N>,
-    tables: Option<&'t Tables<N>>,
-    wanted: Known,
-}
-
-impl<const N: usize> WithSimd for Finish<'_, '_, '_, N> {
+impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, Option<&Tables<N>>, Known)> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) {
-        let Self { solver, tables, wanted } = self;
+        let On((solver, tables, wanted)) = self;
         if let Some(tables) = tables {
             solver.end_rows(s, tables);
         }

@@ -1,8 +1,12 @@
 //! This program's own engine as a method among others: steps of Gauss' method, windows of one length, and windows as
 //! long as an accuracy needs.
 
+use std::ops::ControlFlow;
+
 use super::{Failure, Output, Peer, Prepared, Problem, Setting, States, Trajectory};
 use crate::engine::{self, Accuracy, Engine, POINTS};
+use crate::sbp::collocation::Collocation;
+use crate::sbp::legendre::Family;
 
 impl From<engine::Failure> for Failure {
     fn from(failure: engine::Failure) -> Self {
@@ -21,7 +25,10 @@ pub(super) fn prepared(method: Peer, problem: &Problem, output: Output, setting:
     let accurate = |accuracy| Engine::accurate(geometry, start, *length, accuracy);
     let engine = match method {
         Peer::Gauss(stages) => Engine::gauss(geometry, start, *length, count, stages, tolerance),
-        Peer::Equal(points) => Engine::lobatto(geometry, start, *length, count, points, tolerance),
+        Peer::Equal(points) => {
+            let operators = Collocation::shared(Family::Lobatto, points);
+            Engine::march(geometry, start, (*length, count), operators, tolerance)
+        }
         Peer::Accuracy => accurate(Accuracy::Promised(tolerance)),
         _ => accurate(Accuracy::Local(tolerance)),
     };
@@ -48,22 +55,15 @@ fn run_over(
     let (mut q, mut p) = (start.q.clone(), start.p.clone());
     let mut momenta: Vec<f64> = geometry.active().iter().map(|&a| p[a]).collect();
     let mut states = States::new(q.len(), output.marks.len());
-    let mut windows = 0;
-    // What is certified is the whole run.
-    while !is_equal || states.len() < output.marks.len() {
-        let mut window = match engine.next() {
-            Ok(Some(window)) => window,
-            Ok(None) => break,
-            Err(engine::Failure::BeginAgain) => {
-                engine.begin_again();
-                states.clear();
-                marks = output.gamma(*length).peekable();
-                continue;
-            }
-            Err(failure) => return Err(failure.into()),
-        };
+    let (mut windows, mut outcome) = (0, Ok(()));
+    let run = engine.run(|mut window| {
+        if window.index == 0 {
+            states.clear();
+            marks = output.gamma(*length).peekable();
+        }
         if method == Peer::Accuracy && !window.gradient_norm().is_some_and(f64::is_finite) {
-            return Err(Failure::Diverged);
+            outcome = Err(Failure::Diverged);
+            return ControlFlow::Break(());
         }
         windows = window.index + 1;
         let (from, end, mut dense) = (window.gamma, window.gamma + window.length, None);
@@ -76,11 +76,16 @@ fn run_over(
         } {
             dense.get_or_insert_with(|| window.dense()).at(fraction, &mut q, &mut momenta);
             if q.iter().chain(&momenta).any(|value| !value.is_finite()) {
-                return Err(Failure::Diverged);
+                outcome = Err(Failure::Diverged);
+                return ControlFlow::Break(());
             }
             geometry.active().iter().zip(&momenta).for_each(|(&a, momentum)| p[a] = *momentum);
             states.push(&q, &p);
         }
-    }
+        // What is certified is the whole run.
+        if is_equal && states.len() == output.marks.len() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    outcome?;
+    run?;
     Ok(Trajectory { states, evaluations: engine.sweeps() * points, steps: windows * nodes_per_step })
 }

@@ -4,9 +4,7 @@ use super::{Accepted, Adaptive};
 use crate::engine::between::Seen;
 use crate::engine::ladder::Ladder;
 use crate::engine::sweeps::LocalErrors;
-use crate::engine::tuning::{
-    INSIDE, INSIDE_MARGIN, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH,
-};
+use crate::engine::tuning::{INSIDE, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH};
 use crate::engine::{Failure, POINTS};
 
 /// A window to try.
@@ -40,8 +38,7 @@ impl Adaptive<'_> {
                 (landing, landings) = (Some(part * length), landings + 1);
                 continue;
             }
-            let inside = INSIDE_MARGIN * swept.local.inside;
-            if !self.is_accurate(swept.local, inside, share, seen) {
+            if !self.is_accurate(swept.local, share, seen) {
                 continue;
             }
             if self.attempt.control.is_stuck(length <= self.least()) {
@@ -58,8 +55,7 @@ impl Adaptive<'_> {
             self.lent.solver.finish(tables, known);
             // A window of another length than that of its rung cannot be continued by matrices.
             self.attempt.previous = trial.length.is_none().then_some(trial.rung);
-            let Trial { is_last, .. } = trial;
-            return Ok(Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left, inside });
+            return Ok(Accepted { length, is_last: trial.is_last, swept });
         }
     }
 
@@ -77,7 +73,7 @@ impl Adaptive<'_> {
     }
 
     /// Returns true if the errors of the window that was solved are small enough, and adapts the step.
-    fn is_accurate(&mut self, mut local: LocalErrors, inside: f64, share: f64, seen: Option<Seen>) -> bool {
+    fn is_accurate(&mut self, mut local: LocalErrors, share: f64, seen: Option<Seen>) -> bool {
         let mut allowed = share.max(ROUNDED);
         if let Some(Seen { decay, .. }) = seen {
             local.end = self.lent.solver.with_unseen(local, decay.powi(POINTS as i32 - 1));
@@ -86,7 +82,7 @@ impl Adaptive<'_> {
             }
         }
         if local.roughness < RESOLVED {
-            self.attempt.control.accepts(inside / (INSIDE * self.accuracy), local.end / allowed)
+            self.attempt.control.accepts(local.inside / (INSIDE * self.accuracy), local.end / allowed)
         } else {
             self.attempt.control.refuse();
             false

@@ -13,9 +13,9 @@ use super::failure::edge;
 use super::ladder::Control;
 use super::ladder::Ladder;
 use super::steps::Total;
-use super::tuning::{
-    AHEAD, ALONE, EXACT, FIRST, FORESEEN, INSIDE, INSIDE_MARGIN, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, SHARE,
-};
+use super::stop::root_between;
+use super::sweeps::Swept;
+use super::tuning::{AHEAD, ALONE, EXACT, FIRST, FORESEEN, INSIDE, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, SHARE};
 use super::view::Lent;
 use super::window::{Known, Solver};
 use super::{Accuracy, Failure, GOOD_DIGITS, Handed, OfState, POINTS, Window, Windows};
@@ -38,7 +38,7 @@ pub(super) struct Adaptive<'g> {
     is_promised: bool,
     handed: Option<Handed>,
     /// The length of the run; an estimate, if it ends at a target.
-    length: f64,
+    pub(super) length: f64,
     pub(super) target: Option<Target>,
     /// Shares are smaller by this factor.
     strictness: f64,
@@ -98,11 +98,8 @@ impl Target {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Accepted {
     pub(super) length: f64,
-    sweeps: usize,
-    pub(super) is_last: bool,
-    /// The error that sweeps left, and the bound of those inside, relative to sizes.
-    left: f64,
-    inside: f64,
+    is_last: bool,
+    swept: Swept,
 }
 
 impl<'g> Adaptive<'g> {
@@ -182,14 +179,8 @@ impl<'g> Adaptive<'g> {
         let swept = swept?;
         self.sweeps += swept.sweeps;
         self.lent.solver.finish(&tables, self.known());
-        let inside = INSIDE_MARGIN * swept.local.inside;
-        self.attempt.accepted = Accepted { length, sweeps: swept.sweeps, is_last, left: swept.left, inside };
+        self.attempt.accepted = Accepted { length, is_last, swept };
         Ok(())
-    }
-
-    /// Takes this for the length of a run to a target. If nothing is known, it is as long as it was so far.
-    pub(super) fn foresee(&mut self, length: f64) {
-        self.length = if length.is_finite() { length } else { self.length.max(self.gamma_at_end()) };
     }
 
     /// γ at the end of the accepted window.
@@ -201,11 +192,10 @@ impl<'g> Adaptive<'g> {
     pub(super) fn may_pass(&self, coordinate: usize, value: f64, side: f64) -> bool {
         let has_passed = |q: f64| (q - value) * side >= 0.0;
         let Solver { system, end, .. } = &self.lent.solver;
-        let number = self.lent.solver.number_of(coordinate);
-        let on_the_way = match self.lent.solver.ignorable_place(number) {
-            None => system.position(number).0.iter().any(|&q| has_passed(q)),
+        let on_the_way = match self.lent.solver.place(coordinate) {
+            Ok(place) => system.position(place).0.iter().any(|&q| has_passed(q)),
             // It may go there and back, if its rate changes its sign.
-            Some(j) => self.lent.solver.rate_nodes(j).0.iter().any(|rate| rate * side <= 0.0),
+            Err(j) => self.lent.solver.rate_nodes(j).0.iter().any(|rate| rate * side <= 0.0),
         };
         on_the_way || has_passed(end.q[coordinate].high)
     }
@@ -216,9 +206,9 @@ impl<'g> Adaptive<'g> {
     /// If windows add up to more than the accuracy, or are expected to.
     fn follow(&mut self) -> Result<(), Failure> {
         let accepted = self.attempt.accepted;
-        self.attempt.largest_inside = self.attempt.largest_inside.max(accepted.inside);
+        self.attempt.largest_inside = self.attempt.largest_inside.max(accepted.swept.local.inside);
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
-        estimate.follow(&self.lent.solver, accepted.left, accepted.is_last);
+        estimate.follow(&self.lent.solver, accepted.swept.left, accepted.is_last);
         if let Some(target) = self.target.filter(|_| accepted.is_last) {
             estimate.judge_at_equal(&self.lent.solver, target.coordinate);
         }
@@ -275,7 +265,22 @@ impl Windows for Adaptive<'_> {
     }
 
     fn end_where(&mut self, between: [f64; 2], side: f64, value: OfState<'_>) -> Result<bool, Failure> {
-        self.end_where(between, side, value)
+        let (before, gamma) = (self.attempt.accepted, self.attempt.gamma.high);
+        let mut failure = None;
+        let found = root_between(between, side, gamma, before.length, |h| match self.again(h, true) {
+            Ok(()) => Some(value(&self.lent.solver.end)),
+            Err(error) => {
+                failure = Some(error);
+                None
+            }
+        });
+        if let Some(failure) = failure {
+            return Err(failure);
+        }
+        let Accepted { length, is_last, .. } = before;
+        let (length, is_last) = found.map_or((length, is_last), |h| (h, true));
+        self.again(length, is_last)?;
+        Ok(found.is_some())
     }
 
     fn set_floors(&mut self, floors: &[(usize, f64)]) {
@@ -284,7 +289,7 @@ impl Windows for Adaptive<'_> {
     }
 
     fn window(&mut self) -> Window<'_> {
-        let Accepted { length, sweeps, is_last, .. } = self.attempt.accepted;
+        let Accepted { length, is_last, swept: Swept { sweeps, .. } } = self.attempt.accepted;
         let (index, gamma) = (self.attempt.windows - 1, self.attempt.gamma.high);
         Window { index, gamma, length, is_last, sweeps, solved: &mut self.lent }
     }

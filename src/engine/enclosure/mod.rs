@@ -161,8 +161,7 @@ pub(crate) struct Enclosure {
     watched: Vec<(Register, Kind)>,
     /// The program in intervals, which all steps share.
     enclosed: Enclosed,
-    /// The steps that do not depend on the path, those to what is watched, and those to all that drives the motion.
-    fixed: Box<[Step]>,
+    /// The steps to what is watched, and those to all that drives the motion.
     arguments: Box<[Step]>,
     drive: Box<[Step]>,
     influence: Influence,
@@ -176,35 +175,32 @@ impl Enclosure {
         let varies = |variable: usize| active.contains(&variable) || active.iter().any(|a| 2 * n + a == variable);
         // Velocities of active coordinates are outputs of their own, unless momenta say the same.
         let outputs = if geometry.is_separable() { n } else { n + active.len() };
-        let mut enclosure = Self::new(&geometry.hamiltonian.program, outputs, varies)?;
-        enclosure.fix(momenta.iter().enumerate().map(|(a, &p)| (2 * n + a, p)));
-        Some(enclosure)
+        Self::new(&geometry.hamiltonian.program, outputs, varies, (2 * n..).zip(momenta))
     }
 
-    /// For motion that the first `outputs` outputs of `program` drive, where some of its variables vary; `None` where
-    /// nothing can hide.
-    fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
+    /// For motion that the first `outputs` outputs of `program` drive, where some of its variables vary, and others
+    /// have values; `None` where nothing can hide.
+    fn new<'v>(
+        program: &Program<f64>,
+        outputs: usize,
+        varies: impl Fn(usize) -> bool,
+        values: impl Iterator<Item = (usize, &'v f64)>,
+    ) -> Option<Self> {
         let Steep { program, watched } = Steep::new(program, outputs, &varies)?;
         let depends = program.depends_on(varies);
         let arguments = program.schedule(watched.iter().map(|look| look.0), |register| !depends[register]);
+        let fixed = program.schedule(0..program.size(), |register| depends[register]);
         let mut enclosure = Self {
             path: Path::default(),
             watched,
-            fixed: program.schedule(0..program.size(), |register| depends[register]),
             arguments,
             drive: program.schedule(0..program.size(), |register| !depends[register]),
             influence: Influence::new(&program),
             enclosed: Enclosed::new(program),
         };
-        // Registers that are computed from constants alone.
-        enclosure.fix([]);
+        values.for_each(|(variable, &value)| enclosure.enclosed.registers[variable].0.fill(value));
+        enclosure.enclosed.run(&fixed);
         Some(enclosure)
-    }
-
-    /// Sets the variables that stay.
-    fn fix(&mut self, values: impl IntoIterator<Item = (usize, f64)>) {
-        values.into_iter().for_each(|(variable, value)| self.enclosed.registers[variable].0.fill(value));
-        self.enclosed.run(&self.fixed);
     }
 
     /// Those of some pairs of nodes, each named by its first node, between which an argument changes much.

@@ -1,5 +1,7 @@
 //! Intervals hold every value, computed in 40 digits or in `f64`.
 
+use std::iter;
+
 use proptest::prelude::*;
 
 use super::{BOXES, Enclosed, Enclosure, is_gentle};
@@ -137,7 +139,7 @@ fn edges() {
 
 /// The findings on a way of three nodes, where x and y move as given.
 fn hidden(text: &str, x: [f64; 3], y: [f64; 3]) -> Vec<usize> {
-    let mut enclosure = Enclosure::new(&parsed(text), 1, |_| true).unwrap();
+    let mut enclosure = Enclosure::new(&parsed(text), 1, |_| true, iter::empty()).unwrap();
     enclosure.path.begin(3);
     enclosure.path.push(0, &x, |_| 0.0);
     enclosure.path.push(1, &y, |_| 0.0);

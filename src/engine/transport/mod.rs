@@ -74,7 +74,9 @@ impl Method {
 
 /// The matrices Φ of a batch of steps.
 pub(super) struct Transport<'g> {
-    pub(super) linear: Linear<'g, AT_ONCE>,
+    linear: Linear<'g, AT_ONCE>,
+    /// True if values are to be mended.
+    pub(super) is_mended: bool,
     /// Number m of active coordinates, and of rows that sweeps iterate.
     active: usize,
     rows: usize,
@@ -109,6 +111,7 @@ impl<'g> Transport<'g> {
         Self {
             method: Method::new(linear.order),
             linear,
+            is_mended: false,
             active,
             rows,
             points: vec![[[0.0; AT_ONCE + 1]; 3]; rows],
