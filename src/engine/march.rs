@@ -6,8 +6,8 @@ use super::view::Lent;
 use super::window::{Known, Solver};
 use super::{Failure, Handed, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
+use crate::number::Compensated;
 use crate::number::vector::Matrix;
-use crate::number::{Compensated, Extended};
 use crate::sbp::collocation::Collocation;
 
 /// The windows of a run with a rule of up to N nodes.
@@ -38,7 +38,7 @@ impl<'g, const N: usize> March<'g, N> {
         operators: &'static Collocation,
         tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
-        let h = Compensated::nearest(Extended::from(length) / Extended::from(windows as f64));
+        let h = Compensated::from(length) / Compensated::from(windows as f64);
         let solver = Solver::new(geometry, start, length, operators, false)?;
         let (order, rule) = (solver.system.order, &solver.rule);
         Ok(Self {

@@ -51,8 +51,9 @@ impl<const N: usize> Rule<N> {
         let nodes = [Nodes(std::array::from_fn(|i| node(i).high)), Nodes(std::array::from_fn(|i| node(i).low))];
         let integral = matrix(n, |i, j| operators.a[i * n + j].high);
         let mut modes = vec![Nodes::ZERO; n];
-        let rows = modes.iter_mut().zip(operators.modes.chunks_exact(n));
-        rows.for_each(|(modes, weights)| modes.0[..n].copy_from_slice(weights));
+        for k in 0..n {
+            modes.iter_mut().zip(operators.mode(k)).for_each(|(modes, weight)| modes.0[k] = weight);
+        }
         Self { operators, nodes, weights, integral, modes }
     }
 
@@ -63,7 +64,7 @@ impl<const N: usize> Rule<N> {
 
     /// Returns true if the last node is the end of the window.
     pub(super) fn has_end(&self) -> bool {
-        self.operators.has_end
+        self.operators.has_end()
     }
 
     /// D̄ on Lobatto nodes.
@@ -80,7 +81,7 @@ impl<const N: usize> Rule<N> {
         let exact: Vec<Compensated> = entries.iter().filter(|_| is_exact).map(|&entry| factor * entry).collect();
         let end = |j: usize| match order {
             Order::First => self.operators.weights[j],
-            Order::Second => self.operators.position_weights[j],
+            Order::Second => self.operators.position_weight(j),
         };
         let rounded = |i: usize, j: usize| factor.high * entries[i * n + j].high;
         Tables {

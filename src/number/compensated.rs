@@ -1,14 +1,14 @@
 //! Numbers with what rounding took from them.
 
-use std::ops::Mul;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Extended, Real};
+use super::Real;
 
 /// The unevaluated sum of a rounded number and its rounding error. Of `f64` it has about 32 digits.
 ///
 /// The algorithms are those of Dekker (1971), Knuth (TAOCP 2, 4.2.2) and Hida, Li, Bailey (2001), "Algorithms for
 /// quad-double precision floating point arithmetic".
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Compensated<S = f64> {
     /// The number, rounded.
     pub high: S,
@@ -49,10 +49,14 @@ impl<S: Real> Compensated<S> {
 }
 
 impl Compensated {
-    /// The nearest one to a number of more digits.
-    pub(crate) fn nearest(exact: Extended) -> Self {
-        let high = exact.to_f64();
-        Self { high, low: (exact - Extended::from(high)).to_f64() }
+    /// 0.
+    pub(crate) const ZERO: Self = Self { high: 0.0, low: 0.0 };
+    /// 1.
+    pub(crate) const ONE: Self = Self { high: 1.0, low: 0.0 };
+
+    /// Half of it, exactly.
+    pub(crate) fn half(self) -> Self {
+        Self { high: 0.5 * self.high, low: 0.5 * self.low }
     }
 
     /// `high + low`, brought to the normal form; |high| ≥ |low| or high = 0 (Dekker).
@@ -81,5 +85,52 @@ impl Mul for Compensated {
         let ((a_high, a_low), (b_high, b_low)) = (split(self.high), split(other.high));
         let error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low;
         Self::new(product, error + (self.high * other.low + self.low * other.high))
+    }
+}
+
+impl Mul<f64> for Compensated {
+    type Output = Self;
+
+    fn mul(self, other: f64) -> Self {
+        self * Self::from(other)
+    }
+}
+
+impl Add for Compensated {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        let (sum, error) = two_sum(self.high, other.high);
+        let (low, low_error) = two_sum(self.low, other.low);
+        let Self { high, low } = Self::new(sum, error + low);
+        Self::new(high, low + low_error)
+    }
+}
+
+impl Neg for Compensated {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self { high: -self.high, low: -self.low }
+    }
+}
+
+impl Sub for Compensated {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Div for Compensated {
+    type Output = Self;
+
+    fn div(self, other: Self) -> Self {
+        let first = self.high / other.high;
+        let remainder = self - other * first;
+        let second = remainder.high / other.high;
+        let third = (remainder - other * second).high / other.high;
+        Self::new(first, second) + Self::from(third)
     }
 }

@@ -14,13 +14,17 @@
 
 use std::sync::OnceLock;
 
-use super::legendre::{Family, Rule};
+use super::legendre::{Family, approximate_node};
 use crate::number::{Constants, Extended, Real};
 
 /// Smallest number of nodes of a rule: its two ends.
 pub const LEAST_NODES: usize = 2;
 /// Largest number of nodes that is offered.
 pub const MOST_NODES: usize = 64;
+
+/// Number of Newton steps in extended precision. Each doubles the number of correct digits, beginning with those of
+/// `f64`.
+const REFINEMENTS: usize = 4;
 
 /// The rule on [−1, 1] in `S`.
 #[derive(Debug, Clone)]
@@ -31,6 +35,24 @@ pub struct LobattoRule<S = f64> {
     pub weights: Vec<S>,
     /// Differentiation matrix, row-major.
     pub differentiation: Vec<S>,
+}
+
+/// (P_{m−1}, P_m) at x, by P_{k+1} = xP_k + k/(k + 1) (xP_k − P_{k−1}) with these ratios.
+fn legendre(ratios: &[Extended], x: Extended) -> (Extended, Extended) {
+    ratios.iter().fold((Extended::ONE, x), |(before, now), &ratio| {
+        let product = x * now;
+        (now, product + ratio * (product - before))
+    })
+}
+
+/// One Newton step towards a zero of P_m′, with (1 − x²)P_m′ = m(P_{m−1} − xP_m) and
+/// (1 − x²)P_m″ = 2xP_m′ − m(m + 1)P_m.
+fn newton_step(ratios: &[Extended], x: Extended) -> Extended {
+    let (m, (before, now)) = (ratios.len() + 1, legendre(ratios, x));
+    let [degree, eigenvalue] = [m, m * (m + 1)].map(|k| Extended::from(k as f64));
+    let first = degree * (before - x * now) / (Extended::ONE - x * x);
+    let second = ((x + x) * first - eigenvalue * now) / (Extended::ONE - x * x);
+    x - first / second
 }
 
 impl<S: Real> LobattoRule<S> {
@@ -49,14 +71,26 @@ impl<S: Real> LobattoRule<S> {
 
 /// Nodes, weights and differentiation matrix of the rule of `n` nodes.
 fn computed(n: usize) -> [Constants; 3] {
-    let (m, Rule { nodes, weights, legendre }) = (n - 1, Rule::new(Family::Lobatto, n));
-    let corner = Extended::from((n * m) as f64) / Extended::from(4.0);
+    let m = n - 1;
+    // The ratios of the recursion are k/(k + 1) for k = 1 … m − 1.
+    let ratios: Vec<Extended> = (1..m).map(|k| Extended::from(k as f64) / Extended::from((k + 1) as f64)).collect();
+    let mut nodes = vec![Extended::ZERO; n];
+    for i in 0..n / 2 {
+        let begin = || Extended::from(approximate_node(Family::Lobatto, n, i));
+        let refined = || (0..REFINEMENTS).fold(begin(), |x, _| newton_step(&ratios, x));
+        nodes[i] = if i == 0 { -Extended::ONE } else { refined() };
+        nodes[m - i] = -nodes[i];
+    }
+    let values: Vec<Extended> = nodes.iter().map(|&x| legendre(&ratios, x).1).collect();
+    let size = Extended::from((n * m) as f64);
+    let weights = values.iter().map(|&p| Extended::from(2.0) / (size * p * p));
     let entry = |i: usize, j: usize| match (i, j) {
-        (0, 0) => -corner,
-        _ if i == m && j == m => corner,
+        (0, 0) => -size / Extended::from(4.0),
+        _ if i == m && j == m => size / Extended::from(4.0),
         _ if i == j => Extended::ZERO,
-        _ => legendre[i][m] / legendre[j][m] / (nodes[i] - nodes[j]),
+        _ => values[i] / values[j] / (nodes[i] - nodes[j]),
     };
+    let weights = weights.collect();
     let mut differentiation: Vec<Extended> = (0..(n * n).div_ceil(2)).map(|k| entry(k / n, k % n)).collect();
     // The rule is symmetric: the second half mirrors the first one, with the other sign.
     let mirrored: Vec<Extended> = differentiation[..n * n / 2].iter().rev().map(|&entry| -entry).collect();
