@@ -189,10 +189,13 @@ impl Decay {
 }
 
 /// The error that is left after three changes, the last one last: a geometric series with the slower one of their two
-/// contractions, as the first change belongs to the guess. Before there are three of them it is the last change.
+/// contractions, as the first change belongs to the guess. Where contractions slow down, they are taken to do so once
+/// more: what is largest at first may vanish faster than the rest. Before there are three changes it is the last one.
 #[inline(always)]
 fn left(changes: [f64; 3]) -> f64 {
-    let ([first, _, last], contraction) = (changes, contraction(changes));
+    let [first, second, last] = changes;
+    let slower = (last / second) / (second / first);
+    let contraction = contraction(changes) * if slower > 1.0 { slower } else { 1.0 };
     if first.is_finite() && contraction < 0.5 { last * contraction / (1.0 - contraction) } else { last }
 }
 

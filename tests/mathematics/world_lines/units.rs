@@ -22,8 +22,8 @@ const POTENTIALS: [(&str, [f64; 2], [f64; 2]); 6] = [
 ];
 const RUBBING: &str = "X^2/2 + Y^2";
 
-/// The text that follows `[initial]`, with the length of the run: accuracy, tolerance, and grids of all kinds. One is so
-/// coarse that K drifts by more than is trusted.
+/// The text that follows `[initial]`, with the length of the run: accuracy, tolerance, and grids of all kinds. One grid
+/// is so coarse that K drifts by more than is trusted.
 const SCHEMES: [&str; 9] = [
     "grid = { gamma_f = LENGTH, n_gamma = 6 }\nscheme.sbp = \"SBP21\"",
     "grid.t_f = LENGTH\nsolver.accuracy = 1e-9",
