@@ -260,8 +260,10 @@ fn of_two_crossings_between_two_nodes_that_of_the_direction_acts() {
         grid.gamma_f = 2.0
         solver.accuracy = 1e-11
     "#;
-    for (direction, time) in [("down", 0.999), ("up", 1.001)] {
-        let stop = format!("events.floor={{ when = \"z\", direction = \"{direction}\", set = {{ z_dot = 1 }} }}");
+    for (when, direction, time) in
+        [("z", "down", 0.999), ("z", "up", 1.001), ("-z", "up", 0.999), ("-z", "down", 1.001)]
+    {
+        let stop = format!("events.floor={{ when = \"{when}\", direction = \"{direction}\", set = {{ z_dot = 1 }} }}");
         let run = solved(dip, &[&stop]).unwrap();
         assert_eq!(run.acting_events, 1, "{direction}");
         assert!((run.events[0].sample.gamma - time).abs() < 1e-8, "{direction}: {:?}", run.events[0]);
