@@ -82,7 +82,7 @@ fn run_over(
             geometry.active().iter().zip(&momenta).for_each(|(&a, momentum)| p[a] = *momentum);
             states.push(&q, &p);
         }
-        // What is certified is the whole run.
+        // A certificate is one of the whole run.
         if is_equal && states.len() == output.marks.len() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     outcome?;

@@ -159,7 +159,7 @@ fn failures_are_told_apart() {
     assert_eq!(gauss.run(&quartic(1000.0), &output, Setting::steps(5)).unwrap_err(), Failure::NotConverged);
 }
 
-/// That errors fall as they should is in `studies/orders.rs`.
+/// The orders of their errors are tested in `studies/orders.rs`.
 #[test]
 fn every_method_follows_every_motion_at_points_that_need_not_be_even() {
     let output = Output { intervals: 100, marks: vec![1, 2, 7, 50, 100] };
