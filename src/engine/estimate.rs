@@ -7,9 +7,10 @@
 
 use super::POINTS;
 use super::plane::Plane;
+use super::sizes::inverse;
 use super::steps::{Errors, Steps, Total};
 use super::tuning::{LEFT_MARGIN, MARGIN, OF_SLOPES, ROUNDING};
-use super::window::{Solver, inverse};
+use super::window::Solver;
 
 /// δ, window by window.
 pub(super) struct ErrorEstimate<'g> {
@@ -67,7 +68,7 @@ impl<'g> ErrorEstimate<'g> {
     pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, left: f64, is_last: bool) {
         for (k, local) in self.local.iter_mut().enumerate() {
             let row = &window.rows[k];
-            let left = LEFT_MARGIN * left * inverse(row.inverse_size);
+            let left = LEFT_MARGIN * left * inverse(row.size.inverse);
             let magnitude = row.start.high.abs().max(row.end.high.abs());
             *local = [MARGIN * (window.end_error(k) + left), ROUNDING * magnitude];
         }
@@ -76,14 +77,14 @@ impl<'g> ErrorEstimate<'g> {
                 let gains = plane.follow(window).map(|gain| OF_SLOPES * gain);
                 let of = |k: usize| self.local[k][1] + gains[k];
                 plane.add([self.local[0][0], self.local[1][0]], [of(0), of(1)]);
-                let error = |a: usize| plane.error(window.place(a)).map(|error| error * window.inverse_size(a));
+                let error = |a: usize| plane.error(window.place(a)).map(|error| error * window.size(a).for_sums(is_last));
                 let errors = (1..window.geometry.dimension()).map(error);
                 let now = errors.fold(error(0), |[all, rounding], error| [all.max(error[0]), rounding.max(error[1])]);
                 let Total { reached, largest, .. } = self.total;
                 self.total = Total { now, reached: reached + window.length, largest: largest.max(now[0]) };
             }
             Method::Steps(steps) => {
-                steps.follow(window, &self.local);
+                steps.follow(window, &self.local, is_last);
                 if is_last {
                     steps.finish(window);
                 }

@@ -19,7 +19,7 @@
 //! ladder       the tables of all lengths that an adaptive run uses, and from the errors of a window to the next length
 //! kernel       steps of programs on all nodes, compiled for every instruction set and number of lanes
 //! system       the equations of a scene, and the linearised ones: registers, and the steps that compute what is wanted
-//! sizes        the units of a motion, from the motion itself
+//! sizes        the sizes of unknowns, from the motion itself, and its time scale
 //! solved       a solved window, as it is lent, and what a run hands on to one that continues it
 //! window       the unknowns of windows, what these start from, and where their solutions are kept
 //! sweeps       the solution of a window, and the errors that it makes
@@ -33,6 +33,7 @@
 //! tuning       the numbers that it was calibrated with
 //! stop         runs that end where something has a value
 //! failure      why there is no next window, and where the motion leaves the domain, if that is why
+//! defect       by how much a window misses the equations between its nodes
 //! between      a look for what may hide between the nodes of a window, and where it passes a knot of a table
 //! enclosure    what formulas do between nodes
 //! ```
@@ -42,6 +43,7 @@
 mod adaptive;
 mod between;
 mod certificate;
+mod defect;
 mod dense;
 pub(crate) mod enclosure;
 mod estimate;

@@ -1,126 +1,169 @@
-//! The units of a motion, from the motion itself: a time scale, and a size for each unknown.
+//! The sizes of unknowns, which errors are relative to, and by what their rates may be off.
 //!
-//! Errors are relative to sizes. Lengths, times or masses that are scaled by powers of two scale these numbers exactly,
-//! so that units change no digit of a run.
+//! Sizes come from the motion, window by window: the size of an unknown is the largest distance from the start of a
+//! window on its nodes so far, and the largest value at the start of one. Nothing that is known before a window is
+//! solved divides its errors, but the sizes that the motion has had. So a force that is 0 at the start, with as many of
+//! its derivatives as one likes, is seen when it moves something, and what does not move has one value on all nodes.
+//!
+//! Units that are scaled by powers of two scale sizes exactly, and change no digit of a run.
 
-use super::kernel::Evaluate;
-use super::rule::Order;
-use super::system::Linear;
-use crate::geometry::{Geometry, OutsideGeometry, Start};
+use crate::geometry::{Geometry, OutsideGeometry, Source, Start};
 use crate::number::norm::max_abs;
-use crate::number::vector::{Level, Nodes};
 
-/// A way of an ignorable coordinate that is less than this part of how it may change is none.
-const AT_REST: f64 = 1e-3;
+/// A rate is off by at most so many units ε of the sum Σ |∂(rate)/∂x_j x_j|: as values are rounded by half a unit, two
+/// sweeps differ by one, and each of the few operations on the way to a term rounds once more.
+pub(super) const UNITS_OF_RATES: f64 = 16.0;
 
-/// The time scale and the sizes at the start of a run. What never moves has size 0.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Sizes {
-    /// T, the time in which a small error changes, or the length of the run if that is shorter.
-    pub(super) time: f64,
-    /// Sizes of active coordinates, and of their momenta or, where these are unknowns, their velocities.
-    pub(super) positions: Vec<f64>,
-    pub(super) others: Vec<f64>,
-    /// Sizes of the ways of ignorable coordinates.
-    pub(super) ignorable: Vec<f64>,
+/// The size of one unknown.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Size {
+    /// The value that counts from 0: that at the start of the run for a clock and for an ignorable coordinate.
+    pub(super) origin: f64,
+    /// 1/size before the window; 0 where it has not moved yet.
+    pub(super) before: f64,
+    /// 1/size in the window, by which errors become relative; 0 where it has one value on all nodes.
+    pub(super) inverse: f64,
+    /// What that was before it was taken last.
+    last: f64,
+    /// The rounding error of its rate, where that may be more than the rate; 0 elsewhere.
+    pub(super) noise: f64,
 }
 
-impl Sizes {
+impl Size {
+    /// The size of an unknown that starts with this value, and counts as at least so large.
+    pub(super) fn new(start: f64, origin: f64, least: f64) -> Self {
+        let before = inverse((start - origin).abs().max(least));
+        Self { origin, before, inverse: before, last: before, noise: 0.0 }
+    }
+
+    /// Takes in by how much the unknown moves in the window.
+    #[inline(always)]
+    pub(super) fn take(&mut self, distance: f64) {
+        self.last = self.inverse;
+        // Where nothing is known the product is 0, and no distance is less than that.
+        self.inverse = if distance * self.before > 1.0 || self.before == 0.0 { inverse(distance) } else { self.before };
+    }
+
+    /// True if it was taken to be more than twice as large before.
+    #[inline(always)]
+    pub(super) fn has_shrunk(self) -> bool {
+        self.inverse > 2.0 * self.last && self.last > 0.0
+    }
+
+    /// Goes on to the next window, which starts with this value.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, start: f64) {
+        let value = (start - self.origin).abs();
+        self.before = if value * self.inverse > 1.0 || self.inverse == 0.0 { inverse(value) } else { self.inverse };
+        self.inverse = self.before;
+    }
+
+    /// 1/size for the errors of a window, which may be the shortest that there is. What begins to move in that one may
+    /// do so like a high power of γ, which no window resolves that starts there, however short it is.
+    #[inline(always)]
+    pub(super) fn counted(self, is_shortest: bool) -> f64 {
+        if is_shortest && self.before == 0.0 { 0.0 } else { self.inverse }
+    }
+
+    /// 1/size for errors that a run adds up. In the window in which an unknown begins to move its error may be as large
+    /// as its way, if that starts like a high power of γ: it counts in the next one, unless there is none.
+    pub(super) fn for_sums(self, is_last: bool) -> f64 {
+        if self.before == 0.0 && !is_last { 0.0 } else { self.inverse }
+    }
+}
+
+/// 1/size, or 0.
+pub(super) fn inverse(size: f64) -> f64 {
+    // The inverse of a denormal number is out of range.
+    if size > 0.0 { (1.0 / size).min(f64::MAX) } else { 0.0 }
+}
+
+/// The time scale of a motion at its start, and what is known of sizes before it begins.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scales {
+    /// T, the time in which a small error changes, or the length of the run if that is shorter: the frequency of an
+    /// oscillator, 0 for free motion.
+    pub(super) time: f64,
+    /// The least sizes of active coordinates and of their momenta or velocities, and of ignorable coordinates.
+    pub(super) least: Vec<f64>,
+    pub(super) least_ways: Vec<f64>,
+    /// Clocks among the active coordinates: their rate depends on nothing that varies, and their size is what elapses.
+    pub(super) clocks: Vec<bool>,
+    /// Unknowns that share their size: coordinates with one metric coefficient, and their momenta. Of two coordinates
+    /// with one unit one may be 0 but for rounding.
+    pub(super) shared: Vec<Vec<usize>>,
+}
+
+impl Scales {
     /// Measures the motion that begins at `start` and lasts for `length`.
     ///
-    /// The rate is the fourth root of ½ Σ |S_ij S_ji|, S = J², J the Jacobian of the equations of motion: the frequency
-    /// of an oscillator, 0 for free motion. With T = min(1/rate, length) a position q has the size max(|q|, |q̇| T), or
-    /// the larger of |q̈| T² and |q⃛| T³ if that is 0. The largest one counts for all coordinates with equal g^aa. A
-    /// momentum has the size of what changes its position by that position's size within T.
-    ///
-    /// An ignorable coordinate has the size of its way in T. If that is next to nothing, it may be at rest at the start
-    /// only, and its rate a rounding error: then it has the size of the way by which that changes if active coordinates
-    /// and momenta change by their sizes.
+    /// The rate is the fourth root of ½ Σ |S_ij S_ji|, S = J², J the Jacobian of the equations of motion, and
+    /// T = min(1/rate, length).
     ///
     /// # Errors
     /// If the start is outside the domain.
     pub(super) fn new(geometry: &Geometry, start: &Start, length: f64) -> Result<Self, OutsideGeometry> {
-        let active = geometry.active();
-        let m = active.len();
+        let (m, ignorable) = (geometry.active().len(), geometry.ignorable().count());
         let mut point = geometry.point();
         point.evaluate(&start.q, &start.p)?;
-        let slopes: Vec<f64> =
-            (active.iter().map(|&a| point.q_dot(a))).chain((0..m).map(|place| point.p_dot(place))).collect();
         let mut jacobian = vec![0.0; 4 * m * m];
         point.jacobian(&start.q, &start.p, |row, column, value| jacobian[row * 2 * m + column] = value);
-        let rate = rate(&jacobian, 2 * m);
-        let length = length.abs();
-        let time = if rate * length > 1.0 { 1.0 / rate } else { length };
-        let entry = |row: usize, column: usize| jacobian[row * 2 * m + column];
-
-        let metric = |k: usize| entry(k, m + k);
-        let is_same = |k: usize, j: usize| (metric(k) - metric(j)).abs() <= 1e-12 * metric(k).abs();
-        let shared = |own: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            (0..m).map(|k| (0..m).filter(|&j| is_same(k, j)).map(own).fold(0.0, f64::max)).collect()
-        };
-        let first = shared(&|k| start.q[active[k]].abs().max(slopes[k].abs() * time));
-        // The derivatives of the slopes along the motion; a force may be 0 at the start and grow in time.
-        let along = |slopes: &[f64]| -> Vec<f64> {
-            (0..2 * m).map(|row| (0..2 * m).map(|j| entry(row, j) * slopes[j]).sum()).collect()
-        };
-        let accelerations = along(&slopes);
-        let jerks = along(&accelerations);
-        let [second, third] =
-            [(accelerations, 2), (jerks, 3)].map(|(of, order)| shared(&|k| of[k].abs() * time.powi(order)));
-        let of = |k: usize| if first[k] > 0.0 { first[k] } else { second[k].max(third[k]) };
-        let positions: Vec<f64> = (0..m).map(of).collect();
-        let momentum = |k: usize| {
-            let own = metric(k).abs();
-            let by = if own > 0.0 { own } else { (0..m).map(|j| entry(k, m + j).abs()).fold(0.0, f64::max) };
-            let (size, now) = (positions[k] / (time * by), start.p[active[k]].abs());
-            if size.is_finite() { size.max(now) } else { now }
-        };
-        let speed = |k: usize| if time > 0.0 { slopes[k].abs().max(positions[k] / time) } else { slopes[k].abs() };
-        let is_second = geometry.is_separable();
-        let others = (0..m).map(|k| if is_second { speed(k) } else { momentum(k) }).collect();
-        let ignorable = geometry.ignorable().map(|a| point.q_dot(a).abs() * time).collect();
-        let mut sizes = Self { time, positions, others, ignorable };
-        let changes = sizes.changes_of_rates(geometry, start, &slopes);
-        for (way, change) in sizes.ignorable.iter_mut().zip(changes) {
-            *way = if *way > AT_REST * change { *way } else { change };
-        }
-        Ok(sizes)
+        let (rate, length) = (rate(&jacobian, 2 * m), length.abs());
+        let equations = geometry.hamiltonian.linearised();
+        let moves = |place: usize| equations.entries.iter().any(|entry| entry.row == place);
+        let has_momentum = |place: usize| geometry.is_separable() || moves(place);
+        Ok(Self {
+            time: if rate * length > 1.0 { 1.0 / rate } else { length },
+            least: vec![0.0; 2 * m],
+            least_ways: vec![0.0; ignorable],
+            clocks: (0..m).map(|place| !has_momentum(place)).collect(),
+            shared: shared(geometry),
+        })
     }
 
-    /// By how much the ways of ignorable coordinates change if active coordinates and momenta change by their sizes.
-    fn changes_of_rates(&self, geometry: &Geometry, start: &Start, velocities: &[f64]) -> Vec<f64> {
-        let mut linear = Linear::<8>::new(geometry, &start.p);
-        let (active, is_second) = (geometry.active(), linear.order == Order::Second);
-        for (place, &a) in active.iter().enumerate() {
-            let second = if is_second { velocities[place] } else { start.p[a] };
-            linear.registers[linear.unknowns[place]] = Nodes([start.q[a]; 8]);
-            linear.registers[linear.unknowns[active.len() + place]] = Nodes([second; 8]);
-        }
-        Level::Best.dispatch(Evaluate { registers: &mut linear.registers, steps: linear.steps });
-        let sizes = [&self.positions[..], &self.others].concat();
-        let mut changes = vec![0.0_f64; self.ignorable.len()];
-        for term in &linear.rates {
-            let value = term.factor * linear.registers[term.register].0[0];
-            changes[term.row] = changes[term.row].max(value.abs() * sizes[term.column] * self.time);
-        }
-        changes
-    }
-
-    /// Raises the sizes of coordinates to these at least, by their index, and those of their momenta as much.
-    pub(super) fn raise(&mut self, geometry: &Geometry, floors: &[(usize, f64)]) {
+    /// Raises the sizes of coordinates to these at least, by their index, and those of their momenta to what changes
+    /// them by that within T.
+    pub(super) fn raise(&mut self, geometry: &Geometry, start: &Start, floors: &[(usize, f64)]) {
+        let m = geometry.active().len();
         for &(a, least) in floors {
             match geometry.active().binary_search(&a) {
                 Ok(place) => {
-                    let factor = least / self.positions[place];
-                    self.positions[place] = self.positions[place].max(least);
-                    if factor > 1.0 && factor.is_finite() {
-                        self.others[place] *= factor;
+                    let mut by = 0.0_f64;
+                    geometry.point().jacobian(&start.q, &start.p, |row, column, value| {
+                        by = if row == place && column >= m { by.max(value.abs()) } else { by };
+                    });
+                    let speed = least / self.time;
+                    let other = if geometry.is_separable() { speed } else { speed / by };
+                    self.least[place] = self.least[place].max(least);
+                    if other.is_finite() {
+                        self.least[m + place] = self.least[m + place].max(other);
                     }
                 }
-                Err(before) => self.ignorable[a - before] = self.ignorable[a - before].max(least),
+                Err(before) => self.least_ways[a - before] = self.least_ways[a - before].max(least),
             }
         }
     }
+}
+
+/// Groups of unknowns whose coordinates have the same g^aa everywhere.
+fn shared(geometry: &Geometry) -> Vec<Vec<usize>> {
+    let m = geometry.active().len();
+    let equations = geometry.hamiltonian.linearised();
+    let coefficient = |place: usize| match geometry.separable() {
+        Some(inverse) => Some(Err(inverse[place * (m + 1)])),
+        None => equations.entries.iter().find(|entry| (entry.row, entry.column) == (place, m + place)).map(|entry| {
+            match entry.value {
+                Source::Row(output) => Ok(equations.jacobian.output(output)),
+                Source::Constant(value) => Err(value),
+            }
+        }),
+    };
+    let coefficients: Vec<_> = (0..m).map(coefficient).collect();
+    let is_first = |place: &usize| !coefficients[..*place].contains(&coefficients[*place]);
+    let of_kind = |first: usize| (first..m).filter(|&other| coefficients[other] == coefficients[first]).collect();
+    let kinds = (0..m).filter(|place| coefficients[*place].is_some() && is_first(place)).map(of_kind);
+    let groups = kinds.filter(|kind: &Vec<usize>| kind.len() > 1);
+    groups.flat_map(|kind| [kind.iter().map(|place| m + place).collect(), kind]).collect()
 }
 
 fn rate(jacobian: &[f64], n: usize) -> f64 {
@@ -135,19 +178,4 @@ fn rate(jacobian: &[f64], n: usize) -> f64 {
     }
     let sum: f64 = rates.iter().map(|rate| (rate / largest).powi(2)).sum();
     (largest * (0.5 * sum).sqrt()).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Sizes;
-    use crate::engine::tests::lifted;
-
-    /// In V = x²/2, ṡ = p_t − x² is 0 at the start, and its slope −2x = −1 makes −0.5 of the size of x within T = 1.
-    #[test]
-    fn ignorable_coordinate_at_rest_has_a_size() {
-        let (geometry, start) = lifted("x^2/2", &["x"], &[0.5], &[0.1]);
-        let sizes = Sizes::new(&geometry, &start, 10.0).unwrap();
-        let size = sizes.ignorable.last().unwrap();
-        assert!(start.q_dot[2].abs() < 1e-15 && (size - 0.5).abs() < 1e-15, "{size}");
-    }
 }

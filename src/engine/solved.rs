@@ -195,14 +195,14 @@ impl<const N: usize> Solver<'_, N> {
         let is_same = march.length == length && march.slopes.iter().all(|row| row.len() == self.rule.points());
         if is_same {
             for (k, (slopes, sizes)) in march.slopes.iter().zip(&march.inverse_sizes).enumerate() {
-                self.rows[k].inverse_size = sizes[0];
+                self.rows[k].size.inverse = sizes[0];
                 if is_second {
-                    self.rows[m + k].inverse_size = sizes[1];
+                    self.rows[m + k].size.inverse = sizes[1];
                 }
                 self.rows[k].slopes_before.0[..slopes.len()].copy_from_slice(slopes);
             }
-            for (k, &[origin, inverse_size]) in march.ways.iter().enumerate().take(self.origin.len()) {
-                (self.origin[k], self.inverse_ignorable[k]) = (origin, inverse_size);
+            for (way, &[origin, inverse]) in self.ways.iter_mut().zip(&march.ways) {
+                (way.origin, way.inverse) = (origin, inverse);
             }
         }
         self.advance();

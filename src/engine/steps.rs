@@ -128,17 +128,21 @@ impl<'g> Steps<'g> {
     }
 
     /// Takes in a finished window with its local errors.
-    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, local: &[Errors]) {
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, local: &[Errors], is_last: bool) {
         let h = window.length;
         for (inverse_size, row) in self.inverse_sizes.iter_mut().zip(&window.rows) {
-            *inverse_size = row.inverse_size;
+            *inverse_size = row.size.for_sums(is_last);
         }
-        self.inverse_ignorable.copy_from_slice(&window.inverse_ignorable);
+        for (inverse_size, way) in self.inverse_ignorable.iter_mut().zip(&window.ways) {
+            *inverse_size = way.for_sums(is_last);
+        }
         self.transport.is_mended = window.is_mended;
         if !self.has_begun {
             self.has_begun = true;
             self.set_point(window, 0, 0);
-            self.transport.inverse_sizes.copy_from_slice(&self.inverse_sizes);
+        }
+        for (inverse_size, row) in self.transport.inverse_sizes.iter_mut().zip(&window.rows) {
+            *inverse_size = row.size.inverse;
         }
         let mut done = 0.0;
         let parts = if self.wanted < 0.7 { ((1.0 / self.wanted + 0.5) as usize).clamp(2, MOST_PARTS) } else { 1 };
@@ -305,7 +309,7 @@ mod tests {
             let mut steps = Steps::new(&pair.first);
             let beside = [1e-6, -2e-6, 1e-7, 3e-7];
             steps.delta = beside.map(|delta| [delta; 2 + SAMPLES]).to_vec();
-            pair.run(&beside, unit, 48, |pair, _| steps.follow(&pair.first, &[[0.0; 2]; 4]));
+            pair.run(&beside, unit, 48, |pair, _| steps.follow(&pair.first, &[[0.0; 2]; 4], false));
             steps.finish(&pair.first);
             let known = pair.deviation().chain(pair.ignorable.iter().copied());
             for ([found, ..], known) in steps.delta.iter().chain(&steps.ignorable).zip(known) {
@@ -323,7 +327,7 @@ mod tests {
             let mut steps = Steps::new(&pair.first);
             for _ in 0..count {
                 advance(&mut pair.first, 0.5);
-                steps.follow(&pair.first, &[[0.0, 1e-9]; 4]);
+                steps.follow(&pair.first, &[[0.0, 1e-9]; 4], false);
             }
             steps.finish(&pair.first);
             let error = [0, 1].map(|place| steps.error(Ok(place))).into_iter().fold(0.0, f64::max);

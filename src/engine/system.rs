@@ -10,7 +10,7 @@ use crate::geometry::{Geometry, OutsideGeometry, Source};
 use crate::number::vector::{Level, Nodes};
 
 /// Slopes that are computed together, and then integrated.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Pass {
     pub(super) steps: Box<[Step]>,
     /// The first of their rows.
@@ -82,6 +82,25 @@ impl<'g, const N: usize> System<'g, N> {
             ignorable: ignorable.into(),
             determinants,
         }
+    }
+
+    /// The same equations for another number of nodes, with these momenta of ignorable coordinates.
+    pub(super) fn with_lanes<const M: usize>(&self, momenta: &[f64]) -> System<'g, M> {
+        let program = &self.geometry.hamiltonian.program;
+        let mut system = System {
+            geometry: self.geometry,
+            registers: program.registers(|constant| Nodes([constant; M])),
+            order: self.order,
+            passes: self.passes.clone(),
+            fixed: self.fixed.clone(),
+            others: self.others.clone(),
+            positions: self.positions.clone(),
+            momenta: self.momenta.clone(),
+            ignorable: self.ignorable.clone(),
+            determinants: self.determinants.clone(),
+        };
+        system.begin(momenta);
+        system
     }
 
     /// Number of unknowns that sweeps iterate.

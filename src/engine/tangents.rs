@@ -15,7 +15,8 @@ use super::kernel::On;
 use super::rule::{Order, Tables};
 use super::sensitivity::Sensitivity;
 use super::system::Linear;
-use super::window::{Solver, inverse};
+use super::sizes::inverse;
+use super::window::Solver;
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Level, Nodes, multiply};
 
@@ -89,9 +90,9 @@ impl<'g, const N: usize> Tangents<'g, N> {
         let found = match (k.checked_sub(m), self.linear.order) {
             (Some(place), Order::Second) => {
                 let terms = rows[m..].iter().zip(&metric[place * m..]);
-                inverse(terms.map(|(row, g)| g.abs() * inverse(row.inverse_size)).fold(0.0, f64::max))
+                inverse(terms.map(|(row, g)| g.abs() * inverse(row.size.inverse)).fold(0.0, f64::max))
             }
-            _ => rows[k].inverse_size,
+            _ => rows[k].size.inverse,
         };
         if found > 0.0 { found } else { 1.0 }
     }

@@ -4,6 +4,7 @@ use super::certificate::Certificate;
 use super::dense::{Curve, Dense, integrated};
 use super::rule::Order;
 use super::sensitivity::Sensitivity;
+use super::sizes::Size;
 use super::solved::{Handed, Marched, Solved, State, WindowNodes};
 use super::tangents::Tangents;
 use super::window::{Known, Solver};
@@ -60,14 +61,19 @@ impl<const N: usize> Solver<'_, N> {
 
     /// 1/size of q^a.
     pub(super) fn inverse_size(&self, a: usize) -> f64 {
-        self.place(a).map_or_else(|j| self.inverse_ignorable[j], |place| self.rows[place].inverse_size)
+        self.size(a).inverse
+    }
+
+    /// The size of q^a.
+    pub(super) fn size(&self, a: usize) -> Size {
+        self.place(a).map_or_else(|j| self.ways[j], |place| self.rows[place].size)
     }
 
     /// The sizes of all coordinates.
     pub(super) fn sizes(&self) -> Vec<f64> {
         let size = |a: usize| {
-            let origin = self.place(a).map_or_else(|j| self.origin[j], |_| 0.0);
-            let (way, inverse) = ((self.end.q[a].high - origin).abs(), self.inverse_size(a));
+            let Size { origin, inverse, .. } = self.size(a);
+            let way = (self.end.q[a].high - origin).abs();
             if inverse > 0.0 { way.max(1.0 / inverse) } else { way }
         };
         (0..self.geometry.dimension()).map(size).collect()
@@ -182,12 +188,12 @@ impl<const N: usize> Solved for Lent<'_, N> {
         let solver = &self.solver;
         let pair = |sum: Compensated<f64>| [sum.high, sum.low];
         let (iterated, velocities) = solver.rows.split_at(solver.system.iterated());
-        let speed = |k: usize| velocities.get(k).map_or(0.0, |velocity| velocity.inverse_size);
+        let speed = |k: usize| velocities.get(k).map_or(0.0, |velocity| velocity.size.inverse);
         let march = Marched {
             length: solver.length,
             velocities: velocities.iter().map(|row| pair(row.end)).collect(),
-            inverse_sizes: iterated.iter().enumerate().map(|(k, row)| [row.inverse_size, speed(k)]).collect(),
-            ways: solver.origin.iter().zip(&solver.inverse_ignorable).map(|(&origin, &size)| [origin, size]).collect(),
+            inverse_sizes: iterated.iter().enumerate().map(|(k, row)| [row.size.inverse, speed(k)]).collect(),
+            ways: solver.ways.iter().map(|way| [way.origin, way.inverse]).collect(),
             slopes: iterated.iter().map(|row| row.slopes_before.0[..solver.rule.points()].to_vec()).collect(),
         };
         let low = |sums: &[Compensated<f64>]| sums.iter().map(|sum| sum.low).collect();

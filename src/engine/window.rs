@@ -5,8 +5,8 @@ use pulp::{Simd, WithSimd};
 use super::State;
 use super::kernel::On;
 use super::rule::{Order, Rule, Tables};
-use super::sizes::Sizes;
-use super::system::System;
+use super::sizes::{Scales, Size};
+use super::system::{Linear, System};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Level, Nodes, Weights, multiply};
@@ -18,12 +18,14 @@ use crate::sbp::collocation::Collocation;
 pub(super) struct Row<const N: usize> {
     /// Its value at the start of the window.
     pub(super) start: Compensated<f64>,
-    /// 1/size, by which errors become relative; 0 if nothing is known of the size.
-    pub(super) inverse_size: f64,
+    /// Its size, and by what its rate may be off: see [`sizes`](super::sizes).
+    pub(super) size: Size,
     /// Its value at the end of the window.
     pub(super) end: Compensated<f64>,
     /// A bound of the error that a window makes in `end`, where its rate is a slope: see [`Solver::end_error`].
     pub(super) end_error: f64,
+    /// A bound of what its slope may be off by between the nodes, by its modes.
+    pub(super) foreseen: f64,
     /// The increment at the last node, as sweeps left it.
     pub(super) increment: f64,
     /// The part of the increments on the nodes that is known before the window is solved.
@@ -35,13 +37,13 @@ pub(super) struct Row<const N: usize> {
 }
 
 impl<const N: usize> Row<N> {
-    /// An unknown that never moves has size 0, and counts nowhere.
-    fn new(start: f64, size: f64) -> Self {
+    fn new(start: f64, origin: f64, least: f64) -> Self {
         Self {
             start: Compensated::from(start),
-            inverse_size: inverse(size),
+            size: Size::new(start, origin, least),
             end: Compensated::from(start),
             end_error: 0.0,
+            foreseen: 0.0,
             increment: 0.0,
             offset: Nodes::ZERO,
             low: Nodes::ZERO,
@@ -49,19 +51,19 @@ impl<const N: usize> Row<N> {
         }
     }
 
-    /// Goes on to the next window. Sizes grow with what they are sizes of.
+    /// Goes on to the next window.
     fn advance(&mut self) {
         self.start = self.end;
-        grow(&mut self.inverse_size, self.start.high);
+        self.size.advance(self.start.high);
     }
 }
 
 /// Solves windows that follow each other.
 pub(super) struct Solver<'g, const N: usize> {
     pub(super) geometry: &'g Geometry,
-    /// The start of the run, and its sizes there.
+    /// The start of the run, and its scales there.
     pub(super) initial: Start,
-    pub(super) initial_sizes: Sizes,
+    pub(super) scales: Scales,
     pub(super) system: System<'g, N>,
     pub(super) rule: Rule<N>,
     /// Positions of active coordinates, and their momenta, or in second order their velocities.
@@ -79,15 +81,19 @@ pub(super) struct Solver<'g, const N: usize> {
     pub(super) momenta: Vec<Nodes<N>>,
     /// The ignorable coordinates.
     pub(super) ignorable: Vec<usize>,
-    /// Ignorable coordinates at the start of the run, and 1/size of their ways since then.
-    pub(super) origin: Vec<f64>,
-    pub(super) inverse_ignorable: Vec<f64>,
+    /// The sizes of the ways of ignorable coordinates since the start of the run.
+    pub(super) ways: Vec<Size>,
     /// The errors that the window makes in them.
     pub(super) ignorable_errors: Vec<f64>,
     /// The weights of the highest Legendre modes, if the errors of windows are measured.
     pub(super) highest_modes: Option<[Nodes<N>; 4]>,
     /// True while slow sweeps are to go on, as a shorter window is no way out.
     pub(super) is_patient: bool,
+    /// True where windows may not be shorter.
+    pub(super) is_shortest: bool,
+    /// The linearised equations, from when rounding errors of rates are first asked for, and true while these matter.
+    pub(super) linear: Option<Box<Linear<'g, 8>>>,
+    pub(super) is_noisy: bool,
     /// True from the first window on in which something overflowed on the way to finite values.
     pub(super) is_mended: bool,
     /// The length of the finished window, and what of it was computed.
@@ -115,12 +121,12 @@ impl<'g, const N: usize> Solver<'g, N> {
         operators: &'static Collocation,
         measures: bool,
     ) -> Result<Self, OutsideGeometry> {
-        let initial_sizes = Sizes::new(geometry, start, length)?;
+        let scales = Scales::new(geometry, start, length)?;
         let (m, ignorable, rule) = (geometry.active().len(), geometry.ignorable().count(), Rule::new(operators));
         let separable = if geometry.is_separable() { m } else { 0 };
         let mut solver = Self {
             initial: start.clone(),
-            initial_sizes,
+            scales,
             rows: Vec::new(),
             start: State::default(),
             end: State::default(),
@@ -128,11 +134,13 @@ impl<'g, const N: usize> Solver<'g, N> {
             velocities: vec![Nodes::ZERO; separable],
             elapsed: vec![Nodes::ZERO; ignorable],
             momenta: vec![Nodes::ZERO; separable],
-            origin: Vec::new(),
-            inverse_ignorable: Vec::new(),
+            ways: Vec::new(),
             ignorable_errors: vec![0.0; ignorable],
             highest_modes: measures.then(|| rule.highest_modes()),
             is_patient: false,
+            is_shortest: false,
+            linear: None,
+            is_noisy: false,
             is_mended: false,
             length: 0.0,
             known: Known::Ends,
@@ -147,51 +155,61 @@ impl<'g, const N: usize> Solver<'g, N> {
 
     /// Goes to the start of the run.
     pub(super) fn begin(&mut self) {
-        let Self { geometry, initial: Start { q, p, .. }, initial_sizes: sizes, system, .. } = self;
-        system.begin(p);
-        self.is_mended = false;
+        let Self { geometry, initial, scales, .. } = self;
+        let Start { q, p, .. } = &*initial;
+        self.system.begin(p);
+        (self.is_mended, self.is_noisy) = (false, false);
         self.start = State {
             q: q.iter().map(|&q| Compensated::from(q)).collect(),
             p: geometry.active().iter().map(|&a| Compensated::from(p[a])).collect(),
         };
         self.end = self.start.clone();
-        self.rows = rows(geometry, &self.initial, sizes);
-        self.origin = self.ignorable.iter().map(|&a| self.initial.q[a]).collect();
-        self.inverse_ignorable = sizes.ignorable.iter().map(|&size| inverse(size)).collect();
+        self.rows = rows(geometry, initial, scales);
+        let way = |(&a, &least)| Size::new(q[a], q[a], least);
+        self.ways = self.ignorable.iter().zip(&scales.least_ways).map(way).collect();
+        self.settle_sizes();
+    }
+
+    /// Gives the unknowns of every group the size of the largest of them.
+    pub(super) fn share_sizes(&mut self) {
+        for group in &self.scales.shared {
+            let of = group.iter().map(|&row| self.rows[row].size.inverse).filter(|&inverse| inverse > 0.0);
+            let shared = of.fold(f64::INFINITY, f64::min);
+            if shared < f64::INFINITY {
+                group.iter().for_each(|&row| self.rows[row].size.inverse = shared);
+            }
+        }
+    }
+
+    /// Shares the sizes that the next window starts with.
+    fn settle_sizes(&mut self) {
+        if !self.scales.shared.is_empty() {
+            self.share_sizes();
+            self.rows.iter_mut().for_each(|row| row.size.before = row.size.inverse);
+        }
     }
 
     /// Goes on to the window that begins where this one ends.
     pub(super) fn advance(&mut self) {
         self.rows.iter_mut().for_each(Row::advance);
-        for (place, &a) in self.ignorable.iter().enumerate() {
-            grow(&mut self.inverse_ignorable[place], self.end.q[a].high - self.origin[place]);
+        self.settle_sizes();
+        for (way, &a) in self.ways.iter_mut().zip(&self.ignorable) {
+            way.advance(self.end.q[a].high);
         }
         std::mem::swap(&mut self.start, &mut self.end);
     }
 }
 
-fn rows<const N: usize>(geometry: &Geometry, start: &Start, sizes: &Sizes) -> Vec<Row<N>> {
-    let active = geometry.active();
-    let positions = active.iter().zip(&sizes.positions).map(|(&a, &size)| Row::new(start.q[a], size));
+/// Unknowns at the start, with what is known of their sizes there.
+fn rows<const N: usize>(geometry: &Geometry, start: &Start, scales: &Scales) -> Vec<Row<N>> {
+    let (active, m) = (geometry.active(), geometry.active().len());
     let other = |place: usize| match geometry.separable() {
-        Some(inverse) => inverse[place * active.len()..].iter().zip(active).map(|(g, &b)| g * start.p[b]).sum(),
+        Some(inverse) => inverse[place * m..].iter().zip(active).map(|(g, &b)| g * start.p[b]).sum(),
         None => start.p[active[place]],
     };
-    let others = sizes.others.iter().enumerate().map(|(place, &size)| Row::new(other(place), size));
-    positions.chain(others).collect()
-}
-
-/// 1/size, or 0.
-pub(super) fn inverse(size: f64) -> f64 {
-    if size > 0.0 { 1.0 / size } else { 0.0 }
-}
-
-/// Takes the value for the size if it is larger.
-#[inline(always)]
-fn grow(inverse_size: &mut f64, value: f64) {
-    if value.abs() * *inverse_size > 1.0 {
-        *inverse_size = 1.0 / value.abs();
-    }
+    let value = |row: usize| if row < m { start.q[active[row]] } else { other(row - m) };
+    let origin = |row: usize| if row < m && scales.clocks[row] { start.q[active[row]] } else { 0.0 };
+    (0..2 * m).map(|row| Row::new(value(row), origin(row), scales.least[row])).collect()
 }
 
 /// The inverse of a matrix of m rows.

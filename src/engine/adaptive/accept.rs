@@ -24,6 +24,7 @@ impl Adaptive<'_> {
             let length = trial.length.unwrap_or_else(|| self.ladder.length(trial.rung));
             let share = self.share_of(length);
             let odd = trial.length.map(|length| self.ladder.odd(&self.lent.solver.rule, length));
+            self.lent.solver.is_shortest = length <= self.least();
             let (tables, continuation) = match &odd {
                 Some(tables) => (tables, None),
                 None => self.ladder.rung(&self.lent.solver.rule, trial.rung, self.attempt.previous),
@@ -33,12 +34,17 @@ impl Adaptive<'_> {
                 continue;
             };
             self.sweeps += swept.sweeps;
+            let mut swept = swept;
             let seen = self.between.as_mut().map(|between| between.look(&self.lent.solver));
             if let Some(part) = seen.and_then(|seen| seen.knot).filter(|_| landings < MOST_LANDINGS) {
                 (landing, landings) = (Some(part * length), landings + 1);
                 continue;
             }
-            if !self.is_accurate(swept.local, share, seen) {
+            let allowed = self.allowed(share, seen);
+            if !self.is_accurate(&mut swept.local, allowed, seen, length) {
+                continue;
+            }
+            if self.misses(trial.rung, length, allowed) {
                 continue;
             }
             if self.attempt.control.is_stuck(length <= self.least()) {
@@ -72,14 +78,22 @@ impl Adaptive<'_> {
         Ok(Trial { rung, is_last: is_last && length.is_none_or(|length| length == rest), length })
     }
 
+    /// The error that the window that was solved may make at its end.
+    fn allowed(&self, share: f64, seen: Option<Seen>) -> f64 {
+        let allowed = share.max(ROUNDED);
+        let has_kink = seen.is_some_and(|seen| seen.decay == 1.0);
+        if has_kink { allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK) } else { allowed }
+    }
+
     /// Returns true if the errors of the window that was solved are small enough, and adapts the step.
-    fn is_accurate(&mut self, mut local: LocalErrors, share: f64, seen: Option<Seen>) -> bool {
-        let mut allowed = share.max(ROUNDED);
+    fn is_accurate(&mut self, local: &mut LocalErrors, allowed: f64, seen: Option<Seen>, length: f64) -> bool {
+        let solver = &mut self.lent.solver;
+        if local.roughness >= RESOLVED && !solver.is_noisy && solver.measure_noise(length) {
+            *local = solver.measured(length);
+        }
+        let mut local = *local;
         if let Some(Seen { decay, .. }) = seen {
-            local.end = self.lent.solver.with_unseen(local, decay.powi(POINTS as i32 - 1));
-            if decay == 1.0 {
-                allowed = allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
-            }
+            local.end = solver.with_unseen(local, decay.powi(POINTS as i32 - 1));
         }
         if local.roughness < RESOLVED {
             self.attempt.control.accepts(local.inside / (INSIDE * self.accuracy), local.end / allowed)
@@ -87,6 +101,19 @@ impl Adaptive<'_> {
             self.attempt.control.refuse();
             false
         }
+    }
+
+    /// Returns true if the window that was solved misses the equations between its nodes, and can be shorter.
+    fn misses(&mut self, rung: i32, length: f64, allowed: f64) -> bool {
+        let error = self.defect.look(&self.lent.solver, length);
+        let misses = !(error <= allowed);
+        if misses && length > self.least() {
+            self.attempt.control.hides(rung);
+            return true;
+        }
+        // Where there is no value between the nodes, nothing is known.
+        self.attempt.unresolved += usize::from(!error.is_finite());
+        false
     }
 
     /// Returns true if something may hide in a window that can be shorter.

@@ -8,6 +8,7 @@
 mod accept;
 
 use super::between::Between;
+use super::defect::Defect;
 use super::estimate::ErrorEstimate;
 use super::failure::edge;
 use super::ladder::Control;
@@ -31,6 +32,7 @@ pub(super) struct Adaptive<'g> {
     estimate: Option<ErrorEstimate<'g>>,
     /// Looks between the nodes, where something can hide there.
     pub(super) between: Option<Between>,
+    defect: Defect<'g>,
     accuracy: f64,
     /// The accuracy that was asked for, which rounding may use up.
     asked: f64,
@@ -112,12 +114,13 @@ impl<'g> Adaptive<'g> {
     ) -> Result<Self, OutsideGeometry> {
         let operators = Collocation::shared(Family::Lobatto, POINTS);
         let solver = Solver::new(geometry, start, length, operators, true)?;
-        let time = solver.initial_sizes.time;
+        let time = solver.scales.time;
         let (a, is_estimated) = (wanted.value().min(LOOSEST), !matches!(wanted, Accuracy::Local(_)));
         Ok(Self {
             ladder: Ladder::new(solver.system.order, FIRST * a.powf(1.0 / 24.0) * time, a < EXACT),
             estimate: is_estimated.then(|| ErrorEstimate::new(&solver)),
             between: Between::new(&solver),
+            defect: Defect::new(&solver),
             lent: solver.into(),
             accuracy: a,
             asked: wanted.value().min(LOOSEST_KEPT),
@@ -284,8 +287,9 @@ impl Windows for Adaptive<'_> {
     }
 
     fn set_floors(&mut self, floors: &[(usize, f64)]) {
-        self.lent.solver.initial_sizes.raise(self.lent.solver.geometry, floors);
-        self.lent.solver.begin();
+        let solver = &mut self.lent.solver;
+        solver.scales.raise(solver.geometry, &solver.initial, floors);
+        solver.begin();
     }
 
     fn window(&mut self) -> Window<'_> {
