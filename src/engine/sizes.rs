@@ -179,3 +179,48 @@ fn rate(jacobian: &[f64], n: usize) -> f64 {
     let sum: f64 = rates.iter().map(|rate| (rate / largest).powi(2)).sum();
     (largest * (0.5 * sum).sqrt()).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Scales, Size};
+    use crate::engine::tests::{kerr, lifted, schwarzschild};
+
+    /// A size is 0 until something moves, never falls, and leaves out the value that it counts from.
+    #[test]
+    fn sizes_come_from_distances() {
+        let mut size = Size::new(0.0, 0.0, 0.0);
+        assert_eq!(size.inverse, 0.0);
+        size.take(0.0);
+        assert_eq!(size.inverse, 0.0);
+        size.take(0.25);
+        assert_eq!((size.inverse, size.before, size.for_sums(false), size.for_sums(true)), (4.0, 0.0, 0.0, 4.0));
+        // The window is solved again, shorter: its size is its own.
+        size.take(0.125);
+        assert!(size.has_shrunk() && size.inverse == 8.0 && size.counted(true) == 0.0);
+        size.advance(-0.5);
+        assert_eq!((size.before, size.inverse), (2.0, 2.0));
+        size.take(0.1);
+        size.advance(0.1);
+        assert_eq!(size.inverse, 2.0);
+        let mut clock = Size::new(2_450_000.5, 2_450_000.5, 0.0);
+        clock.take(0.5);
+        clock.advance(2_450_001.5);
+        assert_eq!(clock.inverse, 1.0);
+        assert_eq!(Size::new(0.0, 0.0, 0.5).inverse, 2.0);
+        // A denormal size has no inverse, and is still one.
+        size = Size::default();
+        size.take(f64::MIN_POSITIVE / 4.0);
+        assert!(size.inverse > 0.0 && size.inverse.is_finite());
+    }
+
+    /// Coordinates share a size where g^aa is one expression, and not where it has one value by chance.
+    #[test]
+    fn coordinates_with_one_coefficient_share_their_size() {
+        let of = |(geometry, start): (crate::geometry::Geometry, crate::geometry::Start)| {
+            Scales::new(&geometry, &start, 10.0).unwrap().shared
+        };
+        let plane = lifted("-1/sqrt(x^2 + y^2 + z^2)", &["x", "y", "z"], &[1.0, 0.0, 0.0], &[0.0, 1.0, 0.0]);
+        assert_eq!(of(plane), [vec![3, 4, 5], vec![0, 1, 2]]);
+        assert!(of(kerr()).is_empty() && of(schwarzschild()).is_empty());
+    }
+}

@@ -12,6 +12,7 @@ mod events;
 mod explicit_time;
 mod failures;
 mod features;
+mod from_rest;
 mod gaps;
 mod invariances;
 mod kinks;
