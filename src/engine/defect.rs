@@ -125,3 +125,50 @@ fn of_nodes<S: Simd>(s: S, columns: &[Nodes<PLACES>], values: &Nodes<POINTS>) ->
     }
     even + odd
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{advance, kerr, lifted, schwarzschild, well};
+    use super::{Defect, Solver};
+    use crate::geometry::{Geometry, Start};
+    use crate::sbp::collocation::Collocation;
+    use crate::sbp::legendre::Family;
+
+    /// The largest defect of windows of these lengths.
+    fn largest((geometry, start): &(Geometry, Start), h: f64, windows: usize) -> f64 {
+        let mut solver = Solver::new(geometry, start, 1e9, Collocation::shared(Family::Lobatto, 16), true).unwrap();
+        let mut defect = Defect::new(&solver);
+        let mut look = || {
+            advance(&mut solver, h);
+            defect.look(&solver, h)
+        };
+        (0..windows).fold(0.0, |most, _| f64::max(most, look()))
+    }
+
+    /// Modes foretell the defect of windows that resolve the motion, well or just so.
+    #[test]
+    fn smooth_motion_has_no_unforeseen_defect() {
+        let stars = lifted("(x^2 + y^2)/2 + x^2*y - y^3/3", &["x", "y"], &[0.1, 0.0], &[0.0, 0.5]);
+        for (scene, unit) in [(well(), 0.5), (schwarzschild(), 20.0), (kerr(), 8.0), (stars, 1.0)] {
+            for h in [0.1, 0.3, 1.0].map(|part| part * unit) {
+                let found = largest(&scene, h, 30);
+                assert!(found < 1e-9, "{h}: {found:e}");
+            }
+        }
+    }
+
+    /// A hill between two nodes, which no node sees, pushes by its slope there.
+    #[test]
+    fn a_feature_between_two_nodes_is_seen() {
+        let nodes = &Collocation::shared(Family::Lobatto, 16).nodes;
+        for gap in [2, 6, 8, 12] {
+            let middle = 0.5 * (nodes[gap].high + nodes[gap + 1].high);
+            let hill = |width: f64| format!("1e-3*exp(-((x - {} - {width})/{width})^2)", middle);
+            let scene = lifted(&hill(2e-3), &["x"], &[0.0], &[1.0]);
+            let found = largest(&scene, 1.0, 1);
+            // V′ = 2e-3/e/w where V is 1/e of the hill, as a push over a fifteenth of the window.
+            let push = 2e-3 / std::f64::consts::E / 2e-3 / 15.0;
+            assert!((found / push - 1.0).abs() < 0.1, "{gap}: {found:e} {push:e}");
+        }
+    }
+}

@@ -77,7 +77,8 @@ impl<'g> ErrorEstimate<'g> {
                 let gains = plane.follow(window).map(|gain| OF_SLOPES * gain);
                 let of = |k: usize| self.local[k][1] + gains[k];
                 plane.add([self.local[0][0], self.local[1][0]], [of(0), of(1)]);
-                let error = |a: usize| plane.error(window.place(a)).map(|error| error * window.size(a).for_sums(is_last));
+                let error =
+                    |a: usize| plane.error(window.place(a)).map(|error| error * window.size(a).for_sums(is_last));
                 let errors = (1..window.geometry.dimension()).map(error);
                 let now = errors.fold(error(0), |[all, rounding], error| [all.max(error[0]), rounding.max(error[1])]);
                 let Total { reached, largest, .. } = self.total;

@@ -185,8 +185,8 @@ pub trait Windows {
     }
 
     /// The sizes of all coordinates so far, which errors are relative to: their largest value, or way from the start if
-    /// they are ignorable, but at least what the motion is about to make of them at the start. 0 for one that does not
-    /// move at all.
+    /// they are ignorable or a clock, or the largest distance from the start of a window on its nodes. Coordinates with
+    /// one metric coefficient share it. 0 for one that has not moved at all.
     fn sizes(&self) -> Vec<f64>;
 
     /// γ from the start of the run and q^a where windows have come to; after a failure, where the motion leaves the

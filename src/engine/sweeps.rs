@@ -214,7 +214,9 @@ impl<const N: usize> Solver<'_, N> {
         Level::Best.dispatch(Evaluate { registers: &mut linear.registers, steps: linear.steps });
         let level = |terms: &[Term], row: usize| {
             let of = terms.iter().filter(|term| term.row == row);
-            let sum = of.map(|term| (term.factor * linear.registers[term.register].0[0] * self.rows[term.column].start.high).abs());
+            let sum = of.map(|term| {
+                (term.factor * linear.registers[term.register].0[0] * self.rows[term.column].start.high).abs()
+            });
             UNITS_OF_RATES * f64::EPSILON * sum.sum::<f64>()
         };
         let noise: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row)).collect();

@@ -27,7 +27,8 @@ fn moved(potential: &str, force: &str, speed: f64, length: f64, scheme: &str) ->
 fn an_oscillator_follows_a_force_that_begins_like_a_square() {
     let exact = |k: f64, t: f64| 1.0 - t.cos() - ((k * t).cos() - t.cos()) / (1.0 - k * k);
     for (k, length) in [(3.0, 20.0), (0.3, 12.0), (0.7, -9.0), (0.01, 20.0)] {
-        for (speed, scheme) in [0.0, 1e-15, 1e-100].into_iter().flat_map(|speed| SCHEMES.map(|scheme| (speed, scheme))) {
+        for (speed, scheme) in [0.0, 1e-15, 1e-100].into_iter().flat_map(|speed| SCHEMES.map(|scheme| (speed, scheme)))
+        {
             if scheme.contains("digits") && speed != 0.0 {
                 continue;
             }
@@ -79,7 +80,8 @@ fn a_second_coordinate_is_moved_by_the_first() {
 /// The far end of a chain moves like a high power of time, by its neighbours, also where all masses differ.
 #[test]
 fn a_wave_reaches_the_end_of_a_chain() {
-    for masses in ["", "particle.masses = { a = 1.0, b = 1.3, c = 0.7, d = 1.9, e = 0.4, f = 1.1, g = 2.3, h = 0.6 }\n"] {
+    for masses in ["", "particle.masses = { a = 1.0, b = 1.3, c = 0.7, d = 1.9, e = 0.4, f = 1.1, g = 2.3, h = 0.6 }\n"]
+    {
         let names = ["a", "b", "c", "d", "e", "f", "g", "h"];
         let springs: Vec<String> = names.windows(2).map(|pair| format!("({} - {})^2/2", pair[0], pair[1])).collect();
         let rest: Vec<String> = names[1..].iter().map(|name| format!("{name} = 0.0, {name}_dot = 0.0")).collect();
@@ -89,7 +91,8 @@ fn a_wave_reaches_the_end_of_a_chain() {
             springs.join(" + "),
             rest.join(", ")
         );
-        let finer = end(&line_of::<f64>(&parsed(&text, &["grid.n_gamma=20", "grid.windows=40", "scheme.sbp=GLL20"])), "h");
+        let finer =
+            end(&line_of::<f64>(&parsed(&text, &["grid.n_gamma=20", "grid.windows=40", "scheme.sbp=GLL20"])), "h");
         for scheme in &SCHEMES[..3] {
             let h = end(&line_of::<f64>(&parsed(&text, &scheme.split(' ').collect::<Vec<_>>())), "h");
             assert!((h - finer).abs() < 1e-8, "{masses}{scheme}: {h} {finer}");
