@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e-12;
 const SEEN: f64 = 1e-8;
 const CONTRADICTED: f64 = 0.1;
 /// The remedies where the user chose the grid, and where the program chose it.
-const FINER_GRID: &str = "raise n_gamma or windows, or ask for solver.accuracy";
+pub(super) const FINER_GRID: &str = "raise n_gamma or windows, or ask for solver.accuracy";
 pub(super) const SMALLER_ACCURACY: &str = "ask for a smaller solver.accuracy";
 
 /// The verdict on a run.
@@ -102,23 +102,27 @@ impl CoordinateError {
     /// An error relative to the size, as a `solver.accuracy` is, or to that of its kind where the coordinate stays 0.
     /// Where all of its kind stay 0, every error is a whole one.
     fn share(&self, error: f64) -> f64 {
-        let size = if self.size > 0.0 { self.size } else { self.shared };
-        if size > 0.0 || error.is_nan() { error / size } else { f64::from(u8::from(error > 0.0)) }
+        let size = if self.size == 0.0 { self.shared } else { self.size };
+        if size != 0.0 || error.is_nan() { error / size } else { f64::from(u8::from(error > 0.0)) }
     }
 
     /// The largest error that is not a reason to doubt the result.
     pub fn allowed(&self) -> f64 {
-        (LARGE_ERROR * self.range).max(NEGLIGIBLE_ERROR * self.shared)
+        larger(LARGE_ERROR * self.range, NEGLIGIBLE_ERROR * self.shared)
+    }
+
+    /// Returns true if the error is no reason to doubt the result. What is not finite is no small error, and nothing is
+    /// small beside it.
+    pub fn is_small(&self) -> bool {
+        self.largest <= self.allowed() && self.allowed().is_finite()
     }
 
     fn reason(&self, remedy: &str) -> Option<Reason> {
         let (Self { name, largest, .. }, allowed) = (self, self.allowed());
-        // NaN is no small error.
-        let is_small = *largest <= allowed;
         let finding = || {
             format!("the error of {name} is up to about {largest:.1e}, above {allowed:.1e}, {LARGE_ERROR} of its range")
         };
-        (!is_small).then(|| Reason::new(finding(), remedy))
+        (!self.is_small()).then(|| Reason::new(finding(), remedy))
     }
 }
 
@@ -218,7 +222,7 @@ impl Verdict {
         reasons.extend(facts.suspicions.iter().filter(|sign| !(sign.is_sign && is_outweighed)).cloned());
         Self {
             grade: if reasons.is_empty() { Grade::Trusted } else { Grade::Doubtful },
-            error: error.map(|error| error.max(10.0_f64.powi(-(digits as i32)))),
+            error: error.map(|error| larger(error, 10.0_f64.powi(-(digits as i32)))),
             digits: errors.map(|errors| good_digits(errors, digits)),
             reasons,
         }

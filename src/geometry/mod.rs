@@ -197,6 +197,11 @@ impl<S: Real> Geometry<S> {
         first.iter().any(|term| term.by == [a]) || force_first.iter().any(|term| term.by == [a])
     }
 
+    /// Returns true if K is kept: no force acts, or one in a potential, which brings its work as a force on t.
+    pub fn keeps_norm(&self) -> bool {
+        !self.has_force() || !self.structure().particles.is_empty()
+    }
+
     /// Returns true if a force acts.
     pub fn has_force(&self) -> bool {
         !self.structure().force.is_empty()

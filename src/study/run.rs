@@ -324,7 +324,7 @@ pub fn facts_of_run<S: Real>(
     let shared = if diagnostics.of_x.is_some() { sizes.clone() } else { geometry.shared(&line.place.start.q, &sizes) };
     // The coordinate s of Newton's law is no result: it was added to have a geodesic, and comes last.
     let count = reaches.len() - usize::from(diagnostics.energy.is_some());
-    let errors = error.map(|error| {
+    let errors: Option<Vec<CoordinateError>> = error.map(|error| {
         let (end, largest) = (error.at_most_at_end(), error.at_most());
         let of = |a: usize| CoordinateError {
             name: geometry.names()[a].clone(),
@@ -340,6 +340,11 @@ pub fn facts_of_run<S: Real>(
         let shares = error.largest.iter().zip(&line.sizes).filter(|(_, size)| **size > 0.0);
         [shares.map(|(error, size)| error / size).fold(0.0, larger), error.judge.relative_error()]
     };
+    // Beside an error that is large by itself, what it does to a witness is no longer in proportion to it.
+    let is_small = errors.as_ref().is_some_and(|errors| errors.iter().all(CoordinateError::is_small));
+    let claimed = error.filter(|_| is_small).map(RunError::at_most);
+    let mut suspicions = diagnostics.suspicions(line);
+    suspicions.extend(diagnostics.unexplained(line, claimed.as_deref()));
     VerdictInput {
         errors,
         accuracy: line.accuracy,
@@ -347,6 +352,6 @@ pub fn facts_of_run<S: Real>(
         reference: reference.map(relative),
         stepped_over: error.map_or(0.0, |error| error.stepped_over),
         digits: line.digits,
-        suspicions: diagnostics.suspicions(line),
+        suspicions,
     }
 }
