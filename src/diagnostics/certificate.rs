@@ -6,24 +6,46 @@
 
 use super::fields::{Fields, Weights, gamma_at, row_of, row_sum};
 use super::witnesses::{Heard, Place};
+use crate::action::Form;
 use crate::geometry::{ForceTerm, Term};
 use crate::number::Real;
 
+/// The gradient of the doubled action.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Certificate {
+    /// As the nodes have it.
+    pub nodes: Heard,
+    /// As it was found in solving, in the strong form: the largest one of all windows, which may change by what is the
+    /// largest of all windows.
+    pub(super) solved: Option<Place>,
+}
+
+impl Certificate {
+    /// Joins the gradients of a part of a run, and of the next one.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        Self {
+            nodes: self.nodes.followed_by(next.nodes),
+            solved: self.solved.into_iter().chain(next.solved).reduce(Place::or),
+        }
+    }
+}
+
 impl<S: Real> Fields<'_, S> {
     /// The gradient that the nodes have, from the residuals `delta_g`, in every window for the coordinate whose residual
-    /// is largest beside its momentum. Rows that reach the last node of the strong form contain multipliers, and the
-    /// gradient that was found in solving stands for them.
-    pub(super) fn certificate(&self, delta_g: &[Vec<S>]) -> [Heard; 2] {
-        let [mut on_nodes, mut solved] = [Heard::default(), Heard::default()];
-        let n = delta_g.len();
+    /// is largest beside its momentum, as long as that is larger than in the windows before. Rows that reach the last node
+    /// of the strong form contain multipliers, and the gradient that was found in solving stands for them.
+    pub(super) fn certificate(&self, delta_g: &[Vec<S>]) -> Certificate {
+        let (mut nodes, n) = (Heard::default(), delta_g.len());
+        let is_strong = self.run.form == Form::Strong;
+        let solved = is_strong.then(|| (0..self.run.windows.len()).map(|index| self.gradient_norm(index)));
+        let solved = solved.and_then(|places| places.reduce(Place::or));
+        let mut most = [-1.0; 2];
         for (index, window) in self.run.windows.iter().enumerate() {
             let weights = window.sbp().weights();
             let weighted = |a: usize, k: usize| {
                 let inertia = self.structure().inertia(a).map_or(1.0, S::to_f64);
                 (inertia * (weights[k - window.nodes().start] * delta_g[a][k]).to_f64()).abs()
             };
-            let gradient_norm = self.run.gradient_norm.to_f64();
-            solved.see(self.gradient_norm(index, gradient_norm));
             // NaN is larger than any number, and comes first.
             let all = (0..n).flat_map(|a| window.uncoupled().map(move |k| (a, k)));
             let share = |&(a, k): &(usize, usize)| {
@@ -31,16 +53,23 @@ impl<S: Real> Fields<'_, S> {
                 let share = if change == 0.0 { 0.0 } else { change / momentum };
                 if share.is_nan() { f64::INFINITY } else { share }
             };
-            if let Some((a, k)) = all.max_by(|one, other| share(one).total_cmp(&share(other))) {
+            let largest = all.max_by(|one, other| share(one).total_cmp(&share(other)));
+            let of_place = |(a, k): (usize, usize)| [share(&(a, k)), weighted(a, k)];
+            let is_more = |(a, k): &(usize, usize)| {
+                let here = of_place((*a, *k));
+                here.iter().zip(&most).any(|(here, most)| *here > *most || here.is_nan())
+            };
+            if let Some((a, k)) = largest.filter(is_more) {
+                most = of_place((a, k));
                 let weight = weights[k - window.nodes().start].to_f64();
-                on_nodes.see(Place { change: weighted(a, k), ..self.residual_place(index, k, a).scaled(weight) });
+                nodes.see(Place { change: weighted(a, k), ..self.residual_place(index, k, a).scaled(weight) });
             }
         }
-        [on_nodes, solved]
+        Certificate { nodes, solved }
     }
 
     /// The gradient that was found in solving, whose rows are those of all coordinates, and the constraints.
-    fn gradient_norm(&self, index: usize, change: f64) -> Place {
+    fn gradient_norm(&self, index: usize) -> Place {
         let (window, n) = (&self.run.windows[index], self.velocities.len());
         let (first, middle) = (window.nodes().start, window.points() / 2);
         let of_constraints = 1.0 + row_sum(window, 0);
@@ -49,7 +78,7 @@ impl<S: Real> Fields<'_, S> {
             let weight = window.sbp().weights()[k].to_f64();
             self.residual_place(index, first + k, a).scaled(weight)
         });
-        Place { change, ..rows.fold(constraints, Place::plus) }
+        Place { change: self.run.gradient_norm.to_f64(), ..rows.fold(constraints, Place::plus) }
     }
 
     /// What may change ΔG_a at node k of a window: D p_a, and f_a + F_a.

@@ -19,12 +19,11 @@ use crate::sbp::gll::LobattoRule;
 use crate::sbp::legendre::{Family, approximate_node, legendre};
 use crate::solve::{WindowNodes, WorldLine};
 
-/// Windows of fewer nodes have no modes that tell how fast they fall off.
+/// Windows of fewer nodes have not four modes that tell how fast they fall off.
 const LEAST_POINTS: usize = 5;
 /// A motion by less than this share of the place is rounding of it, as in the warnings.
 const AT_REST: f64 = 1e4;
-/// The modes that are left out add up to no more than the last two where modes fall off by half from one to the
-/// next but one; and a mode that is left out shows twice, as itself and as what it looks like on the nodes.
+/// A mode that is left out shows twice: as itself, and as what it looks like on the nodes.
 const FORESEEN: f64 = 2.0;
 
 /// The largest defect of a run.
@@ -52,8 +51,8 @@ struct Unforeseen {
 /// The two places in a window of n nodes, as weights of the slopes on the nodes.
 struct Places<S> {
     places: [Weights<S>; 2],
-    /// For each node its weights in the last two Legendre coefficients.
-    last: [Vec<S>; 2],
+    /// For each Legendre coefficient but the first its weights of the nodes.
+    modes: Vec<Vec<S>>,
 }
 
 /// A place: its fraction of the window and that of its gap, and the weights that interpolate there, and integrate up to
@@ -92,8 +91,20 @@ impl<S: Real> Places<S> {
             Weights { fraction: (S::ONE + z).half(), gap, values, integrals }
         };
         let middle = m / 2;
-        let last = [m - 1, m].map(|k| (0..points).map(|j| mode(j, k)).collect());
-        Self { places: [place(middle - 1), place(middle)], last }
+        let modes = (1..points).map(|k| (0..points).map(|j| mode(j, k)).collect()).collect();
+        Self { places: [place(middle - 1), place(middle)], modes }
+    }
+
+    /// What the modes of a function on the nodes leave out, if these go on to fall off as the last four do. If they do
+    /// not fall off, it is no more than all of them together: what is constant on the nodes leaves nothing out.
+    fn left_out(&self, values: &[S]) -> S {
+        let modes: Vec<S> = self.modes.iter().map(|mode| weighed(mode, values).abs()).collect();
+        let all = sum(modes.iter().copied());
+        let [third, second, first, last] = *modes.last_chunk().expect("there are four modes");
+        let (before, now) = (third + second, first + last);
+        // The sum of now r + now r² + … for r = now/before, and of what stands on the nodes.
+        let rest = now * before / (before - now);
+        if now < before && rest < all { rest } else { all }
     }
 }
 
@@ -152,7 +163,7 @@ impl Defect {
         // t and x of the paper have units of their own.
         let is_of_x = geometry.c_squared.is_some();
         let shared = if is_of_x { ways.clone() } else { geometry.shared(view.start.q, &ways) };
-        let modes = slopes.along(|row| places.last.iter().fold(S::ZERO, |all, mode| all + weighed(mode, row).abs()));
+        let modes = slopes.along(|row| places.left_out(row));
         for Weights { fraction, gap, values, integrals } in &places.places {
             let here = slopes.along(|row| length * weighed(integrals, row));
             let slope = slopes.along(|row| weighed(values, row));
@@ -166,7 +177,8 @@ impl Defect {
                     continue;
                 }
                 self.note(length.to_f64().abs() * rates[a] / shared[a], gamma);
-                if !(rates[a] <= FORESEEN * foreseen[a]) {
+                let is_foreseen = rates[a] <= FORESEEN * foreseen[a];
+                if !is_foreseen {
                     keep(&mut self.unforeseen[a], Unforeseen { gamma, q: q.clone(), moved: gap * rates[a] });
                 }
             }

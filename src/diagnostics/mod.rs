@@ -24,10 +24,13 @@ mod fields;
 pub mod gaps;
 mod of_x;
 mod sawtooth;
+#[cfg(test)]
+mod tests;
 pub mod verdict;
 mod warnings;
 mod witnesses;
 
+pub use certificate::Certificate;
 pub use defect::Defect;
 pub(crate) use deviations::energy_off;
 pub use deviations::{ChargeDeviation, Deviation, WorkBalance};
@@ -80,7 +83,7 @@ pub struct Diagnostics<S: Real = f64> {
     /// What may explain its defects.
     work_places: Vec<WitnessPlace>,
     /// The gradient of the doubled action as the nodes have it, and as it was found in solving.
-    pub certificate: [Heard; 2],
+    pub certificate: Certificate,
     /// The defect between the nodes of spectral elements; `None` where there are none.
     pub defect: Option<Defect>,
     /// The range of every coordinate.
@@ -150,7 +153,6 @@ impl<S: Real> Diagnostics<S> {
         fn each<T>(one: Vec<T>, two: Vec<T>, join: fn(T, T) -> T) -> Vec<T> {
             one.into_iter().zip(two).map(|(one, two)| join(one, two)).collect()
         }
-        let ([certificate, solved], [next_certificate, next_solved]) = (self.certificate, next.certificate);
         // Of a piece behind an event, ranges of ignorable coordinates count from where it starts.
         let shifts = self.origins.iter().zip(&next.origins).map(|(&one, &next)| (next - one).to_f64());
         let reaches = self.reaches.into_iter().zip(next.reaches).zip(shifts);
@@ -174,7 +176,7 @@ impl<S: Real> Diagnostics<S> {
                 ..next
             }),
             work_places: each(self.work_places, next.work_places, WitnessPlace::plus),
-            certificate: [certificate.followed_by(next_certificate), solved.followed_by(next_solved)],
+            certificate: self.certificate.followed_by(next.certificate),
             defect: self.defect.into_iter().chain(next.defect).reduce(Defect::followed_by),
             reaches,
             origins: self.origins,
@@ -256,10 +258,11 @@ impl<S: Real> Diagnostics<S> {
     pub fn unexplained(&self, line: &WorldLine<S>, errors: Option<&[f64]>) -> Vec<Reason> {
         let (names, mut found) = (line.geometry().names(), Vec::new());
         let remedy = if line.accuracy.is_some() { SMALLER_ACCURACY } else { FINER_GRID };
-        let [nodes, solved] = &self.certificate;
         let mut hear = |name: String, heard: &Heard| found.extend(heard.doubt(&name, errors, remedy));
+        let Certificate { nodes, solved } = &self.certificate;
         hear("the gradient of the action".to_owned(), nodes);
-        hear("the gradient of the action, as it was found in solving,".to_owned(), solved);
+        let solved = solved.iter().cloned().map(Heard::of);
+        solved.for_each(|heard| hear("the gradient of the action, as it was found in solving,".to_owned(), &heard));
         for charge in self.charges.iter().chain(&self.sums) {
             let terms = charge.terms.iter().map(|&(a, c)| (a, c.to_f64())).collect();
             hear(ConservedSum { terms }.formula(names), &charge.heard);

@@ -96,19 +96,21 @@ pub struct CoordinateError {
     pub range: f64,
     /// The largest size of coordinates that share its unit.
     pub shared: f64,
+    /// The largest range of these.
+    pub shared_range: f64,
 }
 
 impl CoordinateError {
-    /// An error relative to the size, as a `solver.accuracy` is, or to that of its kind where the coordinate stays 0.
-    /// Where all of its kind stay 0, every error is a whole one.
+    /// An error relative to the size of the kind of the coordinate, as a `solver.accuracy` is: z of an orbit in the plane
+    /// z = 0 has the size of the orbit. Where all of a kind stay 0, every error is a whole one.
     fn share(&self, error: f64) -> f64 {
-        let size = if self.size == 0.0 { self.shared } else { self.size };
+        let size = self.shared;
         if size != 0.0 || error.is_nan() { error / size } else { f64::from(u8::from(error > 0.0)) }
     }
 
     /// The largest error that is not a reason to doubt the result.
     pub fn allowed(&self) -> f64 {
-        larger(LARGE_ERROR * self.range, NEGLIGIBLE_ERROR * self.shared)
+        larger(LARGE_ERROR * self.shared_range, NEGLIGIBLE_ERROR * self.shared)
     }
 
     /// Returns true if the error is no reason to doubt the result. What is not finite is no small error, and nothing is
@@ -247,7 +249,7 @@ mod tests {
     use super::*;
 
     fn error(end: f64, size: f64) -> CoordinateError {
-        CoordinateError { name: "x".to_owned(), end, largest: end, size, range: size, shared: size }
+        CoordinateError { name: "x".to_owned(), end, largest: end, size, range: size, shared: size, shared_range: size }
     }
 
     fn is_trusted(error: CoordinateError, further: VerdictInput) -> bool {
@@ -274,15 +276,20 @@ mod tests {
 
     #[test]
     fn an_error_counts_relative_to_the_motion_and_not_to_the_place() {
-        let beside = |largest: f64| CoordinateError { range: 0.0, shared: 1e3, ..error(largest, 1e-16) };
+        let beside = |largest: f64| CoordinateError { shared: 1e3, shared_range: 0.0, ..error(largest, 1e-16) };
         for (error, is_small) in [
             (error(1e-3, 1.0), true),
             (error(2e-2, 1.0), false),
             (error(f64::NAN, 1.0), false),
             // A small oscillation around a distant place.
-            (CoordinateError { range: 1e-2, ..error(1e-3, 1e3) }, false),
+            (CoordinateError { shared_range: 1e-2, ..error(1e-3, 1e3) }, false),
             // A coordinate that rests but for rounding, and one whose kind is large.
-            (CoordinateError { range: 1e-16, shared: 1.0, ..error(1e-15, 1e-16) }, true),
+            (CoordinateError { shared: 1.0, ..error(1e-15, 1e-16) }, true),
+            // z of an orbit in the plane z = 0, whose error is of the size of the accuracy.
+            (CoordinateError { shared: 1.0, shared_range: 2.0, ..error(1e-6, 0.0) }, true),
+            (CoordinateError { shared: 1.0, shared_range: 2.0, ..error(0.1, 0.0) }, false),
+            (CoordinateError { shared_range: f64::INFINITY, ..error(1e-6, 1.0) }, false),
+            (CoordinateError { shared_range: f64::NAN, ..error(1e-6, 1.0) }, false),
             (beside(5e-7), true),
             (beside(5e-6), false),
         ] {

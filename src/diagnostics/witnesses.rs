@@ -18,7 +18,7 @@
 //! and is soon undone; what stays of it is seen at the apocentre, where the terms are small.)
 
 use super::verdict::Reason;
-use crate::number::norm::times;
+use crate::number::norm::{larger, times};
 
 /// Where a witness changes, and what may explain it.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +57,18 @@ impl Place {
         self.by.iter_mut().zip(&next.by).for_each(|(sum, by)| *sum += by);
         let (terms, rounding) = (self.terms + next.terms, self.rounding + next.rounding);
         Self { gamma: next.gamma, change: 0.0, terms, rounding, ..self }
+    }
+
+    /// A witness of which only the largest change is known, which is at one of two places.
+    pub(super) fn or(mut self, next: Self) -> Self {
+        self.by.iter_mut().zip(&next.by).for_each(|(by, &next)| *by = larger(*by, next));
+        Self {
+            gamma: next.gamma,
+            change: larger(self.change, next.change),
+            terms: larger(self.terms, next.terms),
+            by: self.by,
+            rounding: larger(self.rounding, next.rounding),
+        }
     }
 
     /// The same witness, multiplied by a number.

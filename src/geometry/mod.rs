@@ -67,6 +67,7 @@ use self::lagrangian::Lagrangian;
 use self::parts::Parts;
 use crate::formula::Names;
 use crate::number::Real;
+use crate::number::norm::larger;
 
 /// The metric, the one-form and the force of a scene, with their derivatives, as programs.
 #[derive(Debug, Clone)]
@@ -228,7 +229,7 @@ impl<S: Real> Geometry<S> {
         let diagonal = self.diagonal(q);
         let largest = |g: &S| {
             let of_kind = diagonal.iter().zip(sizes).filter(|(other, _)| *other == g || std::ptr::eq(*other, g));
-            of_kind.fold(T::ZERO, |largest, (_, &size)| largest.max(size))
+            of_kind.fold(T::ZERO, |most, (_, &size)| larger(most, size))
         };
         diagonal.iter().map(largest).collect()
     }

@@ -321,7 +321,10 @@ pub fn facts_of_run<S: Real>(
     let size = |(a, reach): (usize, &Extent)| line.sizes.get(a).copied().unwrap_or(reach.size());
     let sizes: Vec<f64> = reaches.iter().enumerate().map(size).collect();
     // t and x of the paper have units of their own.
-    let shared = if diagnostics.of_x.is_some() { sizes.clone() } else { geometry.shared(&line.place.start.q, &sizes) };
+    let is_of_x = diagnostics.of_x.is_some();
+    let of_kind = |all: &[f64]| if is_of_x { all.to_vec() } else { geometry.shared(&line.place.start.q, all) };
+    let ranges: Vec<f64> = reaches.iter().map(|reach| reach.range()).collect();
+    let (shared, shared_ranges) = (of_kind(&sizes), of_kind(&ranges));
     // The coordinate s of Newton's law is no result: it was added to have a geodesic, and comes last.
     let count = reaches.len() - usize::from(diagnostics.energy.is_some());
     let errors: Option<Vec<CoordinateError>> = error.map(|error| {
@@ -331,8 +334,9 @@ pub fn facts_of_run<S: Real>(
             end: end[a],
             largest: largest[a],
             size: sizes[a],
-            range: reaches[a].range(),
+            range: ranges[a],
             shared: shared[a],
+            shared_range: shared_ranges[a],
         };
         (0..count).map(of).collect()
     });
