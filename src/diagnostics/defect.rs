@@ -185,10 +185,17 @@ impl Defect {
         }
     }
 
-    /// The reason to doubt a run on a given grid whose coordinates, with these names, are off by at most `errors`.
-    pub(super) fn doubt(&self, names: &[String], errors: Option<&[f64]>, remedy: &str) -> Option<Reason> {
+    /// The reason to doubt a run on a given grid whose coordinates, with these names, are off by at most `errors`. The
+    /// first of them are `results`.
+    pub(super) fn doubt(
+        &self,
+        names: &[String],
+        results: usize,
+        errors: Option<&[f64]>,
+        remedy: &str,
+    ) -> Option<Reason> {
         let is_explained = |a: usize, moved: f64| errors.is_none_or(|errors| moved <= errors[a]) && moved.is_finite();
-        let found = self.unforeseen.iter().enumerate().find_map(|(a, unforeseen)| {
+        let found = self.unforeseen[..results].iter().enumerate().find_map(|(a, unforeseen)| {
             unforeseen.as_ref().filter(|unforeseen| !is_explained(a, unforeseen.moved)).map(|found| (a, found))
         });
         let (a, Unforeseen { gamma, q, moved }) = found?;

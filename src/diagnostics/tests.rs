@@ -33,7 +33,7 @@ const SCHEMES: [&str; 6] = [
     "grid = { gamma_f = 3.0, n_gamma = 100 }\nscheme = { sbp = \"SBP42\", form = \"weak\" }",
     "grid = { gamma_f = 3.0, n_gamma = 60, windows = 2 }\nscheme.sbp = \"SBP84\"",
     "grid = { gamma_f = 3.0, n_gamma = 10, windows = 4 }\nscheme = { sbp = \"GLL10\", form = \"weak\" }",
-    "grid = { gamma_f = 3.0, n_gamma = 12, windows = 3 }\nscheme.sbp = \"GLL12\"",
+    "grid = { gamma_f = 3.0, n_gamma = 12, windows = 8 }\nscheme.sbp = \"GLL12\"",
 ];
 
 fn case(text: &str, scheme: &str) -> Case {
