@@ -31,9 +31,10 @@ impl Certificate {
 }
 
 impl<S: Real> Fields<'_, S> {
-    /// The gradient that the nodes have, from the residuals `delta_g`, in every window for the coordinate whose residual
-    /// is largest beside its momentum, as long as that is larger than in the windows before. Rows that reach the last node
-    /// of the strong form contain multipliers, and the gradient that was found in solving stands for them.
+    /// The gradient that the nodes have, from the residuals `delta_g`, in every window for the coordinate whose
+    /// residual is largest beside its momentum, as long as that is larger than in the windows before. Rows that reach
+    /// the last node of the strong form contain multipliers, and the gradient that was found in solving stands for
+    /// them.
     pub(super) fn certificate(&self, delta_g: &[Vec<S>]) -> Certificate {
         let (mut nodes, n) = (Heard::default(), delta_g.len());
         let is_strong = self.run.form == Form::Strong;

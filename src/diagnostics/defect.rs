@@ -1,7 +1,7 @@
 //! The defect of a run between its nodes: by how much the polynomial that it is in a window misses the equations.
 //!
-//! In a spectral element the rates on the nodes, f(y_k), are the slopes of a polynomial, and its integral from the start
-//! of the window is the motion. Between the nodes the slope of the polynomial and the rates at its place differ: little
+//! In a spectral element the rates on the nodes, f(y_k), are the slopes of a polynomial, and its integral from the
+//! start of the window is the motion. Between the nodes the slope of the polynomial and the rates at its place differ: little
 //! where the window resolves the motion, and by all that a feature does which lies between two nodes.
 //!
 //! An interpolation of degree n − 1 on the Lobatto nodes is off by a smooth factor times (1 − z²) P′_{n−1}(z), which is
@@ -201,8 +201,8 @@ impl Defect {
         let (a, Unforeseen { gamma, q, moved }) = found?;
         let place: Vec<String> = names.iter().zip(q).map(|(name, q)| format!("{name} = {q:.6}")).collect();
         let finding = format!(
-            "between the nodes the motion does not follow its equations: near gamma = {gamma:.6}, with {}, one gap moves \
-             {} by {moved:.1e}, which is more than its error and than the highest modes of the window foresee",
+            "between the nodes the motion does not follow its equations: near gamma = {gamma:.6}, with {}, one gap \
+             moves {} by {moved:.1e}, which is more than its error and than the highest modes of the window foresee",
             place.join(", "),
             names[a]
         );
@@ -250,8 +250,8 @@ impl<'v, S: Real> Slopes<'v, S> {
         self.rows.iter().map(|row| of(row)).collect()
     }
 
-    /// By how much each q̇^a is off where the state is ahead of the start by `here`, and the slopes are these; and by how
-    /// much it would be if the slopes were off by `modes`. Where ṗ is off, momenta are by that times the length of the
+    /// By how much each q̇^a is off where the state is ahead of the start by `here`, and the slopes are these; and by
+    /// how much it would be if the slopes were off by `modes`. Where ṗ is off, momenta are by that times the length of the
     /// window, and q̇ with them.
     fn off(&mut self, here: &[S], slopes: &[S], modes: &[S], length: S, point: &mut Point<S>) -> [Vec<f64>; 2] {
         let [mut q, mut p] = self.start.clone();

@@ -1,5 +1,5 @@
-//! A run with what is known of it on the nodes: velocities, metric, momenta, forces; and what may change a sum of momenta,
-//! K or a formula there, as [`witnesses`](super::witnesses) need it.
+//! A run with what is known of it on the nodes: velocities, metric, momenta, forces; and what may change a sum of
+//! momenta, K or a formula there, as [`witnesses`](super::witnesses) need it.
 
 use std::ops::Range;
 
@@ -249,8 +249,8 @@ impl<S: Real> Fields<'_, S> {
     }
 }
 
-/// The entries of row k of D, with what D̄ has besides at the first node of the weak form: there the first value and the
-/// start may be off with different signs.
+/// The entries of row k of D, with what D̄ has besides at the first node of the weak form: there the first value and
+/// the start may be off with different signs.
 pub(super) fn row_of<S: Real>(window: &Window<S>, k: usize) -> impl Iterator<Item = (usize, f64)> {
     let (sbp, is_weak) = (window.sbp(), window.exact() == window.nodes());
     let penalty = (k == 0 && is_weak).then(|| (0, 2.0 / sbp.weights()[0].to_f64()));

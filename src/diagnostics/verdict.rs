@@ -101,8 +101,8 @@ pub struct CoordinateError {
 }
 
 impl CoordinateError {
-    /// An error relative to the size of the kind of the coordinate, as a `solver.accuracy` is: z of an orbit in the plane
-    /// z = 0 has the size of the orbit. Where all of a kind stay 0, every error is a whole one.
+    /// An error relative to the size of the kind of the coordinate, as a `solver.accuracy` is: z of an orbit in the
+    /// plane z = 0 has the size of the orbit. Where all of a kind stay 0, every error is a whole one.
     fn share(&self, error: f64) -> f64 {
         let size = self.shared;
         if size != 0.0 || error.is_nan() { error / size } else { f64::from(u8::from(error > 0.0)) }

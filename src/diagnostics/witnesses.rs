@@ -12,10 +12,10 @@
 //! what the errors of the nodes come from: where a row of D is off by τ, the next nodes are off by about τ over the
 //! size of the row. A claim that is true thus explains both, and a factor is not needed.
 //!
-//! The claim is known when a run is at its end, and its nodes may be gone by then. So every window keeps the place where
-//! a witness changes most, with its derivatives there. Of all windows two are kept: where the change is the largest, and
-//! where it is the largest relative to the terms of the witness. (At the pericentre of an orbit an error does much to K
-//! and is soon undone; what stays of it is seen at the apocentre, where the terms are small.)
+//! The claim is known when a run is at its end, and its nodes may be gone by then. So every window keeps the place
+//! where a witness changes most, with its derivatives there. Of all windows two are kept: where the change is the
+//! largest, and where it is the largest relative to the terms of the witness. (At the pericentre of an orbit an error
+//! does much to K and is soon undone; what stays of it is seen at the apocentre, where the terms are small.)
 
 use super::verdict::Reason;
 use crate::number::norm::{larger, times};
