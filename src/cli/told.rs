@@ -7,6 +7,7 @@ use geodesic_ivp::action::Form;
 use geodesic_ivp::diagnostics::verdict::Reason;
 use geodesic_ivp::diagnostics::{ChargeDeviation, Diagnostics, NEGLIGIBLE};
 use geodesic_ivp::number::Real;
+use geodesic_ivp::number::norm::larger;
 use geodesic_ivp::solve::{InitialGuess, Iterations, WorldLine};
 use geodesic_ivp::study::errors::{Judge, RunError};
 use geodesic_ivp::study::run::{Judged, Run};
@@ -96,14 +97,15 @@ impl<S: Real> Told<'_, S> {
         let names = line.geometry().names();
         let last = names.len() - 1;
         let mut told: Vec<String> = Vec::new();
-        let mut most = [0.0_f64; 2];
+        let mut at_last = 0.0_f64;
         for charge in &diagnostics.charges {
             let a = charge.terms[0].0;
             if diagnostics.energy.is_some() && a == last {
                 continue;
             }
-            most[0] = most[0].max(charge.max_interior.to_f64());
-            most[1] = most[1].max(charge.max_last.to_f64());
+            if charge.max_last != S::ZERO {
+                at_last = larger(at_last, charge.max_last.to_f64() / charge.heard.terms());
+            }
             match (diagnostics.energy.as_ref(), a) {
                 (Some(energy), 0) => told.push(format!("energy = {}", short(energy.value.to_f64()))),
                 _ if self.case.is_of_x => told.push(format!("Q_t = {}", short(charge.value.to_f64()))),
@@ -111,11 +113,11 @@ impl<S: Real> Told<'_, S> {
             }
         }
         for (sum, charge) in sums.iter().zip(&diagnostics.sums) {
-            most[0] = most[0].max(charge.max_ends.to_f64());
             told.push(format!("{} = {}", shortened(&sum.formula(names)), short(charge.value.to_f64())));
         }
+        let most = diagnostics.exactness();
         let at_last = match line.form {
-            Form::Strong if most[1] > most[0] => format!(" ({:.1e} at the last node of the strong form)", most[1]),
+            Form::Strong if at_last > most => format!(" ({at_last:.1e} at the last node of the strong form)"),
             _ => String::new(),
         };
         let pieces = match self.run.acting_events {
@@ -123,7 +125,7 @@ impl<S: Real> Told<'_, S> {
             1 => ", before an event and after it".to_owned(),
             count => format!(", in pieces between {count} events"),
         };
-        (!told.is_empty()).then(|| format!("{}, to {:.1e}{at_last}{pieces}", listed(told.into_iter()), most[0]))
+        (!told.is_empty()).then(|| format!("{}, to {most:.1e} of the terms{at_last}{pieces}", listed(told.into_iter())))
     }
 
     /// The quantities that are not built in and so measure the error: K or the energy, invariants, and the work of
@@ -132,7 +134,7 @@ impl<S: Real> Told<'_, S> {
         let Run { line, diagnostics, .. } = self.run;
         let mut told = vec![drift_of_motion(diagnostics)];
         for (name, invariant) in &diagnostics.invariants {
-            told.push(format!("{name} by {:.1e}", invariant.max_ends.to_f64()));
+            told.push(format!("{name} by {:.1e}", invariant.drift()));
         }
         for work in &diagnostics.work {
             let name = &line.geometry().names()[work.coordinate];
@@ -238,12 +240,12 @@ fn shortened(formula: &str) -> String {
 /// By how much K drifts, or the energy of positions and velocities with Newton's law.
 fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
     if let Some(energy) = &diagnostics.energy {
-        return format!("the energy of positions and velocities by {:.1e}", energy.max_ends.to_f64().abs());
+        return format!("the energy of positions and velocities by {:.1e}", energy.drift());
     }
-    let drift = diagnostics.norm.max_interior.max(diagnostics.norm.max_ends).to_f64();
+    let drift = diagnostics.norm.drift();
     match diagnostics.of_x.as_ref().map(|of_x| of_x.x_dot * of_x.x_dot).filter(|square| *square > 0.0) {
         Some(square) => format!("K by {} of the largest x_dot^2", percent(drift / square)),
-        None => format!("K by {:.1e}", diagnostics.norm.max_ends.to_f64()),
+        None => format!("K by {drift:.1e}"),
     }
 }
 

@@ -2,11 +2,12 @@
 //! equations, on the nodes of a run, row by row, for any number of coordinates.
 
 use std::borrow::Cow;
-use std::ops::Range;
 
+use super::fields::{Fields, Weights, derivative};
+use super::witnesses::{Heard, Place};
 use crate::action::{Form, Layout};
-use crate::geometry::{Contraction, Observable, Samples, Start, Structure};
-use crate::number::norm::max_abs;
+use crate::geometry::{Observable, Start};
+use crate::number::norm::{larger, max_abs};
 use crate::number::{Real, sum};
 use crate::solve::{Window, WindowNodes, WorldLine};
 
@@ -24,18 +25,26 @@ pub struct Deviation<S = f64> {
     pub max_interior: S,
     /// Largest |ends|.
     pub max_ends: S,
+    /// Where it is largest, and what may explain that.
+    pub heard: Heard,
 }
 
 impl<S: Real> Deviation<S> {
     /// A deviation of which every node counts.
-    pub(super) fn new(value: S, delta: Vec<S>, ends: Vec<S>) -> Self {
-        Self { value, max_interior: max_abs(&delta), delta, max_ends: max_abs(&ends), ends }
+    pub(super) fn new(value: S, delta: Vec<S>, ends: Vec<S>, heard: Heard) -> Self {
+        Self { value, max_interior: max_abs(&delta), delta, max_ends: max_abs(&ends), ends, heard }
+    }
+
+    /// The largest deviation on all nodes, and in what is handed on.
+    pub fn drift(&self) -> f64 {
+        larger(self.max_interior, self.max_ends).to_f64()
     }
 
     /// Joins the measures of the first part of a run, `self`, and of its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
         let max_interior = max_abs(&[self.max_interior, next.max_interior]);
-        Self { max_interior, max_ends: max_abs(&[self.max_ends, next.max_ends]), ..next }
+        let heard = self.heard.followed_by(next.heard);
+        Self { max_interior, max_ends: max_abs(&[self.max_ends, next.max_ends]), heard, ..next }
     }
 }
 
@@ -60,6 +69,8 @@ pub struct ChargeDeviation<S = f64> {
     pub max_corrected: S,
     /// Largest deviation of what the next window starts with, at the ends of the windows.
     pub max_ends: S,
+    /// Where it is largest where the charge is exact, and what may explain that.
+    pub heard: Heard,
 }
 
 impl<S: Real> ChargeDeviation<S> {
@@ -70,72 +81,13 @@ impl<S: Real> ChargeDeviation<S> {
             max_last: max_abs(&[self.max_last, next.max_last]),
             max_corrected: max_abs(&[self.max_corrected, next.max_corrected]),
             max_ends: max_abs(&[self.max_ends, next.max_ends]),
+            heard: self.heard.followed_by(next.heard),
             ..next
         }
     }
 }
 
-/// A run with its velocities, its metric and its momenta on the nodes.
-pub(super) struct Fields<'r, S> {
-    pub(super) run: &'r WorldLine<S>,
-    /// Dq^a or D̄q^a.
-    pub(super) velocities: Vec<Vec<S>>,
-    /// The metric and the one-form.
-    pub(super) samples: Samples<S>,
-    /// F_a, empty where no force acts.
-    pub(super) forces: Vec<Vec<S>>,
-    /// p_a.
-    momenta: Vec<Vec<S>>,
-}
-
-impl<'r, S: Real> Fields<'r, S> {
-    /// Differentiates the rows of `run`, and fills in the rest.
-    pub(super) fn new(run: &'r WorldLine<S>) -> Self {
-        let (lagrangian, rows) = (run.geometry(), run.q.iter().map(Vec::as_slice).collect::<Vec<_>>());
-        let (structure, points) = (lagrangian.structure(), rows[0].len());
-        let n = structure.dimension;
-        let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], |view| view.first(a))).collect();
-        let mut samples = lagrangian.room(points);
-        // A second derivative that is not finite at a node is no matter here. Anything else that is not leaves NaN, and
-        // a verdict doubts that.
-        let _ = lagrangian.fill(&rows, &mut samples);
-        let mut forces = vec![Vec::new(); n];
-        if !structure.force.is_empty() {
-            let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
-            let mut force = Samples::zeros(structure.force_rows, points);
-            lagrangian.fill_force(&rows, &velocities, &mut force);
-            for term in &structure.force {
-                forces[term.a] = (0..points).map(|k| force.at(term.value, k)).collect();
-            }
-        }
-        let mut fields = Self { run, velocities, samples, forces, momenta: Vec::new() };
-        let mut momenta: Vec<Vec<S>> = vec![fields.zeros(); n];
-        momenta.iter_mut().enumerate().for_each(|(a, row)| fields.contraction().add_momentum(a, row));
-        fields.momenta = momenta;
-        fields
-    }
-
-    fn structure(&self) -> &'r Structure<S> {
-        self.run.geometry().structure()
-    }
-
-    /// A zero for every node.
-    fn zeros(&self) -> Vec<S> {
-        vec![S::ZERO; self.velocities[0].len()]
-    }
-
-    /// The metric and the one-form with the velocities.
-    fn contraction<'c>(&'c self) -> Contraction<'c, S, impl Fn(usize) -> Option<&'c [S]>> {
-        let (structure, samples) = (self.structure(), &self.samples);
-        let velocity = |b: usize| self.velocities.get(b).map(Vec::as_slice);
-        Contraction { structure, samples, nodes: 0..self.velocities[0].len(), velocity }
-    }
-
-    /// The largest absolute value of a row over a part of every window; NaN if any value there is.
-    pub(super) fn largest(&self, row: &[S], part: impl Fn(&Window<S>) -> Range<usize>) -> S {
-        self.run.windows.iter().fold(S::ZERO, |largest, window| max_abs(&[largest, max_abs(&row[part(window)])]))
-    }
-
+impl<S: Real> Fields<'_, S> {
     /// The deviation of Σ c^a p_a; of the motion, where γ falls, and not of the reversed one.
     pub(super) fn charge(&self, terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
         let (run, sign) = (self.run, |p: S| self.run.signed(p));
@@ -159,6 +111,7 @@ impl<'r, S: Real> Fields<'r, S> {
             |view: WindowNodes<'_, S>| terms.iter().fold(-value, |sum, &(a, c)| sum + c * view.end_momentum(a));
         let ends: Vec<S> = run.views().map(sum_at_end).collect();
         ChargeDeviation {
+            heard: self.heard([&delta, &ends], Weights::Constants(&terms), |_| 1.0),
             max_interior: self.largest(&delta, Window::exact),
             max_last: self.largest(&delta, |window| window.nodes().end - 1..window.nodes().end),
             last: delta.last().copied().unwrap_or(S::ZERO),
@@ -180,7 +133,9 @@ impl<'r, S: Real> Fields<'r, S> {
         delta.iter_mut().for_each(|delta| *delta -= value);
         let max_interior = self.largest(&delta, Window::exact);
         let at_end = |view: WindowNodes<'_, S>| run.geometry().norm(view.end.q, &view.end_velocities()) - value;
-        Deviation { max_interior, ..Deviation::new(value, delta, run.views().map(at_end).collect()) }
+        let ends: Vec<S> = run.views().map(at_end).collect();
+        let heard = self.heard([&delta, &ends], Weights::Velocities, |_| 1.0);
+        Deviation { max_interior, ..Deviation::new(value, delta, ends, heard) }
     }
 
     /// ΔG_a = (Dp_a) − f_a − F_a on the nodes, in the weak form with D̄ and the initial momenta; divided by the
@@ -209,16 +164,6 @@ impl<'r, S: Real> Fields<'r, S> {
     }
 }
 
-/// d/dγ of a row as the form of the action means it; it is `start` where a window starts.
-fn derivative<S: Real>(run: &WorldLine<S>, row: &[S], start: impl Fn(&WindowNodes<'_, S>) -> S) -> Vec<S> {
-    let mut slopes = vec![S::ZERO; row.len()];
-    for view in run.views() {
-        let nodes = view.window.nodes();
-        view.window.derivative(&row[nodes.clone()], start(&view), &mut slopes[nodes]);
-    }
-    slopes
-}
-
 /// The row Dq^a of a run as dq^a/dγ, see [`Diagnostics::tangent`](super::Diagnostics::tangent).
 pub(super) fn tangent<'r, S: Real>(run: &WorldLine<S>, a: usize, velocity: &'r [S]) -> Cow<'r, [S]> {
     let mut row = Cow::Borrowed(velocity);
@@ -242,11 +187,12 @@ pub struct WorkBalance<S = f64> {
 
 /// Measures the formulas of the user, with their names, on a run with this tangent, which starts with the norm `k`.
 pub(super) fn invariants<S: Real>(
-    line: &WorldLine<S>,
+    fields: &Fields<'_, S>,
     tangent: &[Cow<'_, [S]>],
     formulas: &mut [(String, Observable<S>)],
     k: S,
 ) -> Vec<(String, Deviation<S>)> {
+    let line = fields.run;
     let q: Vec<Vec<S>> = (0..tangent.len()).map(|a| line.q(a).collect()).collect();
     let positions: Vec<&[S]> = q.iter().map(Vec::as_slice).collect();
     let velocities: Vec<&[S]> = tangent.iter().map(|row| &**row).collect();
@@ -261,22 +207,27 @@ pub(super) fn invariants<S: Real>(
             here.p.iter_mut().zip(&momenta).for_each(|(value, row)| *value = row[node]);
             formula.at(&here.q, &here.q_dot, &here.p, k) - value
         };
-        let delta = (0..line.nodes()).map(at).collect();
+        let delta: Vec<S> = (0..line.nodes()).map(at).collect();
         let ends = line.views().map(|view| view.end);
-        let ends = ends.map(|end| formula.at(end.q, &line.velocities(end), end.p, k) - value);
-        (name.clone(), Deviation::new(value, delta, ends.collect()))
+        let ends: Vec<S> = ends.map(|end| formula.at(end.q, &line.velocities(end), end.p, k) - value).collect();
+        let heard =
+            fields.formula_heard(&delta, [&positions, &velocities], &mut |[q, q_dot, p]| formula.at(q, q_dot, p, k));
+        (name.clone(), Deviation::new(value, delta, ends, heard))
     };
     formulas.iter_mut().map(measured).collect()
 }
 
 /// Measures the energy ½mv² + V of a run of Newton's law, whose charge is p_t/p_s: they differ by −K/(2 ṫ p_s).
-pub(super) fn energy<S: Real>(line: &WorldLine<S>, norm: &Deviation<S>, t_dot: &[S]) -> Deviation<S> {
+pub(super) fn energy<S: Real>(fields: &Fields<'_, S>, norm: &Deviation<S>, t_dot: &[S]) -> Deviation<S> {
+    let line = fields.run;
     let start = &line.place.start;
     let at_end = |q_dot: Vec<S>, q: &[S]| energy_off(start, line.geometry().norm(q, &q_dot), q_dot[0]);
-    let ends = line.views().map(|view| at_end(line.velocities(view.end), view.end.q)).collect();
+    let ends: Vec<S> = line.views().map(|view| at_end(line.velocities(view.end), view.end.q)).collect();
     let nodes = norm.delta.iter().zip(t_dot);
-    let delta = nodes.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect();
-    Deviation::new(start.p[0] / start.p[start.p.len() - 1], delta, ends)
+    let delta: Vec<S> = nodes.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect();
+    let of_k = |k: usize| energy_off(start, S::ONE, t_dot[k]).to_f64().abs();
+    let heard = fields.heard([&delta, &ends], Weights::Velocities, of_k);
+    Deviation::new(start.p[0] / start.p[start.p.len() - 1], delta, ends, heard)
 }
 
 /// In the lift of Newton's law: what the energy of positions and velocities differs by from p_t/p_s where K, which is 0
@@ -286,8 +237,9 @@ pub(crate) fn energy_off<S: Real>(start: &Start<S>, k: S, t_dot: S) -> S {
     -k / ((p_s + p_s) * t_dot)
 }
 
-/// The work of the force on coordinates that the Lagrangian does not depend on.
-pub(super) fn work<S: Real>(fields: &Fields<'_, S>) -> Vec<WorkBalance<S>> {
+/// The work of the force on coordinates that the Lagrangian does not depend on, and what may explain its defect: the
+/// force and the momentum at the end are those of the nodes.
+pub(super) fn work<S: Real>(fields: &Fields<'_, S>) -> Vec<(WorkBalance<S>, Place)> {
     let line = fields.run;
     let structure = line.geometry().structure();
     let depends = |a: usize| structure.first.iter().any(|term| term.by == [a]);
@@ -299,7 +251,8 @@ pub(super) fn work<S: Real>(fields: &Fields<'_, S>) -> Vec<WorkBalance<S>> {
             let force = &fields.forces[coordinate];
             let work = sum(line.windows.iter().map(|window| window.sbp().integrate(&force[window.nodes()])));
             let gained = line.last_joint().p[coordinate] - line.joint(0).p[coordinate];
-            WorkBalance { coordinate, work: line.signed(work), defect: line.signed(gained - work) }
+            let balance = WorkBalance { coordinate, work: line.signed(work), defect: line.signed(gained - work) };
+            (balance, fields.balance_place(coordinate, balance.defect.to_f64().abs()))
         })
         .collect()
 }

@@ -17,22 +17,33 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod certificate;
+mod defect;
 mod deviations;
+mod fields;
 pub mod gaps;
 mod of_x;
 mod sawtooth;
+#[cfg(test)]
+mod tests;
 pub mod verdict;
 mod warnings;
+mod witnesses;
 
+pub use certificate::Certificate;
+pub use defect::Defect;
 pub(crate) use deviations::energy_off;
 pub use deviations::{ChargeDeviation, Deviation, WorkBalance};
 pub use of_x::{NEGLIGIBLE, OfX};
 pub use sawtooth::{Sawtooth, sawtooth};
+pub use witnesses::{Heard, Place as WitnessPlace};
 
 use std::borrow::Cow;
 
-use self::deviations::{Fields, energy, invariants, tangent, work};
-use crate::geometry::Observable;
+use self::deviations::{energy, invariants, tangent, work};
+use self::fields::Fields;
+use self::verdict::{FINER_GRID, Reason, SMALLER_ACCURACY};
+use crate::geometry::{ConservedSum, Observable};
 use crate::number::Real;
 use crate::number::norm::{larger, max_abs};
 use crate::solve::{Place, WorldLine};
@@ -69,12 +80,20 @@ pub struct Diagnostics<S: Real = f64> {
     pub sawtooth: Vec<(usize, Sawtooth<S>)>,
     /// The work balance of coordinates that only a force acts on.
     pub work: Vec<WorkBalance<S>>,
+    /// What may explain its defects.
+    work_places: Vec<WitnessPlace>,
+    /// The gradient of the doubled action as the nodes have it, and as it was found in solving.
+    pub certificate: Certificate,
+    /// The defect between the nodes of spectral elements; `None` where there are none.
+    pub defect: Option<Defect>,
     /// The range of every coordinate.
     pub reaches: Vec<Extent>,
     /// Largest distance between the branches in a coordinate, if the doubled system was solved.
     pub branch_distance: Option<S>,
     /// In a potential of x alone: the paper's bound, and how far the motion is from Newton's.
     pub of_x: Option<OfX<S>>,
+    /// The numbers that ranges of coordinates count from, see [`Extent`].
+    origins: Vec<S>,
 }
 
 impl<S: Real> Diagnostics<S> {
@@ -98,15 +117,20 @@ impl<S: Real> Diagnostics<S> {
         let delta_g: Vec<Vec<S>> = (0..n).map(|a| fields.residual(a)).collect();
         let max_delta_g =
             max_abs(&delta_g.iter().map(|row| fields.largest(row, |grid| grid.uncoupled())).collect::<Vec<_>>());
-        let energy = is_lifted.then(|| energy(line, &norm, &tangent(line, 0, &fields.velocities[0])));
+        let energy = is_lifted.then(|| energy(&fields, &norm, &tangent(line, 0, &fields.velocities[0])));
         let invariants = if formulas.is_empty() {
             Vec::new()
         } else {
             let rows = fields.velocities.iter().enumerate();
-            invariants(line, &rows.map(|(a, row)| tangent(line, a, row)).collect::<Vec<_>>(), formulas, norm.value)
+            invariants(&fields, &rows.map(|(a, row)| tangent(line, a, row)).collect::<Vec<_>>(), formulas, norm.value)
         };
         let of_x = OfX::new(&fields);
+        let (work, work_places) = work(&fields).into_iter().unzip();
         Self {
+            certificate: fields.certificate(&delta_g),
+            defect: Defect::new(line),
+            work_places,
+            origins: (0..n).map(|a| origin(&line.place, a)).collect(),
             charges,
             sums: sums.iter().map(|terms| fields.charge(terms.clone())).collect(),
             delta_g,
@@ -116,7 +140,7 @@ impl<S: Real> Diagnostics<S> {
             invariants,
             motion: if of_x.is_some() { 0.0 } else { fields.motion() },
             sawtooth: geometry.active().iter().map(|&a| (a, Sawtooth::new(&line.q[a], &line.windows))).collect(),
-            work: work(&fields),
+            work,
             reaches: (0..n).map(|a| Extent::new(line, a)).collect(),
             branch_distance: line.is_doubled().then(|| line.branch_distance()),
             of_x,
@@ -129,6 +153,10 @@ impl<S: Real> Diagnostics<S> {
         fn each<T>(one: Vec<T>, two: Vec<T>, join: fn(T, T) -> T) -> Vec<T> {
             one.into_iter().zip(two).map(|(one, two)| join(one, two)).collect()
         }
+        // Of a piece behind an event, ranges of ignorable coordinates count from where it starts.
+        let shifts = self.origins.iter().zip(&next.origins).map(|(&one, &next)| (next - one).to_f64());
+        let reaches = self.reaches.into_iter().zip(next.reaches).zip(shifts);
+        let reaches = reaches.map(|((one, next), shift)| one.joined(next, shift)).collect();
         Self {
             charges: each(self.charges, next.charges, ChargeDeviation::followed_by),
             sums: each(self.sums, next.sums, ChargeDeviation::followed_by),
@@ -138,20 +166,21 @@ impl<S: Real> Diagnostics<S> {
             invariants: each(self.invariants, next.invariants, |(name, one), (_, two)| (name, one.followed_by(two))),
             motion: larger(self.motion, next.motion),
             sawtooth: each(self.sawtooth, next.sawtooth, |(a, one), (_, next)| {
-                let amplitude = one.amplitude.into_iter().chain(next.amplitude).reduce(S::max);
+                let amplitude = one.amplitude.into_iter().chain(next.amplitude).reduce(larger);
                 let sixth_difference = one.sixth_difference.into_iter().chain(next.sixth_difference);
-                (a, Sawtooth { amplitude, sixth_difference: sixth_difference.reduce(f64::max) })
+                (a, Sawtooth { amplitude, sixth_difference: sixth_difference.reduce(larger) })
             }),
             work: each(self.work, next.work, |one, next| WorkBalance {
                 work: one.work + next.work,
                 defect: one.defect + next.defect,
                 ..next
             }),
-            reaches: each(self.reaches, next.reaches, |one, next| Extent {
-                least: one.least.min(next.least),
-                most: one.most.max(next.most),
-            }),
-            branch_distance: self.branch_distance.into_iter().chain(next.branch_distance).reduce(S::max),
+            work_places: each(self.work_places, next.work_places, WitnessPlace::plus),
+            certificate: self.certificate.followed_by(next.certificate),
+            defect: self.defect.into_iter().chain(next.defect).reduce(Defect::followed_by),
+            reaches,
+            origins: self.origins,
+            branch_distance: self.branch_distance.into_iter().chain(next.branch_distance).reduce(larger),
             of_x: self.of_x.zip(next.of_x).map(|(one, two)| one.followed_by(two)),
             ..next
         }
@@ -174,7 +203,8 @@ pub(crate) fn origin<S: Real>(place: &Place<S>, a: usize) -> S {
     if place.geometry.active().contains(&a) { S::ZERO } else { place.start.q[a] }
 }
 
-/// The least and the largest of some values; those of an ignorable coordinate count from the start.
+/// The least and the largest of some values; those of an ignorable coordinate count from the start of the run. One that
+/// is no number makes both NaN.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extent {
     /// The least one.
@@ -194,17 +224,67 @@ impl Extent {
     pub(crate) fn of(values: impl Iterator<Item = f64>) -> Self {
         let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
         // Iteration from inside goes window by window, which is faster.
-        values.for_each(|q| (least, most) = (least.min(q), most.max(q)));
+        values.for_each(|q| (least, most) = (-larger(-least, -q), larger(most, q)));
         Self { least, most }
+    }
+
+    /// The least and the largest of these values and of others, which count from a number that is larger by `shift`.
+    pub(crate) fn joined(self, others: Self, shift: f64) -> Self {
+        Self { least: -larger(-self.least, -(others.least + shift)), most: larger(self.most, others.most + shift) }
     }
 
     /// The largest absolute value.
     pub fn size(self) -> f64 {
-        self.least.abs().max(self.most.abs())
+        larger(self.least.abs(), self.most.abs())
     }
 
     /// The largest value minus the least.
     pub fn range(self) -> f64 {
         self.most - self.least
+    }
+}
+
+impl<S: Real> Diagnostics<S> {
+    /// The largest change of a charge or of a conserved sum where it is exact, relative to its terms.
+    pub fn exactness(&self) -> f64 {
+        // p_s of Newton's law is no result.
+        let charges = &self.charges[..self.charges.len() - usize::from(self.energy.is_some())];
+        charges.iter().chain(&self.sums).fold(0.0, |most, charge| larger(most, charge.heard.share()))
+    }
+
+    /// The reasons to doubt a run that its witnesses give, where its coordinates are off by at most `errors`: every
+    /// number that it should keep, and the defect between its nodes. Errors that are not known explain everything that
+    /// is a number.
+    pub fn unexplained(&self, line: &WorldLine<S>, errors: Option<&[f64]>) -> Vec<Reason> {
+        let (names, mut found) = (line.geometry().names(), Vec::new());
+        let remedy = if line.accuracy.is_some() { SMALLER_ACCURACY } else { FINER_GRID };
+        let mut hear = |name: String, heard: &Heard| found.extend(heard.doubt(&name, errors, remedy));
+        let Certificate { nodes, solved } = &self.certificate;
+        hear("the gradient of the action".to_owned(), nodes);
+        let solved = solved.iter().cloned().map(Heard::of);
+        solved.for_each(|heard| hear("the gradient of the action, as it was found in solving,".to_owned(), &heard));
+        for charge in self.charges.iter().chain(&self.sums) {
+            let terms = charge.terms.iter().map(|&(a, c)| (a, c.to_f64())).collect();
+            hear(ConservedSum { terms }.formula(names), &charge.heard);
+        }
+        match &self.energy {
+            Some(energy) => hear("the energy of positions and velocities".to_owned(), &energy.heard),
+            None if line.geometry().keeps_norm() => hear("K".to_owned(), &self.norm.heard),
+            None => {}
+        }
+        for (balance, place) in self.work.iter().zip(&self.work_places) {
+            let place = WitnessPlace { change: balance.defect.to_f64().abs(), ..place.clone() };
+            let name = format!("p_{} without the work of the force", names[balance.coordinate]);
+            hear(name, &Heard::of(place));
+        }
+        for (name, invariant) in &self.invariants {
+            hear(format!("the invariant {name}"), &invariant.heard);
+        }
+        // Windows of a run to an accuracy are chosen by their modes, and their errors are estimated from these.
+        let defect = self.defect.as_ref().filter(|_| line.accuracy.is_none());
+        // s of Newton's law is no result, and comes last.
+        let results = names.len() - usize::from(self.energy.is_some());
+        found.extend(defect.and_then(|defect| defect.doubt(names, results, errors, remedy)));
+        found
     }
 }

@@ -10,8 +10,8 @@
 //! (ẋ = vṫ gives ẍ = ṫ² dv/dt + v ẗ, and g00 ṫ = Q_t gives ẗ = −g00′ ẋ ṫ/g00.) So the acceleration differs from
 //! Newton's by exactly the share 2v²/g00, and the motion is Newton's in the limit of large c.
 
-use super::deviations::Fields;
-use crate::number::norm::max_abs;
+use super::fields::Fields;
+use crate::number::norm::{larger, max_abs};
 use crate::number::{Real, sum};
 use crate::sbp::RegularisedOperator;
 use crate::solve::Solution;
@@ -85,15 +85,14 @@ impl<S: Real> OfX<S> {
             let t_dot = q_t / g00;
             (t_dot * t_dot * (second.half() - first * first / g00)).to_f64()
         });
-        found.omega = squares.fold(0.0, f64::max).sqrt();
+        found.omega = squares.fold(0.0, larger).sqrt();
         for view in line.views() {
             let nodes = view.window.nodes();
-            found.spacing = found.spacing.max(view.window.sbp().spacing().to_f64());
-            found.x_dot =
-                x_dot[view.window.exact()].iter().map(|x_dot| x_dot.to_f64().abs()).fold(found.x_dot, f64::max);
+            found.spacing = larger(found.spacing, view.window.sbp().spacing().to_f64());
+            found.x_dot = x_dot[view.window.exact()].iter().map(|x_dot| x_dot.to_f64().abs()).fold(found.x_dot, larger);
             for node in nodes.clone() {
                 let [g00, first, _] = g00(node);
-                found.g00 = found.g00.min(g00.to_f64() / c_squared.to_f64());
+                found.g00 = -larger(-found.g00, -g00.to_f64() / c_squared.to_f64());
                 let w = if node + 1 == nodes.end { -view.end.p[1] } else { x_dot[node] };
                 if first != S::ZERO {
                     let v = w * g00 / q_t;
@@ -101,8 +100,8 @@ impl<S: Real> OfX<S> {
                     // dx/dt is 0/0 where neither t nor x changes.
                     found.deviation = found.deviation.max(if deviation.is_nan() { f64::INFINITY } else { deviation });
                 }
-                found.speed_squared = found.speed_squared.max((v_i * v_i + (g00_i - g00)).to_f64());
-                found.depth = found.depth.max((c_squared - g00).to_f64());
+                found.speed_squared = larger(found.speed_squared, (v_i * v_i + (g00_i - g00)).to_f64());
+                found.depth = larger(found.depth, (c_squared - g00).to_f64());
             }
         }
         Some(found)
@@ -115,14 +114,14 @@ impl<S: Real> OfX<S> {
             h_bvp: self.h_bvp + next.h_bvp,
             h_bvp_bound: self.h_bvp_bound + next.h_bvp_bound,
             distance: self.distance + next.distance,
-            x_dot: self.x_dot.max(next.x_dot),
-            omega: self.omega.max(next.omega),
-            spacing: self.spacing.max(next.spacing),
-            g00: self.g00.min(next.g00),
+            x_dot: larger(self.x_dot, next.x_dot),
+            omega: larger(self.omega, next.omega),
+            spacing: larger(self.spacing, next.spacing),
+            g00: -larger(-self.g00, -next.g00),
             deviation: self.deviation.max(next.deviation),
-            speed_squared: self.speed_squared.max(next.speed_squared),
-            depth: self.depth.max(next.depth),
-            free_particle: both.map(|(one, next)| [one[0].max(next[0]), one[1].max(next[1])]),
+            speed_squared: larger(self.speed_squared, next.speed_squared),
+            depth: larger(self.depth, next.depth),
+            free_particle: both.map(|(one, next)| [larger(one[0], next[0]), larger(one[1], next[1])]),
         }
     }
 

@@ -1,6 +1,7 @@
 //! A measure of the sawtooth, an oscillation in which even and odd nodes move apart.
 
 use crate::number::Real;
+use crate::number::norm::larger;
 use crate::solve::Window;
 
 /// The amplitude of the (−1)^k component of `u`: max_k |δ⁴u_k| / 16.
@@ -10,7 +11,7 @@ use crate::solve::Window;
 pub fn sawtooth<S: Real>(u: &[S]) -> Option<S> {
     let [four, six, sixteenth] = [4.0, 6.0, 1.0 / 16.0].map(S::from);
     let fourth_difference = |w: &[S]| sixteenth * (w[0] + w[4] - four * (w[1] + w[3]) + six * w[2]).abs();
-    u.windows(5).map(fourth_difference).reduce(S::max)
+    u.windows(5).map(fourth_difference).reduce(larger)
 }
 
 /// max_k |δ⁶u_k| / 64, which is again A for A(−1)^k, and h⁶|u⁽⁶⁾|/64 for a smooth u. `None` with fewer than seven
@@ -21,7 +22,7 @@ fn sixth_difference<S: Real>(u: &[S]) -> Option<S> {
         let even = w[0] + w[6] + fifteen * (w[2] + w[4]);
         share * (even - six * (w[1] + w[5]) - twenty * w[3]).abs()
     };
-    u.windows(7).map(difference).reduce(S::max)
+    u.windows(7).map(difference).reduce(larger)
 }
 
 /// The sawtooth of a row of values on the nodes of a run.
@@ -39,8 +40,8 @@ impl<S: Real> Sawtooth<S> {
     pub(super) fn new(row: &[S], windows: &[Window<S>]) -> Self {
         let windows = || windows.iter().filter(|window| window.is_equidistant()).map(|window| &row[window.exact()]);
         Self {
-            amplitude: windows().filter_map(sawtooth).reduce(S::max),
-            sixth_difference: windows().filter_map(sixth_difference).map(S::to_f64).reduce(f64::max),
+            amplitude: windows().filter_map(sawtooth).reduce(larger),
+            sixth_difference: windows().filter_map(sixth_difference).map(S::to_f64).reduce(larger),
         }
     }
 }

@@ -22,7 +22,7 @@ const ROUNDING: f64 = 1e-12;
 const SEEN: f64 = 1e-8;
 const CONTRADICTED: f64 = 0.1;
 /// The remedies where the user chose the grid, and where the program chose it.
-const FINER_GRID: &str = "raise n_gamma or windows, or ask for solver.accuracy";
+pub(super) const FINER_GRID: &str = "raise n_gamma or windows, or ask for solver.accuracy";
 pub(super) const SMALLER_ACCURACY: &str = "ask for a smaller solver.accuracy";
 
 /// The verdict on a run.
@@ -96,29 +96,35 @@ pub struct CoordinateError {
     pub range: f64,
     /// The largest size of coordinates that share its unit.
     pub shared: f64,
+    /// The largest range of these.
+    pub shared_range: f64,
 }
 
 impl CoordinateError {
-    /// An error relative to the size, as a `solver.accuracy` is, or to that of its kind where the coordinate stays 0.
-    /// Where all of its kind stay 0, every error is a whole one.
+    /// An error relative to the size of the kind of the coordinate, as a `solver.accuracy` is: z of an orbit in the
+    /// plane z = 0 has the size of the orbit. Where all of a kind stay 0, every error is a whole one.
     fn share(&self, error: f64) -> f64 {
-        let size = if self.size > 0.0 { self.size } else { self.shared };
-        if size > 0.0 || error.is_nan() { error / size } else { f64::from(u8::from(error > 0.0)) }
+        let size = self.shared;
+        if size != 0.0 || error.is_nan() { error / size } else { f64::from(u8::from(error > 0.0)) }
     }
 
     /// The largest error that is not a reason to doubt the result.
     pub fn allowed(&self) -> f64 {
-        (LARGE_ERROR * self.range).max(NEGLIGIBLE_ERROR * self.shared)
+        larger(LARGE_ERROR * self.shared_range, NEGLIGIBLE_ERROR * self.shared)
+    }
+
+    /// Returns true if the error is no reason to doubt the result. What is not finite is no small error, and nothing is
+    /// small beside it.
+    pub fn is_small(&self) -> bool {
+        self.largest <= self.allowed() && self.allowed().is_finite()
     }
 
     fn reason(&self, remedy: &str) -> Option<Reason> {
         let (Self { name, largest, .. }, allowed) = (self, self.allowed());
-        // NaN is no small error.
-        let is_small = *largest <= allowed;
         let finding = || {
             format!("the error of {name} is up to about {largest:.1e}, above {allowed:.1e}, {LARGE_ERROR} of its range")
         };
-        (!is_small).then(|| Reason::new(finding(), remedy))
+        (!self.is_small()).then(|| Reason::new(finding(), remedy))
     }
 }
 
@@ -218,7 +224,7 @@ impl Verdict {
         reasons.extend(facts.suspicions.iter().filter(|sign| !(sign.is_sign && is_outweighed)).cloned());
         Self {
             grade: if reasons.is_empty() { Grade::Trusted } else { Grade::Doubtful },
-            error: error.map(|error| error.max(10.0_f64.powi(-(digits as i32)))),
+            error: error.map(|error| larger(error, 10.0_f64.powi(-(digits as i32)))),
             digits: errors.map(|errors| good_digits(errors, digits)),
             reasons,
         }
@@ -243,7 +249,7 @@ mod tests {
     use super::*;
 
     fn error(end: f64, size: f64) -> CoordinateError {
-        CoordinateError { name: "x".to_owned(), end, largest: end, size, range: size, shared: size }
+        CoordinateError { name: "x".to_owned(), end, largest: end, size, range: size, shared: size, shared_range: size }
     }
 
     fn is_trusted(error: CoordinateError, further: VerdictInput) -> bool {
@@ -270,15 +276,20 @@ mod tests {
 
     #[test]
     fn an_error_counts_relative_to_the_motion_and_not_to_the_place() {
-        let beside = |largest: f64| CoordinateError { range: 0.0, shared: 1e3, ..error(largest, 1e-16) };
+        let beside = |largest: f64| CoordinateError { shared: 1e3, shared_range: 0.0, ..error(largest, 1e-16) };
         for (error, is_small) in [
             (error(1e-3, 1.0), true),
             (error(2e-2, 1.0), false),
             (error(f64::NAN, 1.0), false),
             // A small oscillation around a distant place.
-            (CoordinateError { range: 1e-2, ..error(1e-3, 1e3) }, false),
+            (CoordinateError { shared_range: 1e-2, ..error(1e-3, 1e3) }, false),
             // A coordinate that rests but for rounding, and one whose kind is large.
-            (CoordinateError { range: 1e-16, shared: 1.0, ..error(1e-15, 1e-16) }, true),
+            (CoordinateError { shared: 1.0, ..error(1e-15, 1e-16) }, true),
+            // z of an orbit in the plane z = 0, whose error is of the size of the accuracy.
+            (CoordinateError { shared: 1.0, shared_range: 2.0, ..error(1e-6, 0.0) }, true),
+            (CoordinateError { shared: 1.0, shared_range: 2.0, ..error(0.1, 0.0) }, false),
+            (CoordinateError { shared_range: f64::INFINITY, ..error(1e-6, 1.0) }, false),
+            (CoordinateError { shared_range: f64::NAN, ..error(1e-6, 1.0) }, false),
             (beside(5e-7), true),
             (beside(5e-6), false),
         ] {

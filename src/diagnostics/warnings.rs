@@ -7,6 +7,7 @@ use super::verdict::{Reason, SMALLER_ACCURACY};
 use super::{Diagnostics, Extent, NEGLIGIBLE, OfX, Sawtooth};
 use crate::engine::Accuracy;
 use crate::number::Real;
+use crate::number::norm::{larger, max_abs};
 use crate::sbp::symbol::largest_symbol;
 use crate::solve::WorldLine;
 
@@ -44,7 +45,9 @@ impl<S: Real> Sawtooth<S> {
         let allowed = LARGE_SAWTOOTH * 0.5 * reach.range();
         // At rest there is nothing but rounding.
         let rounding = 10.0_f64.powi(SPARE_DIGITS - digits as i32) * reach.size();
-        (sawtooth > allowed.max(rounding) && sixth > ROUGH * sawtooth).then(|| {
+        // What is no number is no small sawtooth.
+        let is_small = sawtooth <= allowed.max(rounding) || sixth <= ROUGH * sawtooth;
+        (!is_small).then(|| {
             let finding = format!(
                 "even and odd nodes are apart: the sawtooth in {name} is {sawtooth:.1e}, above {allowed:.1e}, \
                  {LARGE_SAWTOOTH} of the amplitude"
@@ -66,7 +69,7 @@ impl<S: Real> Diagnostics<S> {
         let names = line.geometry().names();
         let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], self.reaches[*a], line.digits);
         let mut found: Vec<Reason> = self.sawtooth.iter().filter_map(of).collect();
-        let drift = self.norm.max_ends.max(self.norm.max_interior).to_f64();
+        let drift = self.norm.drift();
         match &self.of_x {
             None => found.extend(self.drift_of_motion(drift, line)),
             Some(of_x) => {
@@ -83,11 +86,33 @@ impl<S: Real> Diagnostics<S> {
             Reason::new(finding, remedy)
         }));
         found.extend(rounding_warning(line));
+        found.extend(self.lost(line));
         if let Some(of_x) = &self.of_x {
             found.extend(of_x.bound_warning(line));
             found.extend(of_x.printed_warnings(line));
         }
         found
+    }
+
+    /// The warning that a number of the run is beyond the range of numbers: nothing that is compared with it says
+    /// anything.
+    fn lost(&self, line: &WorldLine<S>) -> Option<Reason> {
+        let growth = line.sensitivity.as_ref().map(|growth| [growth.lyapunov(), growth.megno()]);
+        let of_x = self.of_x.as_ref().map(|of_x| {
+            let ends = [of_x.h_bvp, of_x.h_bvp_bound, of_x.distance].map(S::to_f64);
+            larger(max_abs(&ends), max_abs(&[of_x.x_dot, of_x.spacing, of_x.g00]))
+        });
+        let numbers = [
+            ("the certificate", Some(line.gradient_norm.to_f64())),
+            ("the residual of the equations", Some(self.max_delta_g.to_f64())),
+            ("the distance of the branches", self.branch_distance.map(S::to_f64)),
+            ("the growth of small changes", growth.map(|growth| max_abs(&growth))),
+            ("the contribution of motion to K", Some(self.motion)),
+            ("a measure of x", of_x),
+            ("the defect between the nodes", self.defect.as_ref().map(|defect| defect.most)),
+        ];
+        let (name, _) = numbers.into_iter().find(|(_, number)| number.is_some_and(|number| !number.is_finite()))?;
+        Some(Reason::new(format!("{name} is beyond the range of numbers"), "end the run before that"))
     }
 
     /// The warning that K drifts, where motion is what it contributes to K.
@@ -113,7 +138,8 @@ impl<S: Real> OfX<S> {
     fn drift_warning(&self, drift: f64, line: &WorldLine<S>) -> Option<Reason> {
         let (x_dot, k) = (self.x_dot, line.norm().to_f64().abs());
         let (size, name) = if x_dot > 0.0 { (x_dot * x_dot, "the largest x_dot^2") } else { (k, "K") };
-        (drift > LARGE_DRIFT * size && drift > ROUNDING * k).then(|| {
+        let is_small = drift <= LARGE_DRIFT * size || drift <= ROUNDING * k;
+        (!is_small).then(|| {
             let finding = format!(
                 "K drifts by {drift:.2e}, above {:.2e}, {LARGE_DRIFT} of {name}: x is not resolved, however exact Q_t \
                  is",

@@ -67,6 +67,7 @@ use self::lagrangian::Lagrangian;
 use self::parts::Parts;
 use crate::formula::Names;
 use crate::number::Real;
+use crate::number::norm::larger;
 
 /// The metric, the one-form and the force of a scene, with their derivatives, as programs.
 #[derive(Debug, Clone)]
@@ -197,6 +198,11 @@ impl<S: Real> Geometry<S> {
         first.iter().any(|term| term.by == [a]) || force_first.iter().any(|term| term.by == [a])
     }
 
+    /// Returns true if K is kept: no force acts, or one in a potential, which brings its work as a force on t.
+    pub fn keeps_norm(&self) -> bool {
+        !self.has_force() || !self.structure().particles.is_empty()
+    }
+
     /// Returns true if a force acts.
     pub fn has_force(&self) -> bool {
         !self.structure().force.is_empty()
@@ -223,7 +229,7 @@ impl<S: Real> Geometry<S> {
         let diagonal = self.diagonal(q);
         let largest = |g: &S| {
             let of_kind = diagonal.iter().zip(sizes).filter(|(other, _)| *other == g || std::ptr::eq(*other, g));
-            of_kind.fold(T::ZERO, |largest, (_, &size)| largest.max(size))
+            of_kind.fold(T::ZERO, |most, (_, &size)| larger(most, size))
         };
         diagonal.iter().map(largest).collect()
     }

@@ -36,6 +36,9 @@ pub fn run_summary<S: Real>(
         "windows_unproved": line.windows_unproved,
         "sensitivity": line.sensitivity.as_ref().map(|it| json!({"lyapunov": it.lyapunov(), "megno": it.megno()})),
         "acting_events": case.has_acting_events().then_some(run.acting_events),
+        "exactness": diagnostics.exactness(),
+        "defect_max": diagnostics.defect.as_ref().map(|defect| defect.most),
+        "defect_gamma": diagnostics.defect.as_ref().map(|defect| defect.gamma),
     });
     let warnings = [case.warnings().as_slice(), &judged.suspicions].concat();
     // The end, from which `initial.from` continues the run.

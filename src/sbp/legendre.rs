@@ -26,7 +26,7 @@ pub(crate) fn legendre<S: Real>(degree: usize, z: S) -> Vec<S> {
 
 /// A root of P_n, or the `i`-th one of P′_{n−1} (i from 1), by Newton's method with (1 − x²)P′_m = m(P_{m−1} − xP_m)
 /// and Legendre's equation for P″.
-pub(super) fn approximate_node(family: Family, n: usize, i: usize) -> f64 {
+pub(crate) fn approximate_node(family: Family, n: usize, i: usize) -> f64 {
     let degree = if family == Family::Gauss { n } else { n - 1 };
     let m = degree as f64;
     let mut x = match family {

@@ -8,6 +8,7 @@ use crate::action::{Form, Layout, MULTIPLIERS_PER_COORDINATE};
 use crate::engine::{Accuracy, GOOD_DIGITS, Handed, Sensitivity};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
+use crate::number::norm::larger;
 use crate::sbp::{SbpName, SbpOperator};
 
 /// The places of t and of x in one coordinate.
@@ -346,7 +347,7 @@ impl<S: Real> WorldLine<S> {
     /// Largest distance between the branches in any coordinate; 0 in the physical limit.
     pub fn branch_distance(&self) -> S {
         let rows = self.q.iter().zip(&self.backward);
-        rows.flat_map(|(one, two)| one.iter().zip(two)).fold(S::ZERO, |d, (&one, &two)| d.max((one - two).abs()))
+        rows.flat_map(|(one, two)| one.iter().zip(two)).fold(S::ZERO, |d, (&one, &two)| larger(d, (one - two).abs()))
     }
 
     /// t_i.

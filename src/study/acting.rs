@@ -7,11 +7,12 @@
 
 use std::sync::Arc;
 
-use super::errors::{RunError, chain_error};
+use super::errors::{RunError, chain_error, sizes_of};
 use crate::case::Case;
 use crate::engine::{Accuracy, Handed};
 use crate::geometry::Start;
 use crate::number::Real;
+use crate::number::norm::larger;
 use crate::solve::{
     Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Quantity, Setup, Status, Until,
     WorldLine, solve,
@@ -79,7 +80,9 @@ pub fn solve_acting(case: &Case, setup: &Setup) -> Result<Pieces<f64>, Box<Stopp
         let estimate = found.as_ref().map_or(f64::INFINITY, |(_, estimate, _)| *estimate);
         least = least.min(estimate);
         if !wanted.is_promised() || estimate <= wanted.value() {
+            let sizes = sizes_of(&pieces);
             let line = &mut pieces.last_mut().expect("a chain has pieces").line;
+            line.sizes = sizes;
             (line.accuracy, line.error_estimate) = (Some(wanted), Some(estimate));
             line.good_until = found.as_ref().map_or(line.good_until.map(|_| 0.0), |(.., good_until)| *good_until);
             return Ok((pieces, found.map(|(error, ..)| error)));
@@ -177,7 +180,7 @@ fn add_up(line: &mut WorldLine, before: Option<&Piece>) {
     let Some(Piece { line: before, .. }) = before else { return };
     line.window_count += before.window_count;
     line.iterations.count += before.iterations.count;
-    line.gradient_norm = line.gradient_norm.max(before.gradient_norm);
+    line.gradient_norm = larger(line.gradient_norm, before.gradient_norm);
     line.windows_unproved = line.windows_unproved.zip(before.windows_unproved).map(|(one, other)| one + other);
 }
 

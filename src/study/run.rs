@@ -321,18 +321,22 @@ pub fn facts_of_run<S: Real>(
     let size = |(a, reach): (usize, &Extent)| line.sizes.get(a).copied().unwrap_or(reach.size());
     let sizes: Vec<f64> = reaches.iter().enumerate().map(size).collect();
     // t and x of the paper have units of their own.
-    let shared = if diagnostics.of_x.is_some() { sizes.clone() } else { geometry.shared(&line.place.start.q, &sizes) };
+    let is_of_x = diagnostics.of_x.is_some();
+    let of_kind = |all: &[f64]| if is_of_x { all.to_vec() } else { geometry.shared(&line.place.start.q, all) };
+    let ranges: Vec<f64> = reaches.iter().map(|reach| reach.range()).collect();
+    let (shared, shared_ranges) = (of_kind(&sizes), of_kind(&ranges));
     // The coordinate s of Newton's law is no result: it was added to have a geodesic, and comes last.
     let count = reaches.len() - usize::from(diagnostics.energy.is_some());
-    let errors = error.map(|error| {
+    let errors: Option<Vec<CoordinateError>> = error.map(|error| {
         let (end, largest) = (error.at_most_at_end(), error.at_most());
         let of = |a: usize| CoordinateError {
             name: geometry.names()[a].clone(),
             end: end[a],
             largest: largest[a],
             size: sizes[a],
-            range: reaches[a].range(),
+            range: ranges[a],
             shared: shared[a],
+            shared_range: shared_ranges[a],
         };
         (0..count).map(of).collect()
     });
@@ -340,6 +344,11 @@ pub fn facts_of_run<S: Real>(
         let shares = error.largest.iter().zip(&line.sizes).filter(|(_, size)| **size > 0.0);
         [shares.map(|(error, size)| error / size).fold(0.0, larger), error.judge.relative_error()]
     };
+    // Beside an error that is large by itself, what it does to a witness is no longer in proportion to it.
+    let is_small = errors.as_ref().is_some_and(|errors| errors.iter().all(CoordinateError::is_small));
+    let claimed = error.filter(|_| is_small).map(RunError::at_most);
+    let mut suspicions = diagnostics.suspicions(line);
+    suspicions.extend(diagnostics.unexplained(line, claimed.as_deref()));
     VerdictInput {
         errors,
         accuracy: line.accuracy,
@@ -347,6 +356,6 @@ pub fn facts_of_run<S: Real>(
         reference: reference.map(relative),
         stepped_over: error.map_or(0.0, |error| error.stepped_over),
         digits: line.digits,
-        suspicions: diagnostics.suspicions(line),
+        suspicions,
     }
 }

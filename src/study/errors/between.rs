@@ -10,6 +10,7 @@ use std::ops::ControlFlow;
 use crate::engine::{Dense, Engine, Window};
 use crate::geometry::{Geometry, Motion, OnNodes, Start};
 use crate::number::Real;
+use crate::number::norm::larger;
 use crate::solve::{Setup, WorldLine};
 
 /// So many points are looked at, spread evenly over the run.
@@ -61,7 +62,7 @@ impl<'g> Between<'g> {
     /// Takes a point into account, for this `length` of γ around it: the deviation of K there, the largest term of K,
     /// and what motion contributes to K.
     fn see_point(&mut self, length: f64, delta_k: f64, largest_term: f64, motion: f64) {
-        self.motion = self.motion.max(motion);
+        self.motion = larger(self.motion, motion);
         self.seen += length.abs();
         // NaN is no rounding.
         let is_rounding = delta_k.abs() <= ROUNDING * largest_term.abs();

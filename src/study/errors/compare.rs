@@ -6,6 +6,7 @@ use super::{Judge, RunError};
 use crate::diagnostics::{Extent, origin};
 use crate::engine::{Accuracy, Engine, GOOD_DIGITS};
 use crate::number::Real;
+use crate::number::norm::larger;
 use crate::reference::ReferenceTrajectory;
 use crate::solve::{Limit, Place, Setup, WorldLine};
 use crate::study::acting::Piece;
@@ -161,6 +162,18 @@ impl<'l, S: Real> Points<'l, S> {
     }
 }
 
+/// The sizes of coordinates in a run with events that act. An ignorable coordinate counts from the start elsewhere, by its
+/// way. Events may send it back, and its size is that of its range, however long its way is.
+pub(crate) fn sizes_of(pieces: &[Piece]) -> Vec<f64> {
+    let lines = || pieces.iter().map(|piece| &piece.line);
+    let Some(last) = lines().last() else { return Vec::new() };
+    let size = |(a, &size): (usize, &f64)| {
+        let is_active = last.geometry().active().contains(&a);
+        if is_active { size } else { Extent::of(lines().flat_map(|line| line.q(a))).range() }
+    };
+    last.sizes.iter().enumerate().map(size).collect()
+}
+
 /// Events with no more than this part of the way so far between them come at once.
 const AT_ONCE: f64 = 1e-9;
 
@@ -177,12 +190,12 @@ pub(crate) fn chain_error(pieces: &[Piece], second: &[Piece], margin: f64) -> Op
         return None;
     }
     let (end, of_second) = (pieces.last()?, &second.last()?.line);
-    let (last, sizes) = (&end.line, &end.line.sizes);
+    let (last, sizes) = (&end.line, &sizes_of(pieces));
     let relative = |off: &[f64]| {
         let shares = off.iter().zip(sizes).filter(|(off, _)| **off != 0.0).map(|(off, size)| off / size);
-        shares.fold(0.0, f64::max)
+        shares.fold(0.0, larger)
     };
-    let own = second.iter().filter_map(|piece| piece.line.error_estimate).fold(0.0, f64::max);
+    let own = second.iter().filter_map(|piece| piece.line.error_estimate).fold(0.0, larger);
     let (mut found, mut good) = (RunError::none(sizes.len()), GOOD_DIGITS.map(|_| None));
     for ((piece, _), (other, _)) in flights.iter().zip(&others) {
         let (mut here, mut there) = (Sampler::new(&piece.line), Sampler::new(&other.line));
@@ -208,8 +221,8 @@ pub(crate) fn chain_error(pieces: &[Piece], second: &[Piece], margin: f64) -> Op
     }
     found.see(in_others(found.end.clone(), end_coordinate(&end.setup, last), &last.end().q_dot));
     let estimate = relative(&found.largest) + own;
-    let stepped_over = pieces.iter().map(|piece| own_windows(&piece.setup, &piece.line)).fold(0.0, f64::max);
-    let judge = Judge::SecondSolve(of_second.accuracy.map_or(own, |accuracy| own.max(accuracy.value())));
+    let stepped_over = pieces.iter().map(|piece| own_windows(&piece.setup, &piece.line)).fold(0.0, larger);
+    let judge = Judge::SecondSolve(of_second.accuracy.map_or(own, |accuracy| larger(own, accuracy.value())));
     let error = RunError { own: sizes.iter().map(|size| own * size).collect(), judge, stepped_over, ..found };
     let whole = last.length;
     Some((error, estimate, good.map(|good| good.unwrap_or(whole))))

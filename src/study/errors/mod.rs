@@ -8,7 +8,7 @@
 mod between;
 mod compare;
 
-pub(crate) use compare::chain_error;
+pub(crate) use compare::{chain_error, sizes_of};
 
 use self::between::own_windows;
 use self::compare::{Points, end_coordinate};

@@ -1,0 +1,130 @@
+//! The certificate as a witness: the gradient of the doubled action at the nodes, relative to the size of its terms.
+//!
+//! With respect to one of two equal branches it is −H ΔG_a (see [`Diagnostics::delta_g`](super::Diagnostics::delta_g)),
+//! with ΔG_a = Dp_a − f_a − F_a. Errors of the coordinates change p_a as they change any sum of momenta, so that Dp_a
+//! changes by at most Σ_j |D_kj| |Δp_a|_j; and they change f_a + F_a at the node itself.
+
+use super::fields::{Fields, Weights, gamma_at, row_of, row_sum};
+use super::witnesses::{Heard, Place};
+use crate::action::Form;
+use crate::geometry::{ForceTerm, Term};
+use crate::number::Real;
+
+/// The gradient of the doubled action.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Certificate {
+    /// As the nodes have it.
+    pub nodes: Heard,
+    /// As it was found in solving, in the strong form: the largest one of all windows, which may change by what is the
+    /// largest of all windows.
+    pub(super) solved: Option<Place>,
+}
+
+impl Certificate {
+    /// Joins the gradients of a part of a run, and of the next one.
+    pub(super) fn followed_by(self, next: Self) -> Self {
+        Self {
+            nodes: self.nodes.followed_by(next.nodes),
+            solved: self.solved.into_iter().chain(next.solved).reduce(Place::or),
+        }
+    }
+}
+
+impl<S: Real> Fields<'_, S> {
+    /// The gradient that the nodes have, from the residuals `delta_g`, in every window for the coordinate whose
+    /// residual is largest beside its momentum, as long as that is larger than in the windows before. Rows that reach
+    /// the last node of the strong form contain multipliers, and the gradient that was found in solving stands for
+    /// them.
+    pub(super) fn certificate(&self, delta_g: &[Vec<S>]) -> Certificate {
+        let (mut nodes, n) = (Heard::default(), delta_g.len());
+        let is_strong = self.run.form == Form::Strong;
+        let solved = is_strong.then(|| (0..self.run.windows.len()).map(|index| self.gradient_norm(index)));
+        let solved = solved.and_then(|places| places.reduce(Place::or));
+        let mut most = [-1.0; 2];
+        for (index, window) in self.run.windows.iter().enumerate() {
+            let weights = window.sbp().weights();
+            let weighted = |a: usize, k: usize| {
+                let inertia = self.structure().inertia(a).map_or(1.0, S::to_f64);
+                (inertia * (weights[k - window.nodes().start] * delta_g[a][k]).to_f64()).abs()
+            };
+            // NaN is larger than any number, and comes first.
+            let all = (0..n).flat_map(|a| window.uncoupled().map(move |k| (a, k)));
+            let share = |&(a, k): &(usize, usize)| {
+                let (change, momentum) = (weighted(a, k), self.momenta[a][k].to_f64().abs());
+                let share = if change == 0.0 { 0.0 } else { change / momentum };
+                if share.is_nan() { f64::INFINITY } else { share }
+            };
+            let largest = all.max_by(|one, other| share(one).total_cmp(&share(other)));
+            let of_place = |(a, k): (usize, usize)| [share(&(a, k)), weighted(a, k)];
+            let is_more = |(a, k): &(usize, usize)| {
+                let here = of_place((*a, *k));
+                here.iter().zip(&most).any(|(here, most)| *here > *most || here.is_nan())
+            };
+            if let Some((a, k)) = largest.filter(is_more) {
+                most = of_place((a, k));
+                let weight = weights[k - window.nodes().start].to_f64();
+                nodes.see(Place { change: weighted(a, k), ..self.residual_place(index, k, a).scaled(weight) });
+            }
+        }
+        Certificate { nodes, solved }
+    }
+
+    /// The gradient that was found in solving, whose rows are those of all coordinates, and the constraints.
+    fn gradient_norm(&self, index: usize) -> Place {
+        let (window, n) = (&self.run.windows[index], self.velocities.len());
+        let (first, middle) = (window.nodes().start, window.points() / 2);
+        let of_constraints = 1.0 + row_sum(window, 0);
+        let constraints = Place::of(gamma_at(self.run, index, first), vec![of_constraints; n]);
+        let rows = (0..n).flat_map(|a| [0, middle].map(|k| (a, k))).map(|(a, k)| {
+            let weight = window.sbp().weights()[k].to_f64();
+            self.residual_place(index, first + k, a).scaled(weight)
+        });
+        Place { change: self.run.gradient_norm.to_f64(), ..rows.fold(constraints, Place::plus) }
+    }
+
+    /// What may change ΔG_a at node k of a window: D p_a, and f_a + F_a.
+    fn residual_place(&self, index: usize, k: usize, a: usize) -> Place {
+        let (window, one) = (&self.run.windows[index], [(a, S::ONE)]);
+        let first = window.nodes().start;
+        let momentum = |(j, d): (usize, f64)| self.place(index, first + j, Weights::Constants(&one)).scaled(d.abs());
+        let place = row_of(window, k - first).map(momentum).fold(self.force_place(index, k, a), Place::plus);
+        Place { gamma: gamma_at(self.run, index, k), ..place }
+    }
+
+    /// What may change f_a + F_a at node k of a window.
+    fn force_place(&self, index: usize, k: usize, a: usize) -> Place {
+        let (structure, n, window) = (self.structure(), self.velocities.len(), &self.run.windows[index]);
+        let q_dot = |b: usize| if b < n { self.velocities[b][k].to_f64() } else { 1.0 };
+        let half = |b: usize, c: usize| if b == c { 0.5 } else { 1.0 };
+        let (mut positions, mut velocities, mut terms) = (vec![0.0_f64; n], vec![0.0_f64; n], 0.0);
+        for &Term { ab: [b, c], value, .. } in structure.first.iter().filter(|term| term.by == [a]) {
+            let g = half(b, c) * self.samples.at(value, k).to_f64();
+            terms += (g * q_dot(b) * q_dot(c)).abs();
+            velocities[b] += g * q_dot(c);
+            velocities.get_mut(c).into_iter().for_each(|by| *by += g * q_dot(b));
+        }
+        for &Term { ab: [b, c], by: [one, other], value } in &structure.second {
+            let g = half(b, c) * self.samples.at(value, k).to_f64() * q_dot(b) * q_dot(c);
+            // Where a second derivative is not finite, an error may do anything.
+            let g = if g.is_finite() { g } else { f64::INFINITY };
+            if one == a {
+                positions[other] += g;
+            }
+            if other == a && one != other {
+                positions[one] += g;
+            }
+        }
+        if let Some(force) = &self.force {
+            let own = structure.force.iter().filter(|term| term.a == a);
+            terms += own.map(|term| force.at(term.value, k).to_f64().abs()).sum::<f64>();
+            for &ForceTerm { by: [variable], value, .. } in structure.force_first.iter().filter(|term| term.a == a) {
+                let slope = force.at(value, k).to_f64();
+                if variable < n { positions[variable] += slope } else { velocities[variable - n] += slope }
+            }
+        }
+        let row_sum = row_sum(window, k - window.nodes().start);
+        let by: Vec<f64> = positions.iter().zip(&velocities).map(|(q, u)| q.abs() + row_sum * u.abs()).collect();
+        let rounding = self.rounding(index, &by, structure.first.len() + 2, terms);
+        Place { terms, rounding, ..Place::of(gamma_at(self.run, index, k), by) }
+    }
+}

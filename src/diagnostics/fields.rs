@@ -1,0 +1,278 @@
+//! A run with what is known of it on the nodes: velocities, metric, momenta, forces; and what may change a sum of
+//! momenta, K or a formula there, as [`witnesses`](super::witnesses) need it.
+
+use std::ops::Range;
+
+use super::witnesses::{Heard, Place};
+use crate::geometry::{Contraction, ForceTerm, Samples, Structure, Term};
+use crate::number::Real;
+use crate::number::norm::{larger, max_abs, times};
+use crate::solve::{Window, WindowNodes, WorldLine};
+
+/// A run with its velocities, its metric and its momenta on the nodes.
+pub(super) struct Fields<'r, S> {
+    pub(super) run: &'r WorldLine<S>,
+    /// Dq^a or D̄q^a.
+    pub(super) velocities: Vec<Vec<S>>,
+    /// The metric and the one-form.
+    pub(super) samples: Samples<S>,
+    /// F_a, empty where no force acts.
+    pub(super) forces: Vec<Vec<S>>,
+    /// p_a.
+    pub(super) momenta: Vec<Vec<S>>,
+    /// The force with its derivatives, if one acts.
+    pub(super) force: Option<Samples<S>>,
+    pub(super) of_windows: Vec<OfWindow>,
+}
+
+impl<'r, S: Real> Fields<'r, S> {
+    /// Differentiates the rows of `run`, and fills in the rest.
+    pub(super) fn new(run: &'r WorldLine<S>) -> Self {
+        let (lagrangian, rows) = (run.geometry(), run.q.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let (structure, points) = (lagrangian.structure(), rows[0].len());
+        let n = structure.dimension;
+        let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], |view| view.first(a))).collect();
+        let mut samples = lagrangian.room(points);
+        // A second derivative that is not finite at a node is no matter here. Anything else that is not leaves NaN, and
+        // a verdict doubts that.
+        let _ = lagrangian.fill(&rows, &mut samples);
+        let mut forces = vec![Vec::new(); n];
+        let force = (!structure.force.is_empty()).then(|| {
+            let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
+            let mut force = Samples::zeros(structure.force_rows, points);
+            lagrangian.fill_force(&rows, &velocities, &mut force);
+            for term in &structure.force {
+                forces[term.a] = (0..points).map(|k| force.at(term.value, k)).collect();
+            }
+            force
+        });
+        let of_windows = OfWindow::all(run);
+        let mut fields = Self { run, velocities, samples, forces, momenta: Vec::new(), force, of_windows };
+        let mut momenta: Vec<Vec<S>> = vec![fields.zeros(); n];
+        momenta.iter_mut().enumerate().for_each(|(a, row)| fields.contraction().add_momentum(a, row));
+        fields.momenta = momenta;
+        fields
+    }
+
+    pub(super) fn structure(&self) -> &'r Structure<S> {
+        self.run.geometry().structure()
+    }
+
+    /// A zero for every node.
+    pub(super) fn zeros(&self) -> Vec<S> {
+        vec![S::ZERO; self.velocities[0].len()]
+    }
+
+    /// The metric and the one-form with the velocities.
+    pub(super) fn contraction<'c>(&'c self) -> Contraction<'c, S, impl Fn(usize) -> Option<&'c [S]>> {
+        let (structure, samples) = (self.structure(), &self.samples);
+        let velocity = |b: usize| self.velocities.get(b).map(Vec::as_slice);
+        Contraction { structure, samples, nodes: 0..self.velocities[0].len(), velocity }
+    }
+
+    /// The largest absolute value of a row over a part of every window; NaN if any value there is.
+    pub(super) fn largest(&self, row: &[S], part: impl Fn(&Window<S>) -> Range<usize>) -> S {
+        self.run.windows.iter().fold(S::ZERO, |largest, window| max_abs(&[largest, max_abs(&row[part(window)])]))
+    }
+}
+
+/// d/dγ of a row as the form of the action means it; it is `start` where a window starts.
+pub(super) fn derivative<S: Real>(run: &WorldLine<S>, row: &[S], start: impl Fn(&WindowNodes<'_, S>) -> S) -> Vec<S> {
+    let mut slopes = vec![S::ZERO; row.len()];
+    for view in run.views() {
+        let nodes = view.window.nodes();
+        view.window.derivative(&row[nodes.clone()], start(&view), &mut slopes[nodes]);
+    }
+    slopes
+}
+
+/// What a window says of the errors of its numbers.
+pub(super) struct OfWindow {
+    /// The largest absolute value of each coordinate on its nodes, as the operator is applied to it.
+    sizes: Vec<f64>,
+    /// The number of terms in a row of D.
+    row: usize,
+}
+
+/// A sum of momenta, or K: Σ g_ab u^a q̇^b, where u are constants, or the velocities.
+#[derive(Clone, Copy)]
+pub(super) enum Weights<'w, S> {
+    /// The constants c^a of Σ c^a p_a.
+    Constants(&'w [(usize, S)]),
+    /// u = q̇, for K.
+    Velocities,
+}
+
+impl OfWindow {
+    /// Looks at every window of a run once.
+    pub(super) fn all<S: Real>(run: &WorldLine<S>) -> Vec<Self> {
+        let largest = |row: &[S]| row.iter().fold(0.0, |most, q| larger(most, q.to_f64().abs()));
+        let of = |window: &Window<S>| {
+            let rows = [0, window.points() / 2].map(|k| window.sbp().row(k).count());
+            Self { sizes: run.q.iter().map(|row| largest(&row[window.nodes()])).collect(), row: rows[0].max(rows[1]) }
+        };
+        run.windows.iter().map(of).collect()
+    }
+}
+
+impl<S: Real> Fields<'_, S> {
+    /// The places of a witness that changes by `delta` on the nodes and by `ends` at the ends of windows, which is
+    /// `factor` times a sum of momenta or K at each node.
+    pub(super) fn heard(
+        &self,
+        [delta, ends]: [&[S]; 2],
+        weights: Weights<'_, S>,
+        factor: impl Fn(usize) -> f64,
+    ) -> Heard {
+        let mut heard = Heard::default();
+        for (index, window) in self.run.windows.iter().enumerate() {
+            let exact = window.exact();
+            let (last, most) = (exact.end - 1, largest_of(delta, exact));
+            for (k, change) in [(most, delta[most]), (last, ends[index])] {
+                let place = self.place(index, k, weights).scaled(factor(k));
+                heard.see(Place { change: change.to_f64().abs(), ..place });
+            }
+        }
+        heard
+    }
+
+    /// What may change a sum of momenta, or K, at node k of a window.
+    pub(super) fn place(&self, index: usize, k: usize, weights: Weights<'_, S>) -> Place {
+        let (structure, n, window) = (self.structure(), self.velocities.len(), &self.run.windows[index]);
+        let q_dot = |a: usize| if a < n { self.velocities[a][k].to_f64() } else { 1.0 };
+        let (u, factor): (Vec<f64>, f64) = match weights {
+            Weights::Velocities => ((0..n).map(q_dot).collect(), 2.0),
+            Weights::Constants(terms) => {
+                let mut u = vec![0.0; n];
+                terms.iter().for_each(|(a, c)| u[*a] = c.to_f64());
+                (u, 1.0)
+            }
+        };
+        let has_one_form = matches!(weights, Weights::Constants(_));
+        // Both orders of a pair of coordinates; the one-form is g_an, and q̇^n = 1.
+        let pairs = |[a, b]: [usize; 2]| {
+            let second = (a != b && b < n).then_some([b, a]);
+            std::iter::once([a, b]).filter(move |[_, b]| *b < n || has_one_form).chain(second)
+        };
+        let (mut positions, mut velocities, mut terms) = (vec![0.0_f64; n], vec![0.0_f64; n], 0.0);
+        for &Term { ab, value, .. } in &structure.values {
+            let g = self.samples.at(value, k).to_f64();
+            for [a, b] in pairs(ab) {
+                terms += (u[a] * g * q_dot(b)).abs();
+                velocities.get_mut(b).into_iter().for_each(|by| *by += factor * u[a] * g);
+            }
+        }
+        for &Term { ab, by: [c], value } in &structure.first {
+            let g = self.samples.at(value, k).to_f64();
+            pairs(ab).for_each(|[a, b]| positions[c] += u[a] * g * q_dot(b));
+        }
+        let row_sum = row_sum(window, k - window.nodes().start);
+        let by: Vec<f64> = positions.iter().zip(&velocities).map(|(q, u)| q.abs() + row_sum * u.abs()).collect();
+        let rounding = self.rounding(index, &by, structure.values.len() + 2, terms);
+        Place { terms, rounding, ..Place::of(gamma_at(self.run, index, k), by) }
+    }
+
+    /// What may change the balance of p_a and the work of the force: p_a at the end of the run, and F_a on all nodes,
+    /// of which every one counts with its weight.
+    pub(super) fn balance_place(&self, a: usize, change: f64) -> Place {
+        let (structure, n) = (self.structure(), self.velocities.len());
+        let last = self.run.windows.len() - 1;
+        let mut place = self.place(last, self.run.windows[last].exact().end - 1, Weights::Constants(&[(a, S::ONE)]));
+        let Some(force) = &self.force else { return place };
+        for window in &self.run.windows {
+            let weights = window.sbp().weights();
+            for k in window.nodes() {
+                let weight = weights[k - window.nodes().start].to_f64();
+                place.terms += weight * self.forces[a][k].to_f64().abs();
+                for &ForceTerm { by: [variable], value, .. } in structure.force_first.iter().filter(|term| term.a == a)
+                {
+                    let slope = weight * force.at(value, k).to_f64().abs();
+                    let of_node = if variable < n { 1.0 } else { row_sum(window, k - window.nodes().start) };
+                    place.by[variable % n] += of_node * slope;
+                }
+            }
+        }
+        let count = self.velocities[0].len() + structure.values.len() + 2;
+        place.rounding = self.rounding(last, &place.by, count, place.terms);
+        Place { change, ..place }
+    }
+
+    /// The places of a formula of the user, `at`, of q^a, q̇^a and p_a, which changes by `delta` on the nodes where
+    /// these are `rows`. Its derivatives are central differences, whose steps are the cube root of rounding times the
+    /// size of a number. What its terms are is not known: Σ |x ∂W/∂x| is their sizes, each times its degree.
+    pub(super) fn formula_heard(
+        &self,
+        delta: &[S],
+        [q, q_dot]: [&[&[S]]; 2],
+        at: &mut dyn FnMut([&[S]; 3]) -> S,
+    ) -> Heard {
+        let (geometry, n, mut heard) = (self.run.geometry(), q.len(), Heard::default());
+        let step = S::EPSILON.to_f64().cbrt();
+        for (index, window) in self.run.windows.iter().enumerate() {
+            let (nodes, length) = (window.nodes(), window.length().to_f64().abs());
+            let k = largest_of(delta, nodes.clone());
+            let here: Vec<S> = q.iter().chain(q_dot).map(|row| row[k]).collect();
+            let mut value = |here: &[S]| {
+                let (q, q_dot) = here.split_at(n);
+                at([q, q_dot, &geometry.momenta(q, q_dot)])
+            };
+            let largest = |row: &[S]| row[nodes.clone()].iter().fold(0.0, |most, x| larger(most, x.to_f64().abs()));
+            let mut slope = |variable: usize, size: f64| {
+                let far = S::from(step * if size > 0.0 { size } else { 1.0 });
+                let [mut up, mut down] = [here.clone(), here.clone()];
+                up[variable] += far;
+                down[variable] -= far;
+                ((value(&up) - value(&down)) / (far + far)).to_f64().abs()
+            };
+            let (mut by, mut terms, row_sum) = (vec![0.0; n], 0.0, row_sum(window, k - nodes.start));
+            for a in 0..n {
+                let sizes = [largest(q[a]), largest(q_dot[a])];
+                let sizes = [larger(sizes[0], length * sizes[1]), larger(sizes[1], sizes[0] / length)];
+                let slopes = [slope(a, sizes[0]), slope(n + a, sizes[1])];
+                by[a] = slopes[0] + row_sum * slopes[1];
+                terms += slopes[0] * sizes[0] + slopes[1] * sizes[1];
+            }
+            let rounding = self.rounding(index, &by, 2 * n, terms);
+            let change = delta[k].to_f64().abs();
+            heard.see(Place { change, terms, rounding, ..Place::of(gamma_at(self.run, index, k), by) });
+        }
+        heard
+    }
+
+    /// The rounding of a sum of so many terms of this size altogether, of which each is rounded, and of the products
+    /// with rows of D that are in it: n ε Σ |term| for n terms (N. J. Higham, Accuracy and Stability of Numerical
+    /// Algorithms, section 3.1).
+    pub(super) fn rounding(&self, index: usize, by: &[f64], count: usize, terms: f64) -> f64 {
+        let OfWindow { sizes, row } = &self.of_windows[index];
+        let products: f64 = by.iter().zip(sizes).map(|(&by, &size)| times(by, size)).sum();
+        S::EPSILON.to_f64() * (count as f64 * terms + *row as f64 * products)
+    }
+}
+
+/// The entries of row k of D, with what D̄ has besides at the first node of the weak form: there the first value and
+/// the start may be off with different signs.
+pub(super) fn row_of<S: Real>(window: &Window<S>, k: usize) -> impl Iterator<Item = (usize, f64)> {
+    let (sbp, is_weak) = (window.sbp(), window.exact() == window.nodes());
+    let penalty = (k == 0 && is_weak).then(|| (0, 2.0 / sbp.weights()[0].to_f64()));
+    sbp.row(k).map(|(j, d)| (j, d.to_f64())).chain(penalty)
+}
+
+/// The sum of their sizes.
+pub(super) fn row_sum<S: Real>(window: &Window<S>, k: usize) -> f64 {
+    row_of(window, k).map(|(_, d)| d.abs()).sum()
+}
+
+/// The node of these at which a row is largest; NaN is larger than anything.
+fn largest_of<S: Real>(row: &[S], nodes: Range<usize>) -> usize {
+    let first = nodes.start;
+    nodes.fold(first, |most, k| {
+        let [old, new] = [most, k].map(|k| row[k].abs());
+        if new > old || (new.is_nan() && !old.is_nan()) { k } else { most }
+    })
+}
+
+/// γ at a node of a run.
+pub(super) fn gamma_at<S: Real>(line: &WorldLine<S>, index: usize, k: usize) -> f64 {
+    let window = &line.windows[index];
+    line.gamma_at(window.gamma_at(k - window.nodes().start)).to_f64()
+}
