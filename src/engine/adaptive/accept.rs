@@ -29,7 +29,12 @@ impl Adaptive<'_> {
                 None => self.ladder.rung(&self.lent.solver.rule, trial.rung, self.attempt.previous),
             };
             let Ok(swept) = self.lent.solver.solve(tables, continuation, LEFT * share) else {
-                self.attempt.control.refuse();
+                // Behind the value that ends the run there may be nothing: a table may end there.
+                let rest = self.rest_to_target().filter(|rest| *rest < length && landings < MOST_LANDINGS);
+                (landing, landings) = (rest, landings + usize::from(rest.is_some()));
+                if rest.is_none() {
+                    self.attempt.control.refuse();
+                }
                 continue;
             };
             self.sweeps += swept.sweeps;
