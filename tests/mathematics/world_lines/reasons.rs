@@ -75,12 +75,13 @@ fn a_run_may_end_where_a_table_ends() {
 /// What is off the end of a table is called so, and what is advised helps.
 #[test]
 fn a_table_that_ends_is_named() {
-    for set in ["grid.t_f=10.5", "grid={ gamma_f = 10.5 }"] {
-        let refused = run(&of_a_table(""), &[set]).unwrap_err();
+    let given = ["scheme={ sbp = \"SBP42\", form = \"weak\" }", "grid={ gamma_f = 10.5, n_gamma = 400 }"];
+    for set in [&["grid.t_f=10.5"][..], &["grid={ gamma_f = 10.5 }"], &given] {
+        let refused = run(&of_a_table(""), set).unwrap_err();
         let message = refused.to_string();
         assert!(message.contains("the table 'F' goes from 0 to 10"), "{message}");
         assert!(refused.advice().contains("outside = \"linear\""), "{}", refused.advice());
-        assert!(run(&of_a_table(", outside = \"linear\""), &[set]).is_ok());
+        assert!(run(&of_a_table(", outside = \"linear\""), set).is_ok());
     }
 }
 
