@@ -30,6 +30,11 @@ impl Adaptive<'_> {
         let (a, h) = (target.coordinate, self.attempt.accepted.length);
         let side = (target.value - target.from).signum();
         let ahead = |q: f64| (q - target.value) * side;
+        if ahead(self.lent.solver.end.q[a].high).abs() <= ARRIVED * f64::EPSILON * target.value.abs() {
+            self.lent.solver.end.q[a] = Compensated::from(target.value);
+            self.attempt.accepted.is_last = true;
+            return Ok(());
+        }
         let passed = self.may_pass(a, target.value, side).then(|| self.lent.dense()).and_then(|dense| {
             let nodes = self.lent.solver.fractions();
             let node = (1..nodes.len()).find(|&node| ahead(dense.position(a, nodes[node])) >= 0.0)?;
@@ -38,11 +43,6 @@ impl Adaptive<'_> {
         let Some((dense, [low, high])) = passed else {
             let q = self.lent.solver.end.q[a].high;
             let distance = (target.value - q).abs();
-            if distance <= ARRIVED * f64::EPSILON * target.value.abs() {
-                self.lent.solver.end.q[a] = Compensated::from(target.value);
-                self.attempt.accepted.is_last = true;
-                return Ok(());
-            }
             target.idle = if distance < target.nearest { 0 } else { target.idle + 1 };
             target.nearest = target.nearest.min(distance);
             self.target = Some(target);
