@@ -63,7 +63,7 @@ pub(super) fn to_accuracy<S: Real>(
             Err(failure) => return Err(march.failed(failure)),
         };
         if window.index == 0 {
-            (march.longest, march.shortest) = (None, None);
+            march.extremes = Extremes::default();
             run.clear();
             watches.begin();
             (run.line.ended_by, run.line.ended_at) = (None, None);
@@ -76,13 +76,7 @@ pub(super) fn to_accuracy<S: Real>(
         }
         watches.accept();
         if !window.is_last {
-            let seen = || Some((window.length, window.gamma, window.start().clone()));
-            if march.longest.as_ref().is_none_or(|(longest, ..)| window.length > *longest) {
-                march.longest = seen();
-            }
-            if march.shortest.as_ref().is_none_or(|(shortest, ..)| window.length < *shortest) {
-                march.shortest = seen();
-            }
+            march.extremes.see(&window);
         }
         if let (Limit::Value { coordinate, value }, true) = (setup.limit, window.is_last && run.line.ended_by.is_none())
         {
@@ -187,14 +181,31 @@ fn cut(engine: &mut Engine<'_>, watches: &mut Watches<'_>, ended_by: &mut Option
     Ok(())
 }
 
+/// The lengths of the longest and of the shortest window so far, with γ and the state where they begin.
+#[derive(Default)]
+struct Extremes {
+    longest: Option<(f64, f64, State)>,
+    shortest: Option<(f64, f64, State)>,
+}
+
+impl Extremes {
+    fn see(&mut self, window: &Window<'_>) {
+        let (h, seen) = (window.length, || Some((window.length, window.gamma, window.start().clone())));
+        if self.longest.as_ref().is_none_or(|(longest, ..)| h > *longest) {
+            self.longest = seen();
+        }
+        if self.shortest.as_ref().is_none_or(|(shortest, ..)| h < *shortest) {
+            self.shortest = seen();
+        }
+    }
+}
+
 /// A run to an accuracy on its way.
 struct March<'s, S: Real> {
     setup: &'s Setup<S>,
     wanted: Accuracy,
     engine: Engine<'s>,
-    /// The lengths of the longest and of the shortest window so far, with γ and the state where they begin.
-    longest: Option<(f64, f64, State)>,
-    shortest: Option<(f64, f64, State)>,
+    extremes: Extremes,
     /// The number of sweeps before the run was begun again for the last time.
     before: usize,
 }
@@ -215,7 +226,7 @@ impl<'s, S: Real> March<'s, S> {
         if let Some(carried) = &setup.carried {
             engine.resume(&carried.handed);
         }
-        Self { setup, wanted, engine, longest: None, shortest: None, before: 0 }
+        Self { setup, wanted, engine, extremes: Extremes::default(), before: 0 }
     }
 
     /// The part of the run that is done at this γ and q^a.
@@ -291,11 +302,12 @@ impl<'s, S: Real> March<'s, S> {
         if status != Status::AccuracyNotReached {
             return NoSolution { reasons: Box::new(Reasons { towards_zero, ..Reasons::default() }), ..failure };
         }
-        let narrow = self.shortest.as_ref().zip(self.longest.as_ref()).and_then(|(shortest, longest)| {
-            let (share, gamma) = (shortest.0 / longest.0, gamma_i.to_f64() + shortest.1);
-            let is_narrow = share < NARROW && self.haste(&shortest.2) * share >= OF_MOTION * self.haste(&longest.2);
-            is_narrow.then(|| Narrow { share, gamma, point: point(&rough.geometry, &shortest.2.positions()) })
-        });
+        let narrow =
+            self.extremes.shortest.as_ref().zip(self.extremes.longest.as_ref()).and_then(|(shortest, longest)| {
+                let (share, gamma) = (shortest.0 / longest.0, gamma_i.to_f64() + shortest.1);
+                let is_narrow = share < NARROW && self.haste(&shortest.2) * share >= OF_MOTION * self.haste(&longest.2);
+                is_narrow.then(|| Narrow { share, gamma, point: point(&rough.geometry, &shortest.2.positions()) })
+            });
         NoSolution {
             residual: self.engine.error_estimate().unwrap_or(f64::INFINITY),
             needed: self.engine.reachable().unwrap_or(0.0),
