@@ -379,7 +379,7 @@ class Newtonian(Motion):
         if table.conformal and "t_f" not in table.grid:
             raise ValueError("conformal needs an end in t")
         self.state = [number(initial.get(name, 0)) for name in self.coordinates] + [
-            -number(momenta[name]) / mass(at_start) if name in momenta else number(initial[f"{name}_dot"])
+            number(momenta[name]) / mass(at_start) if name in momenta else number(initial[f"{name}_dot"])
             for name, mass in zip(names, self.masses)
         ]
 

@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use super::CaseError;
 use super::names::{self, NameTable};
+use super::potential::added;
 use super::reader::Field;
 use super::scenery::{PARAMETER, Places, Scenery};
 use super::start_data::{Given, Rate};
@@ -46,7 +47,7 @@ pub(super) fn read<'t>(field: &Field<'t>, pair: Field<'t>) -> Result<Scenery<'t>
             rate: Some((Rate::Velocity(speed), velocity.clone())),
         }));
     }
-    let coordinates = names::checked(field, coordinates, &["t", "s"])?;
+    let coordinates = names::checked(field, coordinates, added(Law::Newtonian))?;
     let dimension = coordinates.len() / bodies.len().max(1);
     if let Some(Body { position, .. }) =
         bodies.iter().find(|body| body.position.formulas().map_or(0, |q| q.len()) != dimension)
@@ -54,7 +55,7 @@ pub(super) fn read<'t>(field: &Field<'t>, pair: Field<'t>) -> Result<Scenery<'t>
         let message = format!("'{}' must have {dimension} numbers, as those of the first body", position.path);
         return Err(position.error(message));
     }
-    let mut taken = NameTable::new(&[&["t".to_owned()], coordinates.as_slice()].concat());
+    let mut taken = NameTable::of_potential(&coordinates, added(Law::Newtonian));
     let (mut places, mut parameters) = (Places::default(), Vec::new());
     places.keep_named(&pair.table("parameters"), PARAMETER, &mut taken, &mut parameters)?;
     if let Some((_, own)) = places.0.iter().find(|(_, field)| ["r", "m_1", "m_2"].contains(&field.key.as_str())) {

@@ -110,6 +110,10 @@ fn outside<S: Real>(outside: &OutsideGeometry, geometry: &Geometry<S>, initial: 
     let at: Vec<String> = names.iter().zip(q).map(|(name, q)| format!("{name} = {}", q.to_f64())).collect();
     let at = at.join(", ");
     let Some(block) = outside.block else {
+        if let Some(off) = geometry.off_table(q) {
+            let help = "begin where it has a value, or give it outside = \"linear\"";
+            return initial.error_in_position(geometry.active(), format!("{off} at the start")).with_help(help);
+        }
         let message = format!("the metric, the force or a derivative is not finite at the start, {at}");
         return initial.error_in_position(geometry.active(), message);
     };

@@ -37,7 +37,7 @@ pub(super) fn read<'t>(
     let mut from = None;
     let given: Vec<Given<'t>> = if let Some(field) = section.get("from") {
         section.finish(&["from"]).map_err(|error| error.with_help(FROM))?;
-        let (end, given) = continued(&field, names).map_err(|message| field.error(message).with_help(FROM))?;
+        let (end, given) = continued(&field, geometry).map_err(|message| field.error(message).with_help(FROM))?;
         from = Some(end);
         given
     } else if scenery.start.is_empty() {
@@ -65,7 +65,7 @@ pub(super) fn read<'t>(
 }
 
 /// The end of an earlier run, from its folder or its summary, and what it gives.
-fn continued<'t>(field: &Field<'t>, names: &[String]) -> Result<(Continuation, Vec<Given<'t>>), String> {
+fn continued<'t>(field: &Field<'t>, geometry: &Geometry) -> Result<(Continuation, Vec<Given<'t>>), String> {
     let mut path = PathBuf::from(field.as_str().unwrap_or_default());
     if path.is_dir() {
         path.push("summary.json");
@@ -73,12 +73,12 @@ fn continued<'t>(field: &Field<'t>, names: &[String]) -> Result<(Continuation, V
     let text = fs::read_to_string(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let end = serde_json::from_str(&text).map(|Ended { end_state }| end_state);
     let end = end.map_err(|error| format!("{} has no end_state: {error}", path.display()))?;
-    let given = |name: &String| {
+    let given = |(a, name): (usize, &String)| {
         let missing = || format!("{} ends without a coordinate '{name}'", path.display());
-        let [q, p] = end.formulas(name).filter(|_| end.has(name)).ok_or_else(missing)?;
+        let [q, p] = end.formulas(a, geometry).filter(|_| end.has(name)).ok_or_else(missing)?;
         Ok(Given { position: Some((q, field.clone())), rate: Some((Rate::Momentum(p), field.clone())) })
     };
-    let given = names.iter().map(given).collect::<Result<_, String>>()?;
+    let given = geometry.names().iter().enumerate().map(given).collect::<Result<_, String>>()?;
     Ok((end, given))
 }
 

@@ -185,7 +185,7 @@ impl Case {
 
     /// The end of the run that this one continues, with what it takes over besides.
     fn carried<S: Real>(&self, geometry: &Geometry<S>) -> Option<(Start<S>, Carried<S>)> {
-        self.from.as_ref()?.state(geometry.names(), geometry.active(), self.is_backward())
+        self.from.as_ref()?.state(geometry, self.is_backward())
     }
 
     /// A number of this case, rounded once if it is written as a decimal.

@@ -32,6 +32,14 @@ impl NameTable {
         Self(taken)
     }
 
+    /// The same of a potential, which adds the coordinates `others`.
+    pub(super) fn of_potential(coordinates: &[String], others: &[&str]) -> Self {
+        let others: Vec<String> = others.iter().map(|&name| name.to_owned()).collect();
+        let mut table = Self::new(&[&others, coordinates].concat());
+        table.0.extend(others.into_iter().map(|name| (name, "a coordinate that the scene adds itself")));
+        table
+    }
+
     /// Takes names that were checked before.
     pub(super) fn extend(&mut self, named: &[(String, String)], kind: &'static str) {
         self.0.extend(named.iter().map(|(name, _)| (name.clone(), kind)));

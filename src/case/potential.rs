@@ -30,7 +30,7 @@ pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
         None if law == Law::Newtonian && force(root).is_some() => ("0".to_owned(), None),
         None => return Err(section.error("no potential is given").with_help(POTENTIALS)),
     };
-    let mut taken = NameTable::new(&[&["t".to_owned()], names.as_slice()].concat());
+    let mut taken = NameTable::of_potential(&names, added(law));
     let mut text = GeometryText { coordinates: names, ..GeometryText::default() };
     for section in [&section, &section.table("formula")] {
         places.keep_named(&section.table("parameters"), PARAMETER, &mut taken, &mut text.parameters)?;
@@ -52,14 +52,18 @@ fn force<'t>(root: &Field<'t>) -> Option<Field<'t>> {
     root.get("force").or_else(|| root.table("potential").get("force"))
 }
 
+/// The coordinates that a potential has besides its own.
+pub(super) fn added(law: Law) -> &'static [&'static str] {
+    if law == Law::Newtonian { &["t", "s"] } else { &["t"] }
+}
+
 /// The coordinates of V or, without V, those of the force; `None` if there is neither.
 pub(super) fn coordinates(root: &Field<'_>, law: Law) -> Result<Option<Vec<String>>, CaseError> {
     let section = root.table("potential");
     let is_given = KINDS.iter().any(|kind| section.get(kind).is_some());
-    let others: &[&str] = if law == Law::Newtonian { &["t", "s"] } else { &["t"] };
     let named = section.get("coordinates").or_else(|| force(root).filter(|_| !is_given));
     match named {
-        Some(named) => names::coordinates(&named, others).map(Some),
+        Some(named) => names::coordinates(&named, added(law)).map(Some),
         None => Ok(is_given.then(|| vec!["x".to_owned()])),
     }
 }

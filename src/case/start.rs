@@ -53,8 +53,10 @@ pub(super) fn solve<S: Real>(
         _ => Ok(S::ZERO),
     };
     let mut given: Vec<S> = data.rates.iter().map(given).collect::<Result<_, _>>()?;
-    let (matrix, one_form) = matrix(geometry, &q);
     let is_momentum: Vec<bool> = data.rates.iter().map(Rate::is_momentum).collect();
+    let seen = |a: usize, rate: S| if is_momentum[a] { geometry.seen(a, rate) } else { rate };
+    given.iter_mut().enumerate().for_each(|(a, rate)| *rate = seen(a, *rate));
+    let (matrix, one_form) = matrix(geometry, &q);
     let undetermined = || undetermined(data, geometry.names());
     let velocities = |one_form: &[S], given: &[S]| velocities(&matrix, one_form, &is_momentum, given);
     let (mut q_dot, mut is_double_root) = (velocities(&one_form, &given).ok_or_else(undetermined)?, false);
@@ -65,7 +67,7 @@ pub(super) fn solve<S: Real>(
     if let (Some((a, sign)), Some(norm)) = (unknown, &data.norm) {
         let (alpha, norm) = (&mut q_dot, number(norm)?);
         let mut direction = vec![S::ZERO; given.len()];
-        direction[a] = S::ONE;
+        direction[a] = seen(a, S::ONE);
         let beta = velocities(&vec![S::ZERO; given.len()], &direction).ok_or_else(undetermined)?;
         let (square, square_size) = form(&matrix, &beta, &beta);
         let (middle, middle_size) = form(&matrix, alpha, &beta);
@@ -74,12 +76,14 @@ pub(super) fn solve<S: Real>(
         let rounding = rounding_of_norm(given.len(), rounding);
         let quadratic = Quadratic { square, middle, rest: rest - norm, sizes, rounding, is_double };
         let unknown = key_of_rate(data.rates[a].is_momentum(), &geometry.names()[a]);
-        (given[a], is_double_root) = quadratic.root(&unknown, sign, norm)?;
-        alpha.iter_mut().zip(&beta).for_each(|(alpha, &beta)| *alpha += beta * given[a]);
+        let root;
+        (root, is_double_root) = quadratic.root(&unknown, sign, norm)?;
+        given[a] = seen(a, root);
+        alpha.iter_mut().zip(&beta).for_each(|(alpha, &beta)| *alpha += beta * root);
     }
     let mut p = geometry.momenta(&q, &q_dot);
-    let momenta = p.iter_mut().zip(&given).zip(is_momentum);
-    momenta.filter(|(_, is_momentum)| *is_momentum).for_each(|((p, given), _)| *p = *given);
+    let momenta = p.iter_mut().zip(&given).zip(&is_momentum);
+    momenta.filter(|(_, is_momentum)| **is_momentum).for_each(|((p, given), _)| *p = *given);
     let is_finite = q_dot.iter().chain(&p).all(|value| value.is_finite());
     if is_finite { Ok((Start { q, q_dot, p }, is_double_root)) } else { Err(NoStart::not_finite()) }
 }
@@ -227,7 +231,7 @@ impl<S: Real> Quadratic<S> {
             return Err(NoStart::not_finite());
         }
         if square.abs() <= self.rounding * square_size {
-            return self.linear_root(unknown, sign);
+            return self.linear_root(unknown);
         }
         let discriminant = middle * middle - square * rest;
         let size = middle_size * middle_size + square.abs() * rest_size;
@@ -256,22 +260,12 @@ impl<S: Real> Quadratic<S> {
         Ok((if sign == Some(Sign::Minus) { smaller } else { larger }, false))
     }
 
-    fn linear_root(&self, unknown: &str, sign: Option<Sign>) -> Result<(S, bool), NoStart> {
+    /// The only root, which is the larger one and the smaller one.
+    fn linear_root(&self, unknown: &str) -> Result<(S, bool), NoStart> {
         if self.middle.abs() <= self.rounding * self.sizes[1] {
             let message = format!("K does not depend on {unknown}, so that norm cannot determine it");
             return Err(NoStart::unsolved(message, "solve for another velocity or momentum"));
         }
-        let root = -self.rest / (self.middle + self.middle);
-        let is_other = match sign {
-            Some(Sign::Plus) => root < S::ZERO,
-            Some(Sign::Minus) => root > S::ZERO,
-            None => false,
-        };
-        if is_other && self.rest.abs() > self.rounding * self.sizes[2] {
-            let root = root.to_f64();
-            let message = format!("the only {unknown} that gives this K is {root}, which has the other sign");
-            return Err(NoStart::unsolved(message, "change the sign in solve"));
-        }
-        Ok((root, false))
+        Ok((-self.rest / (self.middle + self.middle), false))
     }
 }

@@ -13,7 +13,8 @@ use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::{
-    StreamedTable, branches, residuals, trajectory, write_events, write_nodes, write_samples, write_sensitivity,
+    StreamedTable, branches, residuals, trajectory, write_events, write_growth, write_nodes, write_samples,
+    write_sensitivity,
 };
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
 use geodesic_ivp::solve::{Limit, Settings, Setup, System, WorldLine};
@@ -32,6 +33,7 @@ const RESIDUALS: &str = "residuals.csv";
 const BRANCHES: &str = "branches.csv";
 const SAMPLES: &str = "samples.csv";
 const SENSITIVITY: &str = "sensitivity.csv";
+const GROWTH: &str = "growth.csv";
 const EVENTS: &str = "events.csv";
 const UNTIL_FAILURE: &str = "until_failure.csv";
 
@@ -323,6 +325,7 @@ fn tables(case: &Case, args: &RunArgs) -> Vec<&'static str> {
         (BRANCHES, has_nodes && settings.system == System::Doubled),
         (SAMPLES, args.samples.count().is_some()),
         (SENSITIVITY, has_nodes && settings.sensitivity),
+        (GROWTH, has_nodes && settings.sensitivity),
         (EVENTS, !case.events.is_empty()),
     ];
     all.into_iter().filter(|(_, is_wanted)| *is_wanted).map(|(name, _)| name).collect()
@@ -337,6 +340,7 @@ fn write_table<S: Real>(name: &str, out: &File, case: &Case, run: &Run<S>, every
         BRANCHES => write_nodes(out, &run.parts(), every, branches),
         SAMPLES => write_samples(out, names, &run.samples, line.digits),
         SENSITIVITY => write_sensitivity(out, line),
+        GROWTH => write_growth(out, line),
         _ => write_events(out, names, &case.event_names(), &run.events, line.digits),
     }
 }

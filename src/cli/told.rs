@@ -157,8 +157,8 @@ impl<S: Real> Told<'_, S> {
 
     /// The growth of small changes, if they were carried along.
     fn growth(&self) -> Option<String> {
-        let sensitivity = self.run.line.sensitivity.as_ref()?;
-        let [lyapunov, megno] = [sensitivity.lyapunov(), sensitivity.megno()].map(short);
+        let growth = self.run.line.sensitivity.as_ref()?.growth();
+        let [lyapunov, megno] = [growth.lyapunov, growth.megno].map(short);
         Some(format!("largest Lyapunov exponent {lyapunov}, MEGNO {megno} (2: regular)"))
     }
 

@@ -51,7 +51,7 @@ impl<S: Real> Deviation<S> {
 /// The deviation of a momentum, or of a sum of momenta, from its value at the start of the run.
 #[derive(Debug, Clone)]
 pub struct ChargeDeviation<S = f64> {
-    /// Constants c^a of Σ c^a p_a, for the coordinates that occur.
+    /// Constants c^a of Σ c^a p_a, for the coordinates that occur, with momenta as a user sees them.
     pub terms: Vec<(usize, S)>,
     /// Its value at the start.
     pub value: S,
@@ -91,14 +91,15 @@ impl<S: Real> Fields<'_, S> {
     /// The deviation of Σ c^a p_a; of the motion, where γ falls, and not of the reversed one.
     pub(super) fn charge(&self, terms: Vec<(usize, S)>) -> ChargeDeviation<S> {
         let (run, sign) = (self.run, |p: S| self.run.signed(p));
-        let value = terms.iter().fold(S::ZERO, |sum, &(a, c)| sum + c * run.place.start.p[a]);
+        let inside: Vec<_> = terms.iter().map(|&(a, c)| (a, run.geometry().seen(a, c))).collect();
+        let value = inside.iter().fold(S::ZERO, |sum, &(a, c)| sum + c * run.place.start.p[a]);
         let mut delta = self.zeros();
-        for &(a, c) in &terms {
+        for &(a, c) in &inside {
             delta.iter_mut().zip(&self.momenta[a]).for_each(|(sum, &p)| *sum += c * p);
         }
         delta.iter_mut().for_each(|delta| *delta = sign(*delta - value));
         let mut corrected = delta.clone();
-        for &(a, c) in &terms {
+        for &(a, c) in &inside {
             let place = Layout::new(run.q.len(), 0, Form::Strong).kappa(a);
             for window in &run.windows {
                 if let Some(&kappa) = window.multipliers.get(place) {
@@ -108,10 +109,10 @@ impl<S: Real> Fields<'_, S> {
             }
         }
         let sum_at_end =
-            |view: WindowNodes<'_, S>| terms.iter().fold(-value, |sum, &(a, c)| sum + c * view.end_momentum(a));
+            |view: WindowNodes<'_, S>| inside.iter().fold(-value, |sum, &(a, c)| sum + c * view.end_momentum(a));
         let ends: Vec<S> = run.views().map(sum_at_end).collect();
         ChargeDeviation {
-            heard: self.heard([&delta, &ends], Weights::Constants(&terms), |_| 1.0),
+            heard: self.heard([&delta, &ends], Weights::Constants(&inside), |_| 1.0),
             max_interior: self.largest(&delta, Window::exact),
             max_last: self.largest(&delta, |window| window.nodes().end - 1..window.nodes().end),
             last: delta.last().copied().unwrap_or(S::ZERO),
@@ -251,7 +252,8 @@ pub(super) fn work<S: Real>(fields: &Fields<'_, S>) -> Vec<(WorkBalance<S>, Plac
             let force = &fields.forces[coordinate];
             let work = sum(line.windows.iter().map(|window| window.sbp().integrate(&force[window.nodes()])));
             let gained = line.last_joint().p[coordinate] - line.joint(0).p[coordinate];
-            let balance = WorkBalance { coordinate, work: line.signed(work), defect: line.signed(gained - work) };
+            let seen = |p: S| line.geometry().seen(coordinate, line.signed(p));
+            let balance = WorkBalance { coordinate, work: seen(work), defect: seen(gained - work) };
             (balance, fields.balance_place(coordinate, balance.defect.to_f64().abs()))
         })
         .collect()

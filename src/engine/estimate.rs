@@ -9,6 +9,7 @@ use super::POINTS;
 use super::plane::Plane;
 use super::sizes::inverse;
 use super::steps::{Errors, Steps, Total};
+use super::sweeps::larger;
 use super::tuning::{LEFT_MARGIN, MARGIN, OF_SLOPES, ROUNDING};
 use super::window::Solver;
 
@@ -58,9 +59,9 @@ impl<'g> ErrorEstimate<'g> {
         let late = of(coordinate) / window.end_rate(coordinate).abs();
         let others = (0..window.geometry.dimension()).filter(|&a| a != coordinate);
         let worst = others
-            .fold(0.0, |worst: f64, a| worst.max((of(a) + late * window.end_rate(a).abs()) * window.inverse_size(a)));
-        let Total { now: [now, _], largest, .. } = &mut self.total;
-        (*now, *largest) = (now.max(worst), largest.max(worst));
+            .fold(0.0, |worst, a| larger(worst, (of(a) + late * window.end_rate(a).abs()) * window.inverse_size(a)));
+        let Total { now: [now, rounding], reached, largest } = self.total;
+        self.total = Total { now: [larger(now, worst), rounding], reached, largest }.grown();
     }
 
     /// Carries δ over a window that is finished, and adds the window's own error. `left` is what its sweeps left
@@ -80,9 +81,10 @@ impl<'g> ErrorEstimate<'g> {
                 let error =
                     |a: usize| plane.error(window.place(a)).map(|error| error * window.size(a).for_sums(is_last));
                 let errors = (1..window.geometry.dimension()).map(error);
-                let now = errors.fold(error(0), |[all, rounding], error| [all.max(error[0]), rounding.max(error[1])]);
+                let now =
+                    errors.fold(error(0), |[all, rounding], error| [larger(all, error[0]), larger(rounding, error[1])]);
                 let Total { reached, largest, .. } = self.total;
-                self.total = Total { now, reached: reached + window.length, largest: largest.max(now[0]) };
+                self.total = Total { now, reached: reached + window.length, largest }.grown();
             }
             Method::Steps(steps) => {
                 steps.follow(window, &self.local, is_last);

@@ -70,7 +70,7 @@ mod window;
 
 pub use self::dense::Dense;
 pub use self::failure::Failure;
-pub use self::sensitivity::Sensitivity;
+pub use self::sensitivity::{Growth, Sensitivity};
 pub use self::solved::{Handed, Marched, OfState, Solved, State, Window, WindowNodes};
 
 use std::ops::{ControlFlow, Deref, DerefMut};

@@ -142,7 +142,9 @@ impl<'g> Plane<'g> {
             let ([q, p], square) = (self.flow, self.square());
             [self.truncation, self.rounding].map(|errors| {
                 let across = if square > 0.0 { errors.change * self.metric * p / square } else { 0.0 };
-                (errors.shear * q - across).abs() + errors.shift * q.abs()
+                let error = (errors.shear * q - across).abs() + errors.shift * q.abs();
+                // Without a frame nothing is known of δ.
+                if square.is_finite() { error } else { f64::INFINITY }
             })
         };
         [truncation + rounding, rounding]

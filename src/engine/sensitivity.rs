@@ -1,10 +1,25 @@
 //! The growth of small changes along a run.
 
+/// The growth of small changes from the start to a joint of windows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Growth {
+    /// γ from the start of the run.
+    pub gamma: f64,
+    /// The largest Lyapunov exponent, L/γ; 0 at the start.
+    pub lyapunov: f64,
+    /// The mean exponential growth factor; 0 at the start.
+    pub megno: f64,
+}
+
 /// The derivative of positions and momenta at the joints of windows with respect to those at the start, and what
 /// becomes of one tangent vector δ.
 ///
-/// With every active coordinate and momentum divided by its size at the start, δ begins with equal parts of all of
-/// them. With L = ln |δ|/|δ₀| the mean exponential growth factor is
+/// Growth is that of the motion alone: the coordinate t and its momentum count nowhere, unless nothing else is active.
+/// Without friction that is no other exponent, but what a force takes from a motion it takes not from these two: they
+/// stay as they are, and would hide that everything else comes to rest.
+///
+/// With every unknown that counts divided by its size at the start, δ begins with equal parts of all of them, and is
+/// made as long as that again after every window. With L = ln |δ|/|δ₀| the mean exponential growth factor is
 ///
 /// ```text
 /// Y(γ) = 2/γ ∫ (d ln |δ|/dγ) γ dγ = 2 (L − 1/γ ∫ L dγ),        MEGNO = 1/γ ∫ Y dγ
@@ -22,6 +37,12 @@ pub struct Sensitivity {
     /// δ/|δ|, and 1/size of each unknown, which is known from the first window on.
     pub(super) tangent: Vec<f64>,
     pub(super) inverse_sizes: Vec<f64>,
+    /// The same of unknowns that count, and 0 for the others.
+    pub(super) measures: Vec<f64>,
+    /// The unknowns that what counts depends on.
+    steers: Vec<bool>,
+    /// Growth at the same joints.
+    growths: Vec<Growth>,
     /// γ from the start, L, ∫ L dγ and ∫ Y dγ.
     pub(super) gamma: f64,
     pub(super) growth: f64,
@@ -33,10 +54,24 @@ impl Sensitivity {
     /// The start of a run with so many active coordinates. The matrices of all joints are kept, or the last one alone.
     pub fn new(active: usize, keeps_all: bool) -> Self {
         let unknowns = 2 * active;
-        let (tangent, inverse_sizes) = (Vec::new(), Vec::new());
+        let [tangent, inverse_sizes, measures] = [const { Vec::new() }; 3];
+        let (steers, growths) = (Vec::new(), vec![Growth::default()]);
         let joints = (0..unknowns * unknowns).map(|at| f64::from(u8::from(at % (unknowns + 1) == 0))).collect();
         let [gamma, growth, integral, mean] = [0.0; 4];
-        Self { unknowns, joints, keeps_all, tangent, inverse_sizes, gamma, growth, integral, mean }
+        Self {
+            unknowns,
+            joints,
+            keeps_all,
+            tangent,
+            inverse_sizes,
+            measures,
+            steers,
+            growths,
+            gamma,
+            growth,
+            integral,
+            mean,
+        }
     }
 
     /// Goes back to the start.
@@ -55,20 +90,23 @@ impl Sensitivity {
         self.unknowns == 0
     }
 
-    /// The largest Lyapunov exponent, L/γ; 0 at the start.
-    pub fn lyapunov(&self) -> f64 {
-        if self.gamma > 0.0 { self.growth / self.gamma } else { 0.0 }
+    /// Growth at the start and at the ends of all windows, or at the last end alone.
+    pub fn growths(&self) -> &[Growth] {
+        &self.growths
     }
 
-    /// The mean exponential growth factor; 0 at the start.
-    pub fn megno(&self) -> f64 {
-        if self.gamma > 0.0 { self.mean / self.gamma } else { 0.0 }
+    /// Growth at the end of the last window.
+    pub fn growth(&self) -> Growth {
+        self.growths.last().copied().unwrap_or_default()
     }
 
-    /// Begins δ, where sizes are known.
-    pub(super) fn set_sizes(&mut self, inverse_sizes: Vec<f64>) {
-        let part = (self.unknowns as f64).sqrt();
-        self.tangent = inverse_sizes.iter().map(|inverse| 1.0 / (part * inverse)).collect();
+    /// Begins δ, where sizes are known, in the unknowns that count. What they depend on is `steers`.
+    pub(super) fn set_sizes(&mut self, inverse_sizes: Vec<f64>, counts: &[bool], steers: &[bool]) {
+        let part = (counts.iter().filter(|counts| **counts).count() as f64).sqrt();
+        let counted = || inverse_sizes.iter().zip(counts);
+        self.tangent = counted().map(|(inverse, counts)| if *counts { 1.0 / (part * inverse) } else { 0.0 }).collect();
+        self.measures = counted().map(|(&inverse, counts)| if *counts { inverse } else { 0.0 }).collect();
+        self.steers = steers.to_vec();
         self.inverse_sizes = inverse_sizes;
     }
 
@@ -77,10 +115,19 @@ impl Sensitivity {
         let n = self.unknowns;
         let carried = |row: &[f64]| row.iter().zip(&self.tangent).map(|(factor, part)| factor * part).sum();
         self.tangent = window.chunks_exact(n).map(carried).collect();
-        let square = self.tangent.iter().zip(&self.inverse_sizes).map(|(part, inverse)| (part * inverse).powi(2));
+        let square = self.tangent.iter().zip(&self.measures).map(|(part, inverse)| (part * inverse).powi(2));
         let length = square.sum::<f64>().sqrt();
         self.growth += length.ln();
-        self.tangent.iter_mut().for_each(|part| *part /= length);
+        // What nothing depends on may grow beside δ until it leaves the range of numbers.
+        for (part, steers) in self.tangent.iter_mut().zip(&self.steers) {
+            *part = if *steers { *part / length } else { 0.0 };
+        }
+        let [lyapunov, megno] =
+            [self.growth, self.mean].map(|sum| if self.gamma > 0.0 { sum / self.gamma } else { 0.0 });
+        self.growths.push(Growth { gamma: self.gamma, lyapunov, megno });
+        if !self.keeps_all {
+            self.growths.remove(0);
+        }
         let last = self.joints.len() - n * n;
         for row in window.chunks_exact(n) {
             for column in last..last + n {

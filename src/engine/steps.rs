@@ -40,6 +40,15 @@ pub(super) struct Total {
     pub(super) largest: f64,
 }
 
+impl Total {
+    /// The same with what `now` has come to in the largest error. An error that is no number, or beyond the range of
+    /// numbers, is infinite: nothing is known of it.
+    pub(super) fn grown(self) -> Self {
+        let now = self.now.map(|error| if error.is_finite() { error } else { f64::INFINITY });
+        Self { now, largest: self.largest.max(now[0]), ..self }
+    }
+}
+
 /// δ, step by step.
 pub(super) struct Steps<'g> {
     transport: Transport<'g>,
@@ -267,7 +276,7 @@ impl Steps<'_> {
                 now = largest(now, &delta[k], self.inverse_sizes[k]);
             }
         }
-        self.total = Total { now, largest: larger(self.total.largest, now[0]), ..self.total };
+        self.total = Total { now, ..self.total }.grown();
     }
 }
 

@@ -2,8 +2,9 @@
 //!
 //! Values inside a window are not as accurate as that at its end, so that the place is found by windows that end there.
 
-use super::adaptive::Adaptive;
+use super::adaptive::{Adaptive, Target};
 use super::solved::{Solved, WindowNodes};
+use super::window::Solver;
 use super::{Failure, State, Windows};
 use crate::number::Compensated;
 use crate::number::root::{root, try_root};
@@ -15,6 +16,9 @@ const IDLE: usize = 100;
 const ROOM: f64 = 1e-4;
 /// A root is looked for again if it is nearer to the start of the run than this share of where it was looked for.
 const NEARER: f64 = 0.25;
+/// A run has come to its value if it is off by no more than so many units in the last place: the length of its last
+/// window, and the sum with that, are rounded once each.
+const ARRIVED: f64 = 2.0;
 
 impl Adaptive<'_> {
     /// Ends the run in the window that was accepted, if it gets to the target there.
@@ -26,6 +30,11 @@ impl Adaptive<'_> {
         let (a, h) = (target.coordinate, self.attempt.accepted.length);
         let side = (target.value - target.from).signum();
         let ahead = |q: f64| (q - target.value) * side;
+        if ahead(self.lent.solver.end.q[a].high).abs() <= ARRIVED * f64::EPSILON * target.value.abs() {
+            self.lent.solver.end.q[a] = Compensated::from(target.value);
+            self.attempt.accepted.is_last = true;
+            return Ok(());
+        }
         let passed = self.may_pass(a, target.value, side).then(|| self.lent.dense()).and_then(|dense| {
             let nodes = self.lent.solver.fractions();
             let node = (1..nodes.len()).find(|&node| ahead(dense.position(a, nodes[node])) >= 0.0)?;
@@ -55,6 +64,17 @@ impl Adaptive<'_> {
             }
         }
         Err(self.reason(Failure::NotConverged))
+    }
+}
+
+impl Adaptive<'_> {
+    /// The length in which the coordinate comes to the target at the rate that it has at the start of the window.
+    pub(super) fn rest_to_target(&self) -> Option<f64> {
+        let Target { coordinate: a, value, .. } = self.target?;
+        let Solver { initial, start, .. } = &self.lent.solver;
+        let rate = if self.attempt.windows == 0 { initial.q_dot[a] } else { self.attempt.rate };
+        let rest = ((value - start.q[a].high) - start.q[a].low) / rate;
+        (rest > 0.0 && rest.is_finite()).then_some(rest)
     }
 }
 

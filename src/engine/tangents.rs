@@ -17,6 +17,7 @@ use super::sensitivity::Sensitivity;
 use super::sizes::inverse;
 use super::system::Linear;
 use super::window::Solver;
+use crate::geometry::Geometry;
 use crate::number::Compensated;
 use crate::number::vector::{Lanes, Level, Nodes, multiply};
 
@@ -46,6 +47,9 @@ pub(super) struct Tangents<'g, const N: usize> {
     weights: Vec<f64>,
     /// Φ by rows.
     matrix: Vec<f64>,
+    /// The unknowns whose growth is measured, and those that they depend on.
+    counts: Vec<bool>,
+    steers: Vec<bool>,
 }
 
 impl<'g, const N: usize> Tangents<'g, N> {
@@ -56,7 +60,10 @@ impl<'g, const N: usize> Tangents<'g, N> {
         let active = geometry.active().len();
         let rows = if linear.order == Order::First { 2 * active } else { active };
         let room = || vec![Nodes::ZERO; rows * 2 * active];
+        let counts = counted(geometry);
         Self {
+            steers: steering(&linear, counts.clone()),
+            counts,
             active,
             rows,
             tables: rule.tables(linear.order, Compensated::from(1.0), false),
@@ -75,7 +82,8 @@ impl<'g, const N: usize> Tangents<'g, N> {
     pub(super) fn follow(&mut self, window: &Solver<'g, N>, sensitivity: &mut Sensitivity) {
         let n = 2 * self.active;
         if sensitivity.inverse_sizes.is_empty() {
-            sensitivity.set_sizes((0..n).map(|k| self.inverse_size(window, k)).collect());
+            let inverse_sizes = (0..n).map(|k| self.inverse_size(window, k)).collect();
+            sensitivity.set_sizes(inverse_sizes, &self.counts, &self.steers);
         }
         let inverse_sizes = &sensitivity.inverse_sizes;
         let weight = |at: usize| inverse_sizes[at % self.rows] / inverse_sizes[at / self.rows];
@@ -96,6 +104,26 @@ impl<'g, const N: usize> Tangents<'g, N> {
         };
         if found > 0.0 { found } else { 1.0 }
     }
+}
+
+/// The positions and momenta whose growth is that of the motion: of all coordinates but the time, which is called t, or
+/// of all if no other is active.
+fn counted(geometry: &Geometry) -> Vec<bool> {
+    let counts = geometry.active().iter().map(|&a| geometry.names()[a] != "t").collect::<Vec<_>>();
+    let all = !counts.contains(&true);
+    [&counts[..], &counts].concat().into_iter().map(|counts| counts || all).collect()
+}
+
+/// The unknowns that those which `steers` marks depend on, in one step or in several, and these.
+fn steering<const N: usize>(linear: &Linear<'_, N>, mut steers: Vec<bool>) -> Vec<bool> {
+    // In second order the rows of velocities are those of positions.
+    if linear.order == Order::Second {
+        return vec![true; steers.len()];
+    }
+    while let Some(term) = linear.rows.iter().find(|term| steers[term.row] && !steers[term.column]) {
+        steers[term.column] = true;
+    }
+    steers
 }
 
 /// Solves the equations, and carries a sensitivity to the end of the window.
@@ -219,10 +247,10 @@ impl<const N: usize> Tangents<'_, N> {
     #[inline(always)]
     fn lengths<S: Simd>(&self, s: S, window: &Solver<'_, N>, sensitivity: &Sensitivity) -> Nodes<N> {
         let Self { linear, active, rows, deltas, slopes, .. } = self;
-        let Sensitivity { tangent, inverse_sizes, .. } = sensitivity;
+        let Sensitivity { tangent, measures, .. } = sensitivity;
         let (m, zero, Solver { rule, metric, length: h, .. }) = (*active, Lanes::splat(s, 0.0), window);
         let mut square = zero;
-        for k in 0..2 * m {
+        for k in (0..2 * m).filter(|&k| measures[k] > 0.0) {
             let value = match (k.checked_sub(m), linear.order) {
                 (Some(place), Order::Second) => {
                     let mut force = zero;
@@ -235,7 +263,7 @@ impl<const N: usize> Tangents<'_, N> {
                 }
                 _ => combined(s, tangent, &deltas[k..], *rows),
             };
-            let relative = value * inverse_sizes[k];
+            let relative = value * measures[k];
             square = relative.mul_add(relative, square);
         }
         Nodes(square.nodes().0.map(|square| 0.5 * square.ln()))

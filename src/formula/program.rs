@@ -1,8 +1,10 @@
 //! Straight-line programs: what the outputs of a graph need, one step a value.
 
+use super::Function;
 use super::graph::{Graph, Node, NodeId};
 use super::operation::{Fused, Operation};
 use crate::number::Real;
+use crate::number::spline::Table;
 
 /// The place of a value in a register file.
 pub(crate) type Register = usize;
@@ -196,6 +198,14 @@ impl<S: Real> Program<S> {
             }
         }
         self.steps.iter().filter(|step| is_needed[step.to()]).copied().collect()
+    }
+
+    /// The registers of the arguments of tables, with these.
+    pub(crate) fn arguments_of_tables(&self) -> impl Iterator<Item = (Register, Table)> {
+        self.steps.iter().filter_map(|step| match step.operation() {
+            Operation::Call(Function::Table(table), argument) => Some((argument, table)),
+            _ => None,
+        })
     }
 
     /// The steps to the first `outputs` outputs: the schedule of these that needs no room of its own.

@@ -10,7 +10,7 @@ use super::{Geometry, Start};
 use crate::number::norm::max_abs;
 use crate::number::{Extended, Noise, Real};
 
-/// Constants c^a for which Σ c^a p_a is conserved.
+/// Constants c^a for which Σ c^a p_a is conserved, with momenta as a user sees them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ConservedSum {
     /// c^a of every coordinate that occurs, with its index.
@@ -53,13 +53,14 @@ impl Geometry<f64> {
             return Vec::new();
         }
         let few = &places[..places.len().min(2 * active.len())];
-        null_vectors(exact().rows(few), ZERO[1]).into_iter().map(|c| sum_of(active, &c)).collect()
+        let exact = exact();
+        null_vectors(exact.rows(few), ZERO[1]).into_iter().map(|c| exact.sum_of(&c)).collect()
     }
 
     /// Returns true if a sum does not change at a place: its terms cancel there but for rounding.
     pub fn conserves(&self, sum: &ConservedSum, q: &[f64], q_dot: &[f64]) -> bool {
         let forces = self.forces(q, q_dot);
-        let terms = || sum.terms.iter().map(|&(a, c)| c * forces[a]);
+        let terms = || sum.terms.iter().map(|&(a, c)| c * self.seen(a, forces[a]));
         terms().sum::<f64>().abs() <= ZERO[0] * terms().map(f64::abs).sum::<f64>()
     }
 
@@ -98,11 +99,14 @@ impl<S: Real> Geometry<S> {
     }
 }
 
-/// The sum with the coefficients `c` of the active coordinates, scaled so that the first one is 1.
-fn sum_of(active: &[usize], c: &[Extended]) -> ConservedSum {
-    let first = c.iter().copied().find(|c| *c != Extended::ZERO).unwrap_or(Extended::ONE);
-    let terms = active.iter().zip(c).map(|(&a, &c)| (a, (c / first).to_f64())).filter(|(_, c)| *c != 0.0).collect();
-    ConservedSum { terms }
+impl Geometry<Extended> {
+    /// The sum with the coefficients `c` of the active coordinates, scaled so that the first one is 1.
+    fn sum_of(&self, c: &[Extended]) -> ConservedSum {
+        let terms = self.active().iter().zip(c).map(|(&a, &c)| (a, self.seen(a, c)));
+        let terms: Vec<_> = terms.filter(|(_, c)| *c != Extended::ZERO).collect();
+        let first = terms.first().map_or(Extended::ONE, |(_, c)| *c);
+        ConservedSum { terms: terms.into_iter().map(|(a, c)| (a, (c / first).to_f64())).collect() }
+    }
 }
 
 /// A basis of the vectors c with rows · c = 0, by Gauss–Jordan elimination with full pivoting. Rows and columns are

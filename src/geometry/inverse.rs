@@ -11,7 +11,7 @@ use super::text::GeometryError;
 use crate::formula::{Graph, NodeId};
 use crate::number::Real;
 
-/// The largest block that is inverted.
+/// The largest block that is inverted. Eight take two seconds to compile, and each one more takes that twice.
 pub const MOST_COUPLED: usize = 8;
 
 /// A block of coordinates with its determinant.
@@ -47,7 +47,10 @@ impl Inverse {
         let order = block.len();
         if order > MOST_COUPLED {
             let many = format!("{order} coordinates are coupled by off-diagonal components");
-            return Err(GeometryError::Metric(format!("{many}, at most {MOST_COUPLED} may be"), None));
+            let help = "their block is inverted as formulas, by minors, which double in number with each coordinate: \
+                        choose coordinates that couple fewer";
+            let message = format!("{many}, at most {MOST_COUPLED} may be");
+            return Err(GeometryError::Metric(message, Some(help.to_owned())));
         }
         let rows: Vec<Vec<Option<NodeId>>> =
             block.iter().map(|&a| block.iter().map(|&b| parts.component(a, b)).collect()).collect();

@@ -60,6 +60,7 @@ pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
 pub(crate) use text::uses;
 pub use text::{GeometryError, GeometryText, Law, Place, Potential, Tau};
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use self::inverse::Inverse;
@@ -68,6 +69,7 @@ use self::parts::Parts;
 use crate::formula::Names;
 use crate::number::Real;
 use crate::number::norm::larger;
+use crate::number::spline::Table;
 
 /// The metric, the one-form and the force of a scene, with their derivatives, as programs.
 #[derive(Debug, Clone)]
@@ -75,6 +77,9 @@ pub struct Geometry<S = f64> {
     names: Vec<String>,
     /// The coordinates that off-diagonal components couple, block by block.
     pub blocks: Vec<Vec<usize>>,
+    /// The coordinates whose momenta have the other sign than in mechanics.
+    mirrored: Range<usize>,
+    tables: Vec<(String, Table)>,
     /// The signs that the determinants of the blocks must have, ±1, or 0 for either.
     pub(crate) signs: Vec<S>,
     /// c² of the paper's space-time diag(g00(x), −1) of t and x, in which a particle is where g00 > 0, wherever it
@@ -90,7 +95,7 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// [`GeometryError`] with the place of the mistake.
     pub fn new(text: &GeometryText) -> Result<Self, GeometryError> {
-        Self::of_parts(Parts::new(text)?, &[])
+        Self::of_parts(Parts::new(text)?, &[]).map(|geometry| geometry.seen_as(text))
     }
 
     /// The paper's space-time diag(g00(x), −1) of t and x. x is active without a force, too.
@@ -103,7 +108,7 @@ impl<S: Real> Geometry<S> {
     pub fn of_x(text: &GeometryText) -> Result<Self, GeometryError> {
         let c = &text.potential.as_ref().expect("there is a potential").c;
         let c: S = parts::constant(c, &Names::new(), Place::SpeedOfLight)?;
-        let geometry = Self::of_parts(Parts::new(text)?, &[1])?;
+        let geometry = Self::of_parts(Parts::new(text)?, &[1])?.seen_as(text);
         Ok(Self { signs: vec![S::ONE, -S::ONE], c_squared: Some(c * c), ..geometry })
     }
 
@@ -112,7 +117,7 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// As [`Self::new`].
     pub fn backward(text: &GeometryText) -> Result<Self, GeometryError> {
-        Self::of_parts(Parts::new(text)?.reversed(), &[])
+        Self::of_parts(Parts::new(text)?.reversed(), &[]).map(|geometry| geometry.seen_as(text))
     }
 
     /// The coordinates that are active in any case are `kept`.
@@ -125,7 +130,31 @@ impl<S: Real> Geometry<S> {
         parts.graph = graph;
         let hamiltonian = Arc::new(Hamiltonian::new(parts, &inverse, active));
         let blocks: Vec<_> = inverse.blocks.into_iter().map(|block| block.coordinates).collect();
-        Ok(Self { names, signs: vec![S::ZERO; blocks.len()], c_squared: None, blocks, lagrangian, hamiltonian })
+        let signs = vec![S::ZERO; blocks.len()];
+        Ok(Self { names, signs, c_squared: None, blocks, mirrored: 0..0, tables: Vec::new(), lagrangian, hamiltonian })
+    }
+
+    /// The same geometry, whose momenta and tables are seen as those of this text.
+    fn seen_as(self, text: &GeometryText) -> Self {
+        Self { mirrored: text.mirrored(), tables: text.tables.clone(), ..self }
+    }
+
+    /// The table that has no value at `q`, if there is one. Arguments that depend on velocities are not looked at.
+    pub fn off_table(&self, q: &[S]) -> Option<OffTable> {
+        let mut point = self.point();
+        let _ = point.evaluate(q, &vec![S::from(f64::NAN); q.len()]);
+        self.hamiltonian.program.arguments_of_tables().find_map(|(register, table)| {
+            let argument = point.registers[register][0];
+            let is_off = !argument.is_nan() && table.piece(argument).is_none();
+            let (name, _) = self.tables.iter().find(|(_, other)| is_off && table.is_of(*other))?;
+            Some(OffTable { name: name.clone(), ends: table.ends(), argument: argument.to_f64() })
+        })
+    }
+
+    /// The momentum of a coordinate as a user sees it, from that of the geometry, or back. With Newton's law it is that
+    /// of mechanics, m dx/dγ + A; the geometry has g_aa = −m. All that a user reads or writes passes here.
+    pub fn seen(&self, a: usize, p: S) -> S {
+        if self.mirrored.contains(&a) { -p } else { p }
     }
 
     /// The same geometry, with the signs that the determinants have at `q` as the ones that they must have.
@@ -271,6 +300,18 @@ impl<S: Real> Geometry<S> {
     pub fn fill_force(&self, q: &[&[S]], q_dot: &[&[S]], samples: &mut Samples<S>) {
         self.lagrangian.force.sample(&[q, q_dot].concat(), &mut samples.rows_mut().collect::<Vec<_>>());
     }
+}
+
+/// A table whose argument lies outside of what it knows.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("the table '{name}' goes from {} to {}, and its argument is {argument}", .ends[0], .ends[1])]
+pub struct OffTable {
+    /// Its name.
+    pub name: String,
+    /// Its first argument and its last one.
+    pub ends: [f64; 2],
+    /// The argument.
+    pub argument: f64,
 }
 
 /// A block of the metric has a determinant of the wrong sign, or a number is not finite.

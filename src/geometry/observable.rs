@@ -1,5 +1,7 @@
 //! Formulas of a state: what a user wants to see conserved, or where a run is to end.
 
+use std::ops::Range;
+
 use super::parts::{self, Scope};
 use super::text::{GeometryError, GeometryText, Place};
 use crate::formula::{self, Program};
@@ -13,6 +15,8 @@ pub struct Observable<S = f64> {
     registers: Vec<[S; 1]>,
     /// True if velocities and momenta are those of the reversed motion.
     is_reversed: bool,
+    /// The coordinates whose momenta have the other sign in the formula, see [`Geometry::seen`](super::Geometry::seen).
+    mirrored: Range<usize>,
 }
 
 /// The names that an observable may use of a scene with these coordinates: all positions, all velocities, all momenta
@@ -35,7 +39,8 @@ impl<S: Real> Observable<S> {
         let node = formula::parse(text, &variables, &scope.names, &mut scope.graph)
             .map_err(|error| GeometryError::Formula(place, error))?;
         let program = Program::new(&mut scope.graph, variables.len(), &[node]);
-        Ok(Self { registers: program.registers(|constant| [constant]), program, is_reversed: false })
+        let (registers, mirrored) = (program.registers(|constant| [constant]), scene.mirrored());
+        Ok(Self { registers, program, is_reversed: false, mirrored })
     }
 
     /// The same, which is given velocities and momenta of the reversed motion.
@@ -53,6 +58,7 @@ impl<S: Real> Observable<S> {
         if self.is_reversed {
             variables[n..3 * n].iter_mut().for_each(|rate| *rate = -*rate);
         }
+        variables[2 * n..3 * n][self.mirrored.clone()].iter_mut().for_each(|momentum| *momentum = -*momentum);
         variables[3 * n] = norm;
         self.program.run(1, 1, &mut self.registers, &mut 1);
         self.registers[self.program.output(0)][0]

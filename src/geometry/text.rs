@@ -1,5 +1,7 @@
 //! A scene as text: what a case file says about the metric, and what is wrong with it.
 
+use std::ops::Range;
+
 use crate::formula::FormulaError;
 use crate::number::Real;
 use crate::number::spline::Table;
@@ -114,6 +116,12 @@ impl GeometryText {
     /// The coordinates that formulas of positions may use; they are the first ones.
     pub(crate) fn positions(&self) -> Vec<String> {
         self.potential.iter().map(|_| "t".to_owned()).chain(self.coordinates.iter().cloned()).collect()
+    }
+
+    /// The coordinates whose momenta have the other sign than in mechanics: with Newton's law the Lagrangian is −1 of
+    /// the one there, and g_aa = −m.
+    pub(crate) fn mirrored(&self) -> Range<usize> {
+        if self.law() == Some(Law::Newtonian) { 1..self.coordinates.len() + 1 } else { 0..0 }
     }
 
     /// Lets events set what of these names is a parameter.

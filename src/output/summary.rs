@@ -9,7 +9,7 @@ use super::json::{self, ByName, merged, present};
 use crate::case::{Case, Event};
 use crate::diagnostics::verdict::Verdict;
 use crate::diagnostics::{ChargeDeviation, Deviation, Diagnostics, OfX, WorkBalance};
-use crate::engine::{Accuracy, GOOD_DIGITS};
+use crate::engine::{Accuracy, GOOD_DIGITS, Sensitivity};
 use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::solve::{Continuation, Domain, Iterations, NoSolution, Settings, Status, WorldLine};
@@ -30,11 +30,12 @@ pub fn run_summary<S: Real>(
         Some(of_x) => numbers_of_x(line, diagnostics, of_x, error),
         None => numbers_by_name(run, &case.events, error),
     };
+    let growth = line.sensitivity.as_ref().map(Sensitivity::growth);
     let further = json!({
         "error_estimate": line.error_estimate,
         "good_until": good_until(line),
         "windows_unproved": line.windows_unproved,
-        "sensitivity": line.sensitivity.as_ref().map(|it| json!({"lyapunov": it.lyapunov(), "megno": it.megno()})),
+        "sensitivity": growth.map(|growth| json!({"lyapunov": growth.lyapunov, "megno": growth.megno})),
         "acting_events": case.has_acting_events().then_some(run.acting_events),
         "exactness": diagnostics.exactness(),
         "defect_max": diagnostics.defect.as_ref().map(|defect| defect.most),
@@ -212,13 +213,14 @@ fn numbers_by_name<S: Real>(run: &Run<S>, events: &[Event], error: Option<&RunEr
     let sawtooth = diagnostics.sawtooth.iter().map(|(a, sawtooth)| (&names[*a], sawtooth.amplitude.map(number)));
     let count = |watch: usize| run.events.iter().filter(|crossing| crossing.watch == watch).count();
     let (end, norm, energy) = (line.end(), &diagnostics.norm, diagnostics.energy.as_ref());
+    let momenta: Vec<S> = end.p.iter().enumerate().map(|(a, &p)| line.geometry().seen(a, p)).collect();
     merged([
         json!({
             "gradient_norm": number(line.gradient_norm),
             "gamma_final": number(line.gamma_f()),
             "final": all(&end.q),
             "q_dot_final": all(&end.q_dot),
-            "p_final": all(&end.p),
+            "p_final": all(&momenta),
             "charges": of_charges(|charge| charge.value),
             "max_abs_delta_q_interior": of_charges(|charge| charge.max_interior),
             "max_abs_delta_q_last": of_charges(|charge| charge.max_last),

@@ -7,7 +7,7 @@ use std::io::{Seek, Write};
 use csv::{ByteRecord, Writer, WriterBuilder};
 
 use crate::diagnostics::Diagnostics;
-use crate::engine::Sensitivity;
+use crate::engine::{Growth, Sensitivity};
 use crate::number::{DecimalRoom, Real};
 use crate::solve::WorldLine;
 use crate::trajectory::{Crossing, Sample};
@@ -83,17 +83,37 @@ pub fn write_sensitivity<S: Real>(out: impl Write, run: &WorldLine<S>) -> csv::R
     let positions = active.iter().map(|&a| names[a].clone());
     let unknowns: Vec<String> = positions.chain(active.iter().map(|&a| format!("p_{}", names[a]))).collect();
     let cells = unknowns.iter().flat_map(|a| unknowns.iter().map(move |b| format!("d_{a}_d_{b}")));
-    let gammas = std::iter::once(S::ZERO).chain(run.windows.iter().map(|window| window.gamma[1]));
-    let joints = run.sensitivity.iter().flat_map(Sensitivity::joints);
+    let matrices = run.sensitivity.iter().flat_map(Sensitivity::joints);
     let (m, n) = (active.len(), unknowns.len());
-    // Momenta of the reversed motion have the other sign.
-    let is_crossed = |at: usize| (at / n < m) != (at % n < m);
-    let entry = |(at, &value)| if is_crossed(at) { run.signed(S::from(value)) } else { S::from(value) };
+    // Momenta of the reversed motion have the other sign, and those that a user sees may have.
+    let shown = |k: usize, value: S| match k.checked_sub(m) {
+        Some(place) => run.geometry().seen(active[place], run.signed(value)),
+        None => value,
+    };
+    // The sum with 0 takes the sign away from a zero.
+    let entry = |(at, &value): (usize, &f64)| S::ZERO + shown(at / n, shown(at % n, S::from(value)));
     let header = std::iter::once("gamma".to_owned()).chain(cells);
-    let rows = gammas.zip(joints).map(|(gamma, matrix)| {
-        (None, std::iter::once(run.gamma_at(gamma)).chain(matrix.iter().enumerate().map(entry)))
-    });
+    let rows = joints(run).zip(matrices);
+    let rows = rows.map(|(gamma, row)| (None, std::iter::once(gamma).chain(row.iter().enumerate().map(entry))));
     write_rows(out, run.digits, header, rows)
+}
+
+/// γ at the joints of windows, the start first.
+fn joints<S: Real>(run: &WorldLine<S>) -> impl Iterator<Item = S> {
+    let ends = run.windows.iter().map(|window| window.gamma[1]);
+    std::iter::once(S::ZERO).chain(ends).map(|gamma| run.gamma_at(gamma))
+}
+
+/// Writes `growth.csv`: gamma, lyapunov and megno at all joints of windows. A run without a sensitivity has no rows.
+///
+/// # Errors
+/// If `out` cannot be written.
+pub fn write_growth<S: Real>(out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
+    let growths = run.sensitivity.iter().flat_map(Sensitivity::growths);
+    let rows = joints(run).zip(growths).map(|(gamma, Growth { lyapunov, megno, .. })| {
+        (None, [gamma, S::from(*lyapunov), S::from(*megno)].into_iter())
+    });
+    write_rows(out, run.digits, ["gamma", "lyapunov", "megno"].map(str::to_owned), rows)
 }
 
 /// The numbers of a sample: γ, the coordinates and their derivatives.

@@ -53,7 +53,7 @@ impl Change {
             match quantity {
                 Quantity::Position(a) => q[a] = value,
                 Quantity::Velocity(a) => q_dot[a] = value,
-                Quantity::Momentum(a) => p[a] = value,
+                Quantity::Momentum(a) => p[a] = geometry.seen(a, value),
                 Quantity::Parameter(_) => {}
             }
         }

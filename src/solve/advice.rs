@@ -20,6 +20,10 @@ impl NoSolution {
         use Status::*;
         match self.status {
             Converged => "",
+            _ if self.reasons.off_table.is_some() => {
+                "end the run before, give the table more points, or outside = \"linear\": then the function goes on as \
+                 its tangent"
+            }
             OutsideDomain if matches!(self.domain, Domain::G00(g00) if g00.is_nan()) => {
                 "V is not a number there, as a root, a logarithm or a fractional power of a negative number is none: \
                  write the formula so that V exists everywhere (abs(x)), or end the run before"

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::world_line::WorldLine;
 use crate::engine::{Handed, Marched};
-use crate::geometry::Start;
+use crate::geometry::{Geometry, Start};
 use crate::number::{Compensated, Real};
 
 /// A number: its decimal, and what rounding took from it.
@@ -26,8 +26,11 @@ pub struct Continuation {
     q: BTreeMap<String, Digits>,
     /// dq^a/dγ.
     q_dot: BTreeMap<String, Digits>,
-    /// p_a.
+    /// p_a, as a user sees it.
     p: BTreeMap<String, Digits>,
+    /// True if these are momenta of mechanics with Newton's law; summaries of old versions had those of the geometry.
+    #[serde(default)]
+    is_mechanical: bool,
     /// The state of a march.
     #[serde(skip_serializing_if = "Option::is_none")]
     march: Option<Marched>,
@@ -61,7 +64,11 @@ impl Continuation {
             t_counts_from: line.origin.map(|(_, origin)| digits(origin, S::ZERO)),
             q: by_name(&|a| digits(joint.q[a], q_low(a))),
             q_dot: by_name(&|a| digits(end.q_dot[a], S::ZERO)),
-            p: by_name(&|a| digits(end.p[a], line.signed(low(&handed.p_low, place(a))))),
+            p: by_name(&|a| {
+                let [p, low] = [end.p[a], line.signed(low(&handed.p_low, place(a)))];
+                digits(line.geometry().seen(a, p), line.geometry().seen(a, low))
+            }),
+            is_mechanical: true,
             march: handed.march.clone(),
         }
     }
@@ -76,11 +83,15 @@ impl Continuation {
         self.gamma.join(" + ")
     }
 
-    /// q^a and p_a of a coordinate as formulas.
-    pub fn formulas(&self, name: &str) -> Option<[String; 2]> {
+    /// q^a, and p_a as a user gives it, of a coordinate of this geometry as formulas.
+    pub fn formulas(&self, a: usize, geometry: &Geometry) -> Option<[String; 2]> {
+        let name = geometry.names()[a].as_str();
         let origin = self.t_counts_from.as_ref().filter(|_| name == "t");
         let origin: String = origin.into_iter().flatten().map(|number| format!(" + {number}")).collect();
-        Some([self.q.get(name)?.join(" + ") + &origin, self.p.get(name)?.join(" + ")])
+        let momentum = self.p.get(name)?.join(" + ");
+        let is_other = !self.is_mechanical && geometry.seen(a, 1.0) < 0.0;
+        let momentum = if is_other { format!("-({momentum})") } else { momentum };
+        Some([self.q.get(name)?.join(" + ") + &origin, momentum])
     }
 
     /// The origin that t counts from in one coordinate.
@@ -89,16 +100,17 @@ impl Continuation {
     }
 
     /// The state at the end, and what else the run hands on to one that goes the same way.
-    pub fn state<S: Real>(
-        &self,
-        names: &[String],
-        active: &[usize],
-        is_backward: bool,
-    ) -> Option<(Start<S>, Carried<S>)> {
+    pub fn state<S: Real>(&self, geometry: &Geometry<S>, is_backward: bool) -> Option<(Start<S>, Carried<S>)> {
+        let (names, active) = (geometry.names(), geometry.active());
         let all = |values: &BTreeMap<String, Digits>| -> Option<Vec<Compensated<S>>> {
             names.iter().map(|name| sum(values.get(name)?)).collect()
         };
-        let (q, q_dot, p) = (all(&self.q)?, all(&self.q_dot)?, all(&self.p)?);
+        let (q, q_dot, mut p) = (all(&self.q)?, all(&self.q_dot)?, all(&self.p)?);
+        if self.is_mechanical {
+            p.iter_mut().enumerate().for_each(|(a, p)| {
+                *p = Compensated { high: geometry.seen(a, p.high), low: geometry.seen(a, p.low) };
+            });
+        }
         let high = |sums: &[Compensated<S>]| sums.iter().map(|sum| sum.high).collect::<Vec<S>>();
         let p_low = active.iter().map(|&a| p[a].low.to_f64()).map(|low| if is_backward { -low } else { low });
         let handed = Handed {

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::status::{InitialGuess, IterationRecord, Iterations, MOST_EVENTS, MOST_NODES, MOST_SWEEPS, Status};
-use crate::geometry::{Geometry, OutsideGeometry};
+use crate::geometry::{Geometry, OffTable, OutsideGeometry};
 use crate::number::Real;
 use crate::number::norm::rounded_up;
 
@@ -80,6 +80,8 @@ pub struct Reasons {
     pub narrow: Option<Narrow>,
     /// The names of coordinates that come to 0 where it failed, if the motion has no rates there.
     pub towards_zero: Vec<String>,
+    /// The table that has no value where it failed.
+    pub off_table: Option<OffTable>,
     /// The event at which it failed, if one acted there.
     pub event: Option<LastEvent>,
 }
@@ -141,13 +143,16 @@ impl NoSolution {
         outside: &OutsideGeometry,
     ) -> Self {
         let (status, x) = (Status::OutsideDomain, [S::ZERO, S::from(outside.position)]);
-        if geometry.c_squared.is_some() {
-            return Self::new(status, geometry, gamma, q.unwrap_or(&x));
-        }
-        let names = |block: usize| geometry.blocks[block].iter().map(|&a| geometry.names()[a].clone()).collect();
-        let determinant = |block| Domain::Determinant { coordinates: names(block), value: outside.determinant };
-        let point = q.map_or_else(Vec::new, |q| point(geometry, q));
-        Self::at(status, gamma, point, outside.block.map_or(Domain::Scene, determinant))
+        let mut failure = if geometry.c_squared.is_some() {
+            Self::new(status, geometry, gamma, q.unwrap_or(&x))
+        } else {
+            let names = |block: usize| geometry.blocks[block].iter().map(|&a| geometry.names()[a].clone()).collect();
+            let determinant = |block| Domain::Determinant { coordinates: names(block), value: outside.determinant };
+            let point = q.map_or_else(Vec::new, |q| point(geometry, q));
+            Self::at(status, gamma, point, outside.block.map_or(Domain::Scene, determinant))
+        };
+        failure.reasons.off_table = q.and_then(|q| geometry.off_table(q));
+        failure
     }
 
     /// The failure of a window whose last node is at `q`, in which a number, maybe another than g00, is beyond the
@@ -200,6 +205,9 @@ impl NoSolution {
     fn message(&self) -> String {
         let Self { status, residual, needed, asked, .. } = self;
         let (count, place) = (self.iterations.count, place(self.gamma, &self.point));
+        if let Some(off) = &self.reasons.off_table {
+            return format!("the motion leaves what is known of a function at {place}: {off}");
+        }
         match (status, &self.domain) {
             (Status::OutsideDomain, Domain::G00(g00)) => {
                 // Where the equations are explicit, or the first guess already leaves, there is no residual.

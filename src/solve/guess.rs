@@ -34,15 +34,15 @@ pub(super) struct Guess {
 /// are where it finds no next window, and Newton's method says what there is.
 ///
 /// # Errors
-/// γ from the start of the window where the geodesic leaves the domain, and a point outside.
-pub(super) fn guess(window: &Problem<'_, f64>) -> Result<Guess, (f64, OutsideGeometry)> {
+/// γ from the start of the window where the geodesic leaves the domain, q^a there, and a point outside.
+pub(super) fn guess(window: &Problem<'_, f64>) -> Result<Guess, (f64, Vec<f64>, OutsideGeometry)> {
     let (geometry, start, sbp) = (window.geometry, window.start, window.sbp);
     let (points, length) = (window.points(), window.sbp.node(window.points() - 1));
     let mut q: Vec<Vec<f64>> = start.q.iter().map(|&q| vec![q]).collect();
     let mut p: Vec<Vec<f64>> = geometry.active().iter().map(|&a| vec![start.p[a]]).collect();
     q.iter_mut().chain(&mut p).for_each(|row| row.reserve_exact(points - 1));
     let engine = Engine::accurate(geometry, start, length, Accuracy::Local(ACCURACY));
-    let mut engine = engine.map_err(|point| (0.0, point))?;
+    let mut engine = engine.map_err(|point| (0.0, start.q.clone(), point))?;
     for _ in 0..WINDOWS_TO_A_HORIZON.max(MOST_WINDOWS * points) {
         match engine.next() {
             Ok(Some(window)) => {
@@ -55,7 +55,7 @@ pub(super) fn guess(window: &Problem<'_, f64>) -> Result<Guess, (f64, OutsideGeo
             Err(Failure::OutsideDomain(point)) => {
                 let (gamma, q) = engine.place();
                 let position = geometry.active().first().map_or(f64::NAN, |&a| q[a]);
-                return Err((gamma, OutsideGeometry { position, ..point }));
+                return Err((gamma, q, OutsideGeometry { position, ..point }));
             }
             Ok(None) | Err(_) => break,
         }

@@ -75,8 +75,9 @@ impl<S: Real> Pair<'_, S> {
 
     /// Returns the first guess of Newton's method.
     fn guess(&self) -> Result<Guess, NoSolution> {
-        guess::guess(&self.rough).map_err(|(gamma, point)| {
-            let outside = NoSolution::outside(self.rough.geometry, self.gamma + gamma, None, &point);
+        guess::guess(&self.rough).map_err(|(gamma, q, point)| {
+            let mut outside = NoSolution::outside(self.rough.geometry, self.gamma + gamma, None, &point);
+            outside.reasons.off_table = self.rough.geometry.off_table(&q);
             outside.after(InitialGuess::Engine, Vec::new())
         })
     }

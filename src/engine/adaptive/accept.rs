@@ -30,7 +30,14 @@ impl Adaptive<'_> {
                 None => self.ladder.rung(&self.lent.solver.rule, trial.rung, self.attempt.previous),
             };
             let Ok(swept) = self.lent.solver.solve(tables, continuation, LEFT * share) else {
-                self.attempt.control.refuse();
+                // Behind the value that ends the run there may be nothing: a table may end there.
+                let has_values = !self.lent.solver.system.is_broken();
+                let can_land = |rest: &f64| !has_values && *rest < length && landings < MOST_LANDINGS;
+                let rest = self.rest_to_target().filter(can_land);
+                (landing, landings) = (rest, landings + usize::from(rest.is_some()));
+                if rest.is_none() {
+                    self.attempt.control.refuse();
+                }
                 continue;
             };
             self.sweeps += swept.sweeps;

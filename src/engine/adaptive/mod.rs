@@ -15,7 +15,7 @@ use super::ladder::Control;
 use super::ladder::Ladder;
 use super::steps::Total;
 use super::stop::root_between;
-use super::sweeps::Swept;
+use super::sweeps::{Swept, larger};
 use super::tuning::{AHEAD, ALONE, EXACT, FIRST, FORESEEN, INSIDE, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, SHARE};
 use super::view::Lent;
 use super::window::{Known, Solver};
@@ -60,6 +60,8 @@ pub(super) struct Attempt {
     largest_inside: f64,
     /// γ until which the estimate is below each of [`GOOD_DIGITS`].
     good_until: [f64; GOOD_DIGITS.len()],
+    /// The rate of the coordinate by which the run ends, at the end of the window before.
+    pub(super) rate: f64,
     /// γ and q^a where the run failed.
     failed_at: Option<(f64, Vec<f64>)>,
     /// True once the error was carried over the last window.
@@ -67,7 +69,7 @@ pub(super) struct Attempt {
     /// Number of windows in which something may hide.
     unresolved: usize,
     /// Number of windows that were solved.
-    windows: usize,
+    pub(super) windows: usize,
     /// The last one, as it was accepted.
     pub(super) accepted: Accepted,
 }
@@ -100,7 +102,7 @@ impl Target {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Accepted {
     pub(super) length: f64,
-    is_last: bool,
+    pub(super) is_last: bool,
     swept: Swept,
 }
 
@@ -209,7 +211,7 @@ impl<'g> Adaptive<'g> {
     /// If windows add up to more than the accuracy, or are expected to.
     fn follow(&mut self) -> Result<(), Failure> {
         let accepted = self.attempt.accepted;
-        self.attempt.largest_inside = self.attempt.largest_inside.max(accepted.swept.local.inside);
+        self.attempt.largest_inside = larger(self.attempt.largest_inside, accepted.swept.local.inside);
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
         estimate.follow(&self.lent.solver, accepted.swept.left, accepted.is_last);
         if let Some(target) = self.target.filter(|_| accepted.is_last) {
@@ -257,6 +259,9 @@ impl Windows for Adaptive<'_> {
             }
             if self.attempt.accepted.is_last {
                 return Ok(None);
+            }
+            if let Some(target) = self.target {
+                self.attempt.rate = self.lent.solver.end_rate(target.coordinate);
             }
             self.lent.solver.advance();
             self.attempt.gamma = self.attempt.gamma.plus(self.attempt.accepted.length);

@@ -27,6 +27,10 @@ impl Kind {
     }
 }
 
+/// An argument is at the end of a table if it is behind it by no more than so many units in the last place of the
+/// largest knot: γ, its origin and a shift of t are rounded once each, and an argument is a formula of them.
+const AT_END: f64 = 8.0;
+
 /// The values of a spline outside of its knots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outside {
@@ -85,6 +89,17 @@ impl Table {
         (!is_constant).then_some(Self { derivative: self.derivative + 1, ..self })
     }
 
+    /// True if both are derivatives of one function, or that.
+    pub(crate) fn is_of(self, other: Self) -> bool {
+        self.index == other.index
+    }
+
+    /// The first knot and the last one.
+    pub(crate) fn ends(self) -> [f64; 2] {
+        let knots = f64::constants(&self.spline().knots);
+        [knots[0], knots[knots.len() - 1]]
+    }
+
     /// The number of derivatives of this function that are continuous at knots.
     pub(crate) fn smoothness(self) -> usize {
         self.spline().degree.saturating_sub(1 + usize::from(self.derivative))
@@ -133,7 +148,14 @@ impl Table {
         // A NaN is below no knot.
         let is_inside = 0 < piece && piece < last;
         let is_outside = u < knots[0] || piece == last;
-        (is_inside || is_outside && spline.outside == Outside::Linear).then_some(piece)
+        if is_inside || is_outside && spline.outside == Outside::Linear {
+            return Some(piece);
+        }
+        // Rounding may put an argument behind the end that it comes to.
+        let margin = S::from(AT_END * f64::EPSILON) * knots[0].abs().max(knots[last - 1].abs());
+        let is_at_start = u < knots[0] && knots[0] - u <= margin;
+        let is_at_end = piece == last && u - knots[last - 1] <= margin;
+        if is_at_start { Some(1) } else { is_at_end.then_some(last - 1) }
     }
 
     /// The knots on both sides of `u`, which may be the ends of what is known of the function.

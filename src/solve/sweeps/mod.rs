@@ -25,6 +25,9 @@ use crate::sbp::SbpName;
 const SMALL: f64 = 1e-4;
 /// A place is narrow if windows there are shorter than this share of the longest one.
 const NARROW: f64 = 1e-3;
+/// Windows are as long as the motion's own time allows. Where they are shorter by more than ten times what that is
+/// shorter by, something else makes them so, rounding for example, and no encounter and no pole.
+const OF_MOTION: f64 = 0.1;
 /// Changes of sign are at one place if they shorten a window by no more than this share of γ.
 const AT_ONE_PLACE: f64 = 1e-14;
 /// A forecast from the beginning of a run may be too high by this factor.
@@ -54,12 +57,13 @@ pub(super) fn to_accuracy<S: Real>(
             Ok(None) => break,
             Err(Failure::BeginAgain) => {
                 march.engine.begin_again();
+                march.before = march.engine.sweeps();
                 continue;
             }
             Err(failure) => return Err(march.failed(failure)),
         };
         if window.index == 0 {
-            (march.longest, march.shortest) = (0.0, None);
+            march.extremes = Extremes::default();
             run.clear();
             watches.begin();
             (run.line.ended_by, run.line.ended_at) = (None, None);
@@ -72,10 +76,7 @@ pub(super) fn to_accuracy<S: Real>(
         }
         watches.accept();
         if !window.is_last {
-            march.longest = march.longest.max(window.length);
-            if march.shortest.as_ref().is_none_or(|(shortest, ..)| window.length < *shortest) {
-                march.shortest = Some((window.length, window.gamma, window.start().positions()));
-            }
+            march.extremes.see(&window);
         }
         if let (Limit::Value { coordinate, value }, true) = (setup.limit, window.is_last && run.line.ended_by.is_none())
         {
@@ -180,14 +181,33 @@ fn cut(engine: &mut Engine<'_>, watches: &mut Watches<'_>, ended_by: &mut Option
     Ok(())
 }
 
+/// The lengths of the longest and of the shortest window so far, with γ and the state where they begin.
+#[derive(Default)]
+struct Extremes {
+    longest: Option<(f64, f64, State)>,
+    shortest: Option<(f64, f64, State)>,
+}
+
+impl Extremes {
+    fn see(&mut self, window: &Window<'_>) {
+        let (h, seen) = (window.length, || Some((window.length, window.gamma, window.start().clone())));
+        if self.longest.as_ref().is_none_or(|(longest, ..)| h > *longest) {
+            self.longest = seen();
+        }
+        if self.shortest.as_ref().is_none_or(|(shortest, ..)| h < *shortest) {
+            self.shortest = seen();
+        }
+    }
+}
+
 /// A run to an accuracy on its way.
 struct March<'s, S: Real> {
     setup: &'s Setup<S>,
     wanted: Accuracy,
     engine: Engine<'s>,
-    /// The longest window so far, and of the shortest one also γ and q^a where it begins.
-    longest: f64,
-    shortest: Option<(f64, f64, Vec<f64>)>,
+    extremes: Extremes,
+    /// The number of sweeps before the run was begun again for the last time.
+    before: usize,
 }
 
 impl<'s, S: Real> March<'s, S> {
@@ -206,7 +226,7 @@ impl<'s, S: Real> March<'s, S> {
         if let Some(carried) = &setup.carried {
             engine.resume(&carried.handed);
         }
-        Self { setup, wanted, engine, longest: 0.0, shortest: None }
+        Self { setup, wanted, engine, extremes: Extremes::default(), before: 0 }
     }
 
     /// The part of the run that is done at this γ and q^a.
@@ -232,8 +252,10 @@ impl<'s, S: Real> March<'s, S> {
     /// forecast of nodes is believed when they are a thousandth of what is allowed.
     fn within_limits(&self, nodes: Option<usize>, done: f64) -> Result<(), NoSolution> {
         let sweeps = self.engine.sweeps();
-        let needed = sweeps as f64 / done.max(0.0);
-        if needed > MOST_SWEEPS && sweeps > 10_000 {
+        // Sweeps before the run was begun again tell nothing of its pace.
+        let own = sweeps - self.before;
+        let needed = self.before as f64 + own as f64 / done.max(0.0);
+        if needed > MOST_SWEEPS && own > 10_000 {
             let mut failure = NoSolution { needed, ..self.stopped(Status::EvaluationLimit) };
             failure.iterations.count = sweeps;
             return Err(failure);
@@ -280,21 +302,31 @@ impl<'s, S: Real> March<'s, S> {
         if status != Status::AccuracyNotReached {
             return NoSolution { reasons: Box::new(Reasons { towards_zero, ..Reasons::default() }), ..failure };
         }
-        let narrow = self.shortest.as_ref().and_then(|(shortest, gamma, q)| {
-            let share = shortest / self.longest;
-            (share < NARROW).then(|| Narrow {
-                share,
-                gamma: gamma_i.to_f64() + gamma,
-                point: point(&rough.geometry, q),
-            })
-        });
+        let narrow =
+            self.extremes.shortest.as_ref().zip(self.extremes.longest.as_ref()).and_then(|(shortest, longest)| {
+                let (share, gamma) = (shortest.0 / longest.0, gamma_i.to_f64() + shortest.1);
+                let is_narrow = share < NARROW && self.haste(&shortest.2) * share >= OF_MOTION * self.haste(&longest.2);
+                is_narrow.then(|| Narrow { share, gamma, point: point(&rough.geometry, &shortest.2.positions()) })
+            });
         NoSolution {
             residual: self.engine.error_estimate().unwrap_or(f64::INFINITY),
             needed: self.engine.reachable().unwrap_or(0.0),
             asked: self.wanted.value(),
-            reasons: Box::new(Reasons { narrow, towards_zero, event: None }),
+            reasons: Box::new(Reasons { narrow, towards_zero, ..Reasons::default() }),
             ..failure
         }
+    }
+
+    /// The fastest rate at which small errors change at a state: the largest √|J_ij J_ji| of the linearised equations,
+    /// in which units cancel. Without a limit where it is no number.
+    fn haste(&self, state: &State) -> f64 {
+        let Place { geometry, start } = &self.setup.rough;
+        let (n, mut p) = (2 * geometry.active().len(), start.p.clone());
+        geometry.active().iter().zip(state.momenta()).for_each(|(&a, own)| p[a] = own);
+        let mut jacobian = vec![0.0_f64; n * n];
+        geometry.point().jacobian(&state.positions(), &p, |row, column, value| jacobian[row * n + column] = value);
+        let pairs = (0..n * n).map(|at| (jacobian[at].abs() * jacobian[at % n * n + at / n].abs()).sqrt());
+        pairs.fold(0.0, |most, rate| if rate.is_nan() { f64::INFINITY } else { f64::max(most, rate) })
     }
 
     /// The coordinates that are small where the engine stands, if there are no rates where they are 0.

@@ -27,6 +27,7 @@ use rayon::prelude::*;
 use crate::case::{Case, CaseError};
 use crate::diagnostics::Diagnostics;
 use crate::diagnostics::verdict::Verdict;
+use crate::engine::Sensitivity;
 use crate::geometry::Geometry;
 use crate::number::{Extended, Real};
 use crate::solve::{NoSolution, WorldLine};
@@ -194,7 +195,8 @@ fn maxima<S: Real>(case: &Case, line: &WorldLine<S>, diagnostics: &Diagnostics<S
     values.extend([motion.max_interior, motion.max_ends]);
     values.extend(invariants.iter().map(|(_, invariant)| invariant.max_interior));
     values.push(line.gradient_norm);
-    values.extend(line.sensitivity.iter().flat_map(|it| [it.lyapunov(), it.megno()]).map(S::from));
+    let growth = line.sensitivity.iter().map(Sensitivity::growth);
+    values.extend(growth.flat_map(|growth| [growth.lyapunov, growth.megno]).map(S::from));
     End::maxima_of(case).into_iter().zip(values).map(|(name, value)| (name, value.to_decimal(line.digits))).collect()
 }
 

@@ -156,6 +156,9 @@ const NEWTON: &str = r#"@ ["x", "y"]
  | no potential is given | [potential]
 @ formula = "-1/sqrt(x^2 + y^2)"
 free = {}\nformula = "x" | more than one potential is given | formula
+formula = "x"\nparameters = { s = 1 } | 's' is already that of a coordinate that the scene adds itself | s
+formula = "x"\nparameters = { p_s = 1 } | 'p_s' is already that of a momentum | p_s
+formula = "x"\ndefinitions = { t = "x" } | 't' is already that of a coordinate that the scene adds itself | t
 quartic = { kappa = 1 } | is for one coordinate, and there are 2 | quartic
 formula = { parameters = {} } | missing field `expression` | { parameters = {} }
 formula = "u" | unknown name 'u' | u

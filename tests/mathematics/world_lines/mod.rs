@@ -18,6 +18,7 @@ mod invariances;
 mod kinks;
 mod long_runs;
 mod memory;
+mod momenta;
 mod of_x;
 mod one_coordinate;
 mod overflow;

@@ -43,3 +43,76 @@ fn rounding_may_use_up_all_of_a_loose_accuracy() {
     let estimate = run(PAST_A_MASS, &slow).unwrap().error_estimate.unwrap();
     assert!(estimate > 1e-4 && estimate <= 1e-3, "{estimate:e}");
 }
+
+/// A force of time that is known from 0 to 10, or as its tangent beyond.
+fn of_a_table(outside: &str) -> String {
+    let points =
+        |of: &dyn Fn(f64) -> f64| (0..=100).map(|k| format!("{:?}", of(f64::from(k) / 10.0))).collect::<Vec<_>>();
+    let (x, y) = (points(&|t| t).join(", "), points(&|t| (3.0 * t).sin()).join(", "));
+    format!(
+        "potential = {{ coordinates = [\"x\"], formula = \"x^2/2\", force = {{ x = \"F(t)\" }} }}\n\
+         particle.law = \"newtonian\"\ninitial = {{ x = 0.0, x_dot = 0.0 }}\n\
+         tables.F = {{ x = [{x}], y = [{y}]{outside} }}\ngrid.t_f = 10.0\nsolver.accuracy = 1e-8\n"
+    )
+}
+
+/// The exact motion is (3 sin t − sin 3t)/8 but for the spline.
+#[test]
+fn a_run_may_end_where_a_table_ends() {
+    let exact = |t: f64| (3.0 * t.sin() - (3.0 * t).sin()) / 8.0;
+    let grids = ["solver.accuracy=1e-8", "solver.tolerance=1e-9", "grid={ gamma_f = 10.0 }"];
+    for set in grids {
+        let line = run(&of_a_table(""), &[set]).unwrap_or_else(|none| panic!("{set}: {none}"));
+        let end = line.end();
+        assert_eq!(end.q[0], 10.0, "{set}");
+        assert!((end.q[1] - exact(10.0)).abs() < 1e-3, "{set}: {}", end.q[1]);
+        assert_eq!(line.windows_unproved, Some(0), "{set}");
+    }
+    let longer = run(&of_a_table(", outside = \"linear\""), &[]).unwrap().end().q[1];
+    assert!((run(&of_a_table(""), &[]).unwrap().end().q[1] - longer).abs() < 1e-9);
+}
+
+/// What is off the end of a table is called so, and what is advised helps.
+#[test]
+fn a_table_that_ends_is_named() {
+    let given = ["scheme={ sbp = \"SBP42\", form = \"weak\" }", "grid={ gamma_f = 10.5, n_gamma = 400 }"];
+    for set in [&["grid.t_f=10.5"][..], &["grid={ gamma_f = 10.5 }"], &given] {
+        let of_a_table = |outside: &str| {
+            let text = of_a_table(outside);
+            if set == given { text.replace("solver.accuracy = 1e-8\n", "") } else { text }
+        };
+        let refused = run(&of_a_table(""), set).unwrap_err();
+        let message = refused.to_string();
+        assert!(message.contains("the table 'F' goes from 0 to 10"), "{message}");
+        assert!(refused.advice().contains("outside = \"linear\""), "{}", refused.advice());
+        assert!(run(&of_a_table(", outside = \"linear\""), set).is_ok());
+    }
+}
+
+/// A body that stands at rest is at no encounter and at no pole, whatever windows do there.
+#[test]
+fn rest_is_no_encounter() {
+    let arm = "grid.t_f = 5.0\nsolver.accuracy = 1e-8\n\
+               initial = { t_dot = 1.0, a = \"pi/2\", b = 0.0, a_dot = 0.0, b_dot = 0.0, norm = \"null\", \
+               solve = { s_dot = \"+\" } }\n[metric]\ncoordinates = [\"t\", \"a\", \"b\", \"s\"]\n\
+               components = { \"t t\" = \"-2*V\", \"t s\" = \"1\", \"a a\" = \"M\", \"a b\" = \"N\", \
+               \"b b\" = \"0.1725\" }\n\
+               [metric.definitions]\nM = \"0.595 + 0.25*cos(b)\"\nN = \"0.1725 + 0.125*cos(b)\"\n\
+               V = \"9.81*(0.75*sin(a) + 0.25*sin(a + b))\"\n";
+    if let Err(refused) = run(arm, &[]) {
+        assert!(refused.reasons.narrow.is_none(), "{refused}");
+    }
+}
+
+/// The sign of a root is of no matter where there is only one.
+#[test]
+fn one_root_has_either_sign() {
+    for sign in ["+", "-"] {
+        let text = format!(
+            "grid.t_f = 1.0\nsolver.accuracy = 1e-8\ninitial = {{ t_dot = 1.0, x = 1.0, x_dot = 0.0, norm = \"null\", \
+             solve = {{ s_dot = \"{sign}\" }} }}\n[metric]\ncoordinates = [\"t\", \"x\", \"s\"]\n\
+             components = {{ \"t t\" = \"x^2\", \"t s\" = \"1\", \"x x\" = \"-1\" }}\n"
+        );
+        assert!((run(&text, &[]).unwrap().end().q[1] - 1.0_f64.cos()).abs() < 1e-8);
+    }
+}

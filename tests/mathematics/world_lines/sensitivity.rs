@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use geodesic_ivp::Case;
-use geodesic_ivp::engine::{Accuracy, Engine, Sensitivity};
+use geodesic_ivp::engine::{Accuracy, Engine, Growth, Sensitivity};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::write_sensitivity;
 use geodesic_ivp::solve::WorldLine;
@@ -60,7 +60,7 @@ fn matrices_are_symplectic() {
     }
 }
 
-/// The matrix of an oscillator is a rotation; its momentum is −dx/dγ.
+/// The matrix of an oscillator is a rotation; inside, its momentum is −dx/dγ.
 fn rotation(gamma: f64) -> [f64; 4] {
     let (sin, cos) = gamma.sin_cos();
     [cos, -sin, sin, cos]
@@ -87,7 +87,8 @@ fn table_of_a_run_backward_is_that_of_the_motion() {
     assert_eq!(lines.next(), Some("gamma,d_x_d_x,d_x_d_p_x,d_p_x_d_x,d_p_x_d_p_x"));
     let last: Vec<f64> = lines.last().unwrap().split(',').map(|cell| cell.parse().unwrap()).collect();
     assert_eq!(last[0], -2.0);
-    assert!(distance(&last[1..], &rotation(-2.0)) < 1e-13, "{last:?}");
+    // A user sees the momentum dx/dγ.
+    assert!(distance(&last[1..], &rotation(2.0)) < 1e-13, "{last:?}");
 }
 
 /// Runs in 40 digits from neighbouring starts, 2e-10 apart, differ so much at their ends.
@@ -95,7 +96,9 @@ fn table_of_a_run_backward_is_that_of_the_motion() {
 fn matrix_is_the_derivative_of_the_end() {
     let line = run("henon-heiles", &[SENSITIVE[0], SENSITIVE[1], "grid.gamma_f=20"]);
     let end = |at: usize, by: f64| {
-        let starts = [("x", 0.1), ("y", 0.0), ("p_x", 0.0), ("p_y", -0.5)].into_iter().enumerate();
+        let starts = [("x", 0.1), ("y", 0.0), ("p_x", 0.0), ("p_y", 0.5)].into_iter().enumerate();
+        // Inside, momenta have the other sign.
+        let by = if at < 2 { by } else { -by };
         let set = |(k, (name, value)): (usize, (&str, f64))| {
             format!("initial.{name}={:.11}", value + if k == at { by } else { 0.0 })
         };
@@ -120,8 +123,8 @@ fn matrix_is_the_derivative_of_the_end() {
 /// The Lyapunov exponent and MEGNO of an orbit after this length.
 fn growth(settings: &[&str]) -> [f64; 2] {
     let line = run("henon-heiles-megno", settings);
-    let found = sensitivity(&line);
-    [found.lyapunov(), found.megno()]
+    let found = sensitivity(&line).growth();
+    [found.lyapunov, found.megno]
 }
 
 /// From heyoka 7: a Taylor integration of the motion and its variational equations to 1e-18, with ∫ ln |δ| as one
@@ -148,7 +151,9 @@ fn megno_tends_to_two_on_a_regular_orbit() {
 fn chaos_has_a_positive_exponent_and_overflows_nowhere() {
     let line = run("henon-heiles-megno", &["potential.parameters.y_i=-0.25", "grid.gamma_f=20000"]);
     let found = sensitivity(&line);
-    let [lyapunov, megno] = [found.lyapunov(), found.megno()];
+    let Growth { lyapunov, megno, .. } = found.growth();
+    assert_eq!(found.growths().len(), line.windows.len() + 1);
+    assert!(found.growths().iter().all(|growth| growth.lyapunov.is_finite() && growth.megno.is_finite()));
     assert!((0.04..0.06).contains(&lyapunov), "{lyapunov}");
     assert!((0.8..1.25).contains(&(megno / (0.5 * 20_000.0 * lyapunov))), "{megno}");
     let joints = found.joints();
@@ -174,4 +179,37 @@ fn matrices_begin_again_with_the_run() {
         .unwrap();
     assert!(begun > 1, "{begun}");
     assert_eq!(found.joints().len(), windows + 1);
+}
+
+/// The exponent of a damped oscillator is −k/2, however long the run is and whatever law moves it: what the force takes
+/// from the motion shows in no time and no energy. MEGNO is half of ln |δ|.
+#[test]
+fn damping_has_a_negative_exponent() {
+    for (law, k, length) in [("newtonian", 0.2, 300.0), ("newtonian", 0.2, 6000.0), ("newtonian", 1.0, 300.0)] {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\"], formula = \"x^2/2\", force = {{ x = \"-k*x_dot\" }}, \
+             parameters = {{ k = {k} }} }}\nparticle.law = \"{law}\"\ninitial = {{ x = 1.0, x_dot = 0.0 }}\n\
+             grid.t_f = {length:?}\nsolver = {{ tolerance = 1e-10, sensitivity = true }}\n"
+        );
+        let line: WorldLine = line_of(&parsed(&text, &[]));
+        let Growth { lyapunov, megno, .. } = sensitivity(&line).growth();
+        assert!((lyapunov / (-0.5 * k) - 1.0).abs() < 0.01, "{law} {k} {length}: {lyapunov}");
+        assert!((megno / (-0.25 * k * length) - 1.0).abs() < 0.02, "{law} {k} {length}: {megno}");
+    }
+}
+
+/// On its cycle a driven oscillator forgets how it began, and the exponent converges: the sum of all exponents of
+/// x'' = −0.3 x' + … is −0.3, so that the larger one of two that are a pair is −0.15.
+#[test]
+fn a_cycle_has_a_negative_exponent_that_converges() {
+    let text = "potential = { coordinates = [\"x\"], formula = \"x^2/2 + x^4/4 - 0.3*x*cos(1.2*t)\", \
+                force = { x = \"-0.3*x_dot\" } }\nparticle.law = \"newtonian\"\n\
+                initial = { x = 0.5, x_dot = 0.0 }\ngrid.t_f = 600.0\n\
+                solver = { tolerance = 1e-10, sensitivity = true }\n";
+    let line: WorldLine = line_of(&parsed(text, &[]));
+    let growths = sensitivity(&line).growths();
+    let late = |from: f64| growths.iter().filter(move |growth| growth.gamma > from);
+    assert!((growths.last().unwrap().lyapunov + 0.15).abs() < 2e-3, "{:?}", growths.last());
+    let off = |from: f64| late(from).map(|growth| (growth.lyapunov + 0.15).abs()).fold(0.0, f64::max);
+    assert!(off(300.0) < 0.3 * off(30.0), "{} {}", off(30.0), off(300.0));
 }

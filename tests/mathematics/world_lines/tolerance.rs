@@ -4,6 +4,7 @@ use geodesic_ivp::engine::GOOD_DIGITS;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::WorldLine;
+use geodesic_ivp::study::errors::run_error;
 use geodesic_ivp::trajectory::crossings;
 
 use crate::common::{line_of, parsed, text_solved};
@@ -63,5 +64,22 @@ fn a_chaotic_run_knows_until_where_it_is_good() {
     for (largest, digits) in largest.into_iter().zip(GOOD_DIGITS) {
         let allowed = 10.0_f64.powi(-digits);
         assert!(largest <= allowed && largest > 1e-4 * allowed, "{digits} digits: {largest:e}, {:?}", line.good_until);
+    }
+}
+
+/// Growth that leaves the range of numbers is growth. The exponents of these are 0.05 and 0.1, and errors are e^1000
+/// and e^100 times as large at the end; rounding alone makes no digit good.
+#[test]
+fn growth_beyond_the_range_of_numbers_leaves_no_digit() {
+    let driven = "potential = { coordinates = [\"x\"], formula = \"x^4/4 - 7.5*x*cos(t)\", \
+                  force = { x = \"-0.05*x_dot\" } }\nparticle.law = \"newtonian\"\n\
+                  initial = { x = 3.0, x_dot = 4.0 }\ngrid.t_f = 1000.0\nsolver.tolerance = 1e-10\n";
+    let long = CHAOS.replace("grid.gamma_f = 1000.0", "grid.t_f = 20000.0").replace("1e-12", "1e-10");
+    for text in [driven.to_owned(), driven.replace("1000.0", "10000.0"), long] {
+        let (case, line) = (parsed(&text, &[]), text_solved(&text));
+        let estimate = line.error_estimate.unwrap();
+        assert!(estimate > 1.0, "{estimate}: {text}");
+        let error = run_error(&case.setup(), &line, &[]).unwrap();
+        assert!(error.at_most().iter().all(|error| !(*error < 1e-3)), "{error:?}: {text}");
     }
 }

@@ -106,6 +106,11 @@ fn a_sensitivity_has_a_table_and_says_how_changes_grow() {
     assert_eq!(lines.next(), Some(header));
     assert_eq!(lines.next(), Some("0.0,1.0,0.0,0.0,0.0,0.0,1.0,0.0,0.0,0.0,0.0,1.0,0.0,0.0,0.0,0.0,1.0"));
     assert!(lines.last().unwrap().starts_with("20.0,"), "{table}");
+    let growth = folder.table("out/growth.csv");
+    assert_eq!(growth.numbers("gamma").len(), table.lines().count() - 1);
+    for key in ["lyapunov", "megno"] {
+        assert_eq!(growth.numbers(key).last().copied(), summary[key].as_f64(), "{key}");
+    }
 }
 
 #[test]
