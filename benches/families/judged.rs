@@ -129,7 +129,8 @@ impl Judged {
         let template = templates[random.next() as usize % templates.len()];
         let scene = Scene::drawn(template, random);
         let scheme = Scheme::drawn(random, scene.length);
-        let what = format!("{}\nwith {}", scene.text, scheme.settings.join(" "));
+        let settings = [scene.settings.as_slice(), &scheme.settings].concat();
+        let what = format!("{}\nwith {}", scene.text, settings.join(" "));
         let refused = |reason: String| Self {
             outcome: Outcome::Refused,
             scheme: scheme.name,
@@ -137,7 +138,7 @@ impl Judged {
             is_coarse: false,
             what: what.clone(),
         };
-        let case = match Case::parse("draw", &scene.text, &scheme.settings) {
+        let case = match Case::parse("draw", &scene.text, &settings) {
             Ok(case) => case,
             Err(error) => return refused(format!("the case: {error}")),
         };

@@ -21,6 +21,7 @@
 //! that are too far off for the own size of a coordinate (coarse).
 
 mod judged;
+#[allow(dead_code, reason = "the other bench draws signs")]
 #[path = "../verdict/random.rs"]
 mod random;
 mod scene;

@@ -14,6 +14,9 @@ const SWITCHES: [(&str, &str, [&str; 2]); 3] =
 const RELATIVISTIC: f64 = 0.25;
 const BACKWARD: f64 = 0.15;
 
+/// The unit of dyadic numbers.
+const UNIT: f64 = 1.0 / 16_777_216.0;
+
 /// A place of a coordinate where formulas have kinks or jumps: `sign` is that of q − `place` where their argument is
 /// positive.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +47,8 @@ enum Part {
 pub(crate) struct Scene {
     /// The case that is run.
     pub(crate) text: String,
+    /// Keys besides, of the run and of the references.
+    pub(crate) settings: Vec<String>,
     parts: Vec<Part>,
     pub(crate) kinks: Vec<Kink>,
     pub(crate) features: Vec<Feature>,
@@ -67,9 +72,11 @@ impl Scene {
         let (mut run, mut exact, mut shifted) = (Vec::new(), Vec::new(), None);
         let mut lines: Vec<String> = Vec::new();
         for line in template.lines() {
-            if let Some(pairs) = line.strip_prefix("let ") {
+            let (is_dyadic, pairs) = (line.strip_prefix("dyadic "), line.strip_prefix("let "));
+            if let Some(pairs) = is_dyadic.or(pairs) {
                 for (name, formula) in pairs.split(", ").filter_map(|pair| pair.split_once(" = ")) {
-                    numbers.push((name.to_owned(), number_of(&put_in(&filled(formula, random), &numbers))));
+                    let unit = if is_dyadic.is_some() { UNIT } else { 0.0 };
+                    numbers.push((name.to_owned(), number_of(&put_in(&filled(formula, random), &numbers), unit)));
                 }
             } else {
                 lines.extend(repeated(line, &numbers).iter().map(|line| filled(line, random)));
@@ -77,16 +84,17 @@ impl Scene {
         }
         lines.push("grid.gamma_f = \"@v($L)\"".to_owned());
         // The tables of bodies come last.
-        let first = lines.iter().position(|line| line.starts_with("[[")).unwrap_or(lines.len());
-        lines[first..].rotate_right(usize::from(first < lines.len()));
+        let first = lines.iter().position(|line| line.starts_with("[["));
+        if let Some(first) = first {
+            lines[first..].rotate_right(1);
+        }
         for line in &lines {
             match line.split_once(' ').unwrap_or((line, "")) {
                 ("pace", formula) => scene.pace = double(&put_in(formula, &numbers)),
                 ("near", rest) => scene.features.push(feature(&put_in(rest, &numbers))),
                 ("law", law) => {
-                    let keys = keys_of_law(law, random);
-                    scene.is_newtonian = keys[0].ends_with("\"newtonian\"");
-                    run.extend(keys);
+                    scene.is_newtonian = law != "any" || random.between(0.0, 1.0) >= RELATIVISTIC;
+                    scene.settings = keys_of_law(scene.is_newtonian, random);
                 }
                 ("exact", line) => exact.push(line.to_owned()),
                 ("shifted", name) => shifted = Some(name.to_owned()),
@@ -94,7 +102,7 @@ impl Scene {
                 _ => run.push(line.clone()),
             }
         }
-        scene.is_newtonian |= first < lines.len() - 1;
+        scene.is_newtonian |= first.is_some();
         scene.length = double(&put_in("$L", &numbers));
         let key = |line: &str| line.split_once(" = ").map(|(key, _)| key.to_owned());
         let taken = |line: &String| exact.iter().find(|other| key(other) == key(line)).unwrap_or(line).clone();
@@ -171,10 +179,10 @@ fn put_in(text: &str, numbers: &Numbers) -> String {
     numbers.iter().fold(text.to_owned(), |text, (name, number)| text.replace(&format!("${name}"), number))
 }
 
-/// The value of a formula as a decimal: what it is in more digits, rounded once.
-fn number_of(formula: &str) -> String {
-    let value = value_of::<Extended>(formula, &[]).unwrap_or_else(|error| panic!("{formula}: {error}"));
-    format!("{:?}", value.to_f64())
+/// The value of a formula as a decimal: what it is in more digits, rounded once, to a multiple of `unit` if that is not 0.
+fn number_of(formula: &str, unit: f64) -> String {
+    let value = value_of::<Extended>(formula, &[]).unwrap_or_else(|error| panic!("{formula}: {error}")).to_f64();
+    format!("{:?}", if unit > 0.0 { (value / unit).round() * unit } else { value })
 }
 
 fn double(formula: &str) -> f64 {
@@ -187,12 +195,11 @@ fn feature(line: &str) -> Feature {
 }
 
 /// The keys of a law.
-fn keys_of_law(law: &str, random: &mut Random) -> Vec<String> {
-    if law == "any" && random.between(0.0, 1.0) < RELATIVISTIC {
-        let c = random.scale(10.0, 100.0);
-        return vec![format!("particle.c = {c:?}"), "initial.t_dot = 1.0".to_owned()];
+fn keys_of_law(is_newtonian: bool, random: &mut Random) -> Vec<String> {
+    if is_newtonian {
+        return vec!["particle.law=newtonian".to_owned()];
     }
-    vec!["particle.law = \"newtonian\"".to_owned()]
+    vec![format!("particle.c={:?}", random.scale(10.0, 100.0)), "initial.t_dot=1.0".to_owned()]
 }
 
 /// The lines that a line stands for.

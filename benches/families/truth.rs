@@ -249,7 +249,8 @@ impl<'s> March<'s> {
 /// The case for these signs of the arguments of kinks.
 fn case(scene: &Scene, is_positive: &[bool]) -> Option<Case> {
     let text = scene.smooth(is_positive);
-    match Case::parse("reference", &text, &["solver.accuracy=1e-8".to_owned()]) {
+    let settings = [scene.settings.as_slice(), &["solver.accuracy=1e-8".to_owned()]].concat();
+    match Case::parse("reference", &text, &settings) {
         Ok(case) => Some(case),
         Err(error) => {
             eprintln!("{text}\n{error}");
