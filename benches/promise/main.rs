@@ -18,6 +18,7 @@
 #[path = "../verdict/random.rs"]
 mod random;
 mod scenes;
+mod template;
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -28,7 +29,8 @@ use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::trajectory::Sampler;
 use random::{Random, arguments};
 use rayon::prelude::*;
-use scenes::{drawn, families};
+use scenes::drawn;
+use template::families;
 
 /// The ends that the runs of a family or a decade came to.
 #[derive(Default)]
@@ -133,7 +135,7 @@ fn compared(run: &WorldLine, references: [&WorldLine; 2], estimate: f64) -> Foun
 fn main() -> ExitCode {
     let (draws, seed, only) = arguments(10);
     let only: Option<usize> = only.map(|text| text.parse().expect("the number of a family"));
-    let families = families();
+    let families = families(include_str!("families.txt"));
     let all = (0..families.len()).filter(|&family| only.is_none_or(|only| only == family));
     let jobs: Vec<(usize, u64)> = all.flat_map(|family| (0..draws).map(move |k| (family, k))).collect();
     let one = |&(family, k): &(usize, u64)| {

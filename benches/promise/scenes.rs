@@ -1,15 +1,10 @@
 //! Random scenes, by the templates of `families.txt`.
 
 use super::random::Random;
+use super::template::filled;
 
 /// Units are between 1/`LARGEST` and `LARGEST`.
 const LARGEST: f64 = 1e12;
-
-/// The families: their names and templates.
-pub(crate) fn families() -> Vec<(&'static str, &'static str)> {
-    let families = include_str!("families.txt").split("\n\n").skip(1);
-    families.map(|family| family.split_once('\n').expect("a name and a template")).collect()
-}
 
 /// Draws a case of a family without an accuracy: its text, and settings; and whether it is in random units.
 pub(crate) fn drawn(template: &str, random: &mut Random) -> (String, Vec<String>, bool) {
@@ -53,24 +48,4 @@ fn newtonian_keys(axes: &str, potential: &str, around: Option<(&str, &str)>) -> 
         }
     }
     text
-}
-
-/// The text with numbers and choices in the places of what is in angle brackets.
-fn filled(text: &str, random: &mut Random) -> String {
-    let mut parts = text.split('<');
-    let mut filled = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let (choice, rest) = part.split_once('>').expect("a bracket is closed");
-        let number = |text: &str| text.parse::<f64>().expect("a number");
-        filled += &match (choice.split_once(':'), choice.split_once('~')) {
-            (Some((low, high)), _) => random.between(number(low), number(high)).to_string(),
-            (_, Some((low, high))) => random.scale(number(low), number(high)).to_string(),
-            _ => {
-                let texts: Vec<&str> = choice.split('|').collect();
-                texts[random.next() as usize % texts.len()].to_owned()
-            }
-        };
-        filled += rest;
-    }
-    filled
 }
