@@ -191,7 +191,7 @@ fn check_motion<S: Real>(
         return Err(initial.section.error("all velocities are zero: the world-line would be a point"));
     }
     let k = geometry.norm(&start.q, &start.q_dot);
-    if let Some(from) = &initial.from {
+    if let Some((from, _)) = &initial.from {
         // K is what that run has made of it.
         return if from.has(Tau::NAME) { scenery.tau(k, geometry.has_force()) } else { Ok(None) };
     }

@@ -21,8 +21,8 @@ pub(super) struct Initial<'t> {
     pub(super) data: StartData,
     given: Vec<Given<'t>>,
     pub(super) section: Field<'t>,
-    /// The end of the run that this one continues, if it continues one.
-    pub(super) from: Option<Continuation>,
+    /// The end of the run that this one continues, if it continues one, and the summary that has it.
+    pub(super) from: Option<(Continuation, PathBuf)>,
 }
 
 /// Reads `[initial]`.
@@ -37,8 +37,8 @@ pub(super) fn read<'t>(
     let mut from = None;
     let given: Vec<Given<'t>> = if let Some(field) = section.get("from") {
         section.finish(&["from"]).map_err(|error| error.with_help(FROM))?;
-        let (end, given) = continued(&field, geometry).map_err(|message| field.error(message).with_help(FROM))?;
-        from = Some(end);
+        let (end, path, given) = continued(&field, geometry).map_err(|message| field.error(message).with_help(FROM))?;
+        from = Some((end, path));
         given
     } else if scenery.start.is_empty() {
         let keys = ["norm", "solve"].map(str::to_owned).into_iter().chain(keys(names, section.source.is_of_x));
@@ -64,8 +64,8 @@ pub(super) fn read<'t>(
     Ok(Initial { data, given, section, from })
 }
 
-/// The end of an earlier run, from its folder or its summary, and what it gives.
-fn continued<'t>(field: &Field<'t>, geometry: &Geometry) -> Result<(Continuation, Vec<Given<'t>>), String> {
+/// The end of an earlier run, from its folder or its summary, with the path of the latter, and what it gives.
+fn continued<'t>(field: &Field<'t>, geometry: &Geometry) -> Result<(Continuation, PathBuf, Vec<Given<'t>>), String> {
     let mut path = PathBuf::from(field.as_str().unwrap_or_default());
     if path.is_dir() {
         path.push("summary.json");
@@ -79,7 +79,7 @@ fn continued<'t>(field: &Field<'t>, geometry: &Geometry) -> Result<(Continuation
         Ok(Given { position: Some((q, field.clone())), rate: Some((Rate::Momentum(p), field.clone())) })
     };
     let given = geometry.names().iter().enumerate().map(given).collect::<Result<_, String>>()?;
-    Ok((end, given))
+    Ok((end, path, given))
 }
 
 /// The keys of positions and rates.

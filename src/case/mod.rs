@@ -93,6 +93,8 @@ pub struct Case {
     pub initial: StartData,
     /// The end of the run that it continues, if it continues one.
     from: Option<Continuation>,
+    /// The summary of that run.
+    pub continues: Option<PathBuf>,
     /// dt/dγ at the start, if there is a coordinate t; otherwise 0.
     t_dot: f64,
     /// True if the two roots for the rate that follows from K are one.

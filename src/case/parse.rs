@@ -5,7 +5,6 @@ use super::reader::Field;
 use super::source::Source;
 use super::{Case, CaseError, check, initial, missing, mistakes, rounding, settings, tables};
 use crate::number::Extended;
-use crate::solve::Continuation;
 
 impl Case {
     /// Reads a case from TOML `text` after applying `overrides` of the form `dotted.key=value`.
@@ -55,7 +54,7 @@ impl Case {
         let (start, compiled) = check::placed(&scenery, &initial, compiled, rounding, is_double)?;
         let names = scenery.text.names();
         let formulas = Formulas { coordinates: &names, scene: &scenery.text };
-        let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), Continuation::gamma);
+        let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), |(from, _)| from.gamma());
         let floors = settings::floor(root, &settings, &formulas)?;
         let invariants = root.table("invariants").fields();
         let case = Self {
@@ -70,7 +69,8 @@ impl Case {
             coefficients: scenery.coefficients,
             bodies: scenery.bodies,
             initial: initial.data,
-            from: initial.from,
+            continues: initial.from.as_ref().map(|(_, summary)| summary.clone()),
+            from: initial.from.map(|(from, _)| from),
             geometry_text: scenery.text.clone(),
             compiled,
             t_dot: names.iter().position(|name| name == "t").map_or(0.0, |t| start.q_dot[t]),

@@ -13,7 +13,7 @@ use geodesic_ivp::study::convergence::{Convergence, ConvergencePoint, Quantity, 
 
 use super::lines::{listed, row, wrapped};
 use super::memory;
-use super::out::RESULTS;
+use super::out::{self, RESULTS};
 use super::report;
 use super::study::{self, Placed, StudyArgs};
 
@@ -86,7 +86,9 @@ fn range(text: &str) -> Result<(usize, usize), String> {
 
 pub(super) fn converge(args: &ConvergeArgs) -> anyhow::Result<ExitCode> {
     let case = args.study.case.read_for_study()?;
-    let swept = sweep_into(args.study.output.target(&args.study.case, COMMAND)?, &case, args, "")?;
+    let target = args.study.output.target(&args.study.case, COMMAND)?;
+    out::keep_source(&case, &target)?;
+    let swept = sweep_into(target, &case, args, "")?;
     args.study
         .output
         .tell(args.study.case.quiet, &swept.summary, || format!("{}{}", swept.text, swept.placed.written))?;

@@ -5,6 +5,7 @@ use std::io::{self, StdoutLock, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
+use geodesic_ivp::Case;
 use geodesic_ivp::output::{Origin, Target, origin_of};
 
 use super::CaseArgs;
@@ -79,6 +80,20 @@ impl OutArgs {
         let origin = Origin { command: command.to_owned(), case: format!("<built-in {case}>") };
         self.target_in(folder, origin)
     }
+}
+
+/// Refuses to write where the run is that `case` continues: its files would be replaced, and with them its end.
+///
+/// # Errors
+/// If the folder of `target` is that of the summary.
+pub(super) fn keep_source(case: &Case, target: &Target) -> anyhow::Result<()> {
+    let source = case.continues.as_ref().and_then(|summary| summary.canonicalize().ok()?.parent().map(Path::to_owned));
+    if source.is_none() || source != target.folder.canonicalize().ok() {
+        return Ok(());
+    }
+    let folder = target.folder.display();
+    let message = format!("{folder} holds the run that this one continues, and its files would be replaced");
+    Err(report::refused(message, "write to another folder with --out"))
 }
 
 /// The folder for the results of a command without `--out`. For `run` it is `results/<case file stem>` or, if that has

@@ -175,6 +175,7 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     let wanted = Wanted { samples, is_streamed, sums: true, observer: None };
     let target = args.output.target(&args.case, "run")?;
+    out::keep_source(case, &target)?;
     let directory = target.folder.clone();
     let tables = tables(case, args);
     let drawn = if args.plot { pictures::names_of_run(case) } else { Vec::new() };

@@ -9,8 +9,8 @@ use geodesic_ivp::output::{OutputSet, pictures, stability_summary, stability_tab
 use geodesic_ivp::study::stability::{Arena, Atlas, Cell, CellStatus, Limit, Method, Pace, Plan, measure};
 
 use super::lines::{row, wrapped};
-use super::report;
 use super::study::{self, StudyArgs, chosen, positive};
+use super::{out, report};
 
 const STABILITY: &str = "stability.csv";
 /// The maps of this program's methods and of the others, where there are such.
@@ -61,7 +61,9 @@ pub(super) fn stability(args: &StabilityArgs) -> anyhow::Result<ExitCode> {
     }
     let (methods, left_out) = chosen(&case, &args.methods, Method::charted())?;
     let pictures: Vec<&str> = maps(&methods).map(|(name, _)| name).chain([ONSET, LAST_NODE]).collect();
-    let files = study.open(study.output.target(&study.case, "stability")?, &[STABILITY], &pictures)?;
+    let target = study.output.target(&study.case, "stability")?;
+    out::keep_source(&case, &target)?;
+    let files = study.open(target, &[STABILITY], &pictures)?;
     let lists = [&args.gamma_f, &args.t_dot, &args.delta_gamma].map(Vec::clone);
     let (files, measured) = study::prepared(files, {
         let case = case.clone();

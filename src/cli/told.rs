@@ -84,11 +84,20 @@ impl<S: Real> Told<'_, S> {
         let Some(error) = &self.judged.error else { return "unknown: no second solve reaches the end".to_owned() };
         let most = error.at_most();
         let judge = error.judge.describe();
+        let inherited = self.inherited();
         if self.case.is_of_x && error.judge != Judge::OwnEstimate {
-            return format!("at most {:.1e} in t and {:.1e} in x anywhere ({judge})", most[0], most[1]);
+            return format!("at most {:.1e} in t and {:.1e} in x anywhere ({judge}{inherited})", most[0], most[1]);
         }
         let share = self.judged.verdict.error.map_or("unknown".to_owned(), |error| format!("at most {error:.0e}"));
-        format!("{share}, relative to the size of each coordinate ({judge})")
+        format!("{share}, relative to the size of each coordinate ({judge}{inherited})")
+    }
+
+    /// The part of the error that comes from the run that this one continues, in the coordinate where it is largest.
+    fn inherited(&self) -> String {
+        let Some(inherited) = &self.judged.inherited else { return String::new() };
+        let names = self.run.line.geometry().names();
+        let most = self.coordinates().max_by(|&a, &b| inherited[a].total_cmp(&inherited[b]));
+        most.map_or_else(String::new, |a| format!("; of it {:.1e} in {} inherited", inherited[a], names[a]))
     }
 
     /// The charges and the conserved sums, and how exact they are.

@@ -49,6 +49,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let columns = Columns::new(&runs);
     let column = if args.plot { Some(column(&args.vary, &runs, &columns)?) } else { None };
     let target = args.output.target(&args.case, out::VARY)?;
+    out::keep_source(runs.first(), &target)?;
     let force = target.force;
     let (tables, pictures): (_, &[&str]) = (&TABLES[..columns.headers.len()], if args.plot { &[MAP] } else { &[] });
     let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE], pictures].concat())?;

@@ -14,8 +14,8 @@ use geodesic_ivp::study::work_precision::{
 };
 
 use super::lines::{row, short, wrapped};
-use super::report;
 use super::study::{self, StudyArgs, chosen, positive};
+use super::{out, report};
 
 const WORK_PRECISION: &str = "work_precision.csv";
 const DRIFT: &str = "drift.csv";
@@ -87,6 +87,7 @@ pub(super) fn work_precision(args: &WorkPrecisionArgs) -> anyhow::Result<ExitCod
     let pictures: Vec<&str> =
         by_length.flat_map(|(time, evaluations)| [time, evaluations]).chain([DRIFT_K, DRIFT_ERROR]).collect();
     let target = study.output.target(&study.case, "work-precision")?;
+    out::keep_source(&case, &target)?;
     let files = study.open(target, &[WORK_PRECISION, DRIFT], &pictures)?;
     let lengths = match args.gamma_f[..] {
         [] => vec![None],

@@ -103,7 +103,7 @@ pub struct CoordinateError {
 impl CoordinateError {
     /// An error relative to the size of the kind of the coordinate, as a `solver.accuracy` is: z of an orbit in the
     /// plane z = 0 has the size of the orbit. Where all of a kind stay 0, every error is a whole one.
-    fn share(&self, error: f64) -> f64 {
+    pub(crate) fn share(&self, error: f64) -> f64 {
         let size = self.shared;
         if size != 0.0 || error.is_nan() { error / size } else { f64::from(u8::from(error > 0.0)) }
     }
@@ -227,6 +227,14 @@ impl Verdict {
             error: error.map(|error| larger(error, 10.0_f64.powi(-(digits as i32)))),
             digits: errors.map(|errors| good_digits(errors, digits)),
             reasons,
+        }
+    }
+
+    /// Adds reasons before all others.
+    pub(crate) fn doubt_first(&mut self, reasons: Vec<Reason>) {
+        if !reasons.is_empty() {
+            self.grade = Grade::Doubtful;
+            self.reasons.splice(0..0, reasons);
         }
     }
 

@@ -42,6 +42,7 @@ mod presets;
 mod rates;
 mod structure;
 mod text;
+mod written;
 
 pub use crate::formula::FormulaError;
 pub use conserved::ConservedSum;
@@ -59,6 +60,7 @@ pub(crate) use structure::other;
 pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
 pub(crate) use text::uses;
 pub use text::{GeometryError, GeometryText, Law, Place, Potential, Tau};
+pub use written::{WrittenFormulas, WrittenRates};
 
 use std::ops::Range;
 use std::sync::Arc;

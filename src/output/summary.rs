@@ -43,7 +43,8 @@ pub fn run_summary<S: Real>(
     });
     let warnings = [case.warnings().as_slice(), &judged.suspicions].concat();
     // The end, from which `initial.from` continues the run.
-    let end = json!({"end_state": Continuation::new(line)});
+    let names = line.geometry().names();
+    let end = json!({"end_state": Continuation::new(line).off_by(names, judged.left.as_ref())});
     // With an accuracy the scheme is the one that was chosen.
     let settings = Settings {
         sbp: line.sbp_name,

@@ -34,6 +34,31 @@ pub struct Continuation {
     /// The state of a march.
     #[serde(skip_serializing_if = "Option::is_none")]
     march: Option<Marched>,
+    /// By how much q^a and p_a may be off, by `NAME` and `p_NAME`: see [`Off`]. Absent where that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    error: Option<BTreeMap<String, f64>>,
+}
+
+/// By how much a state may be off: a second state that the true one may be as far away as. The signs belong together:
+/// errors of positions and momenta that came about on one way grow in another way than each would by itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Off {
+    /// Of q^a, for every coordinate.
+    pub q: Vec<f64>,
+    /// Of p_a.
+    pub p: Vec<f64>,
+}
+
+impl Off {
+    /// No error of so many coordinates.
+    pub fn none(coordinates: usize) -> Self {
+        Self { q: vec![0.0; coordinates], p: vec![0.0; coordinates] }
+    }
+
+    /// Returns true if no number is off.
+    pub fn is_none(&self) -> bool {
+        self.q.iter().chain(&self.p).all(|off| *off == 0.0)
+    }
 }
 
 fn digits<S: Real>(value: S, low: S) -> Digits {
@@ -70,7 +95,18 @@ impl Continuation {
             }),
             is_mechanical: true,
             march: handed.march.clone(),
+            error: None,
         }
+    }
+
+    /// The same, whose state is off by this; `None` if that is not known.
+    pub fn off_by(self, names: &[String], off: Option<&Off>) -> Self {
+        let is_finite = |off: &&Off| off.q.iter().chain(&off.p).all(|value| value.is_finite());
+        let by_name = |off: &Off| {
+            let momenta = names.iter().map(|name| format!("p_{name}")).zip(off.p.iter().copied());
+            names.iter().cloned().zip(off.q.iter().copied()).chain(momenta).collect()
+        };
+        Self { error: off.filter(is_finite).map(by_name), ..self }
     }
 
     /// Returns true if it has these coordinates.
@@ -119,7 +155,18 @@ impl Continuation {
             march: self.march.clone().filter(|_| self.is_backward == is_backward),
         };
         let start = Start { q: high(&q), q_dot: high(&q_dot), p: high(&p) };
-        Some((start, Carried { sums: q.iter().map(|q| q.low).collect(), handed }))
+        let error = self.off(names, is_backward);
+        Some((start, Carried { sums: q.iter().map(|q| q.low).collect(), handed, error }))
+    }
+
+    /// By how much the state is off, with the momenta of the reversed motion if that `is_backward`.
+    fn off(&self, names: &[String], is_backward: bool) -> Option<Off> {
+        let known = self.error.as_ref()?;
+        let all = |of: &dyn Fn(&String) -> String| -> Option<Vec<f64>> {
+            names.iter().map(|name| known.get(&of(name)).copied().filter(|off| off.is_finite())).collect()
+        };
+        let momenta = all(&|name| format!("p_{name}"))?.into_iter();
+        Some(Off { q: all(&String::clone)?, p: momenta.map(|off| if is_backward { -off } else { off }).collect() })
     }
 }
 
@@ -130,4 +177,6 @@ pub struct Carried<S = f64> {
     pub sums: Vec<S>,
     /// The state that the engine takes over.
     pub handed: Handed,
+    /// By how much the start is off, if the run that it is the end of knows.
+    pub error: Option<Off>,
 }

@@ -45,7 +45,7 @@ mod world_line;
 
 pub(crate) use acting::Beginning;
 pub use acting::{Change, Quantity};
-pub use continuation::{Carried, Continuation};
+pub use continuation::{Carried, Continuation, Off};
 pub use failure::{Domain, LastEvent, Narrow, NoSolution, Reasons};
 pub use grid::Window;
 pub use setup::{Limit, Settings, Setup, System, Until, bytes_needed};

@@ -132,16 +132,17 @@ impl<S: Real> Setup<S> {
     }
 
     /// The same in `f64`.
-    pub(super) fn in_f64(&self) -> Setup {
+    pub(crate) fn in_f64(&self) -> Setup {
         let until = |Until { rough, direction, change, .. }: &Until<S>| Until {
             formula: rough.clone(),
             rough: rough.clone(),
             direction: *direction,
             change: change.clone(),
         };
-        let carried = |Carried { sums, handed }: &Carried<S>| Carried {
+        let carried = |Carried { sums, handed, error }: &Carried<S>| Carried {
             sums: sums.iter().map(|low| low.to_f64()).collect(),
             handed: handed.clone(),
+            error: error.clone(),
         };
         Setup {
             place: self.rough.clone(),

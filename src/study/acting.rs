@@ -111,7 +111,12 @@ fn failed(setup: &Setup, status: Status, pieces: &[Piece], place: Option<usize>)
 }
 
 /// The pieces of a run to an accuracy. A chain that `is_shaken` is off by its last digits at every event.
-fn chain(case: &Case, setup: &Setup, accuracy: Accuracy, is_shaken: bool) -> Result<Vec<Piece>, Box<Stopped>> {
+pub(super) fn chain(
+    case: &Case,
+    setup: &Setup,
+    accuracy: Accuracy,
+    is_shaken: bool,
+) -> Result<Vec<Piece>, Box<Stopped>> {
     let (mut pieces, mut here): (Vec<Piece>, _) = (Vec::new(), setup.clone());
     here.settings.accuracy = Some(accuracy);
     (here.sides, _) = sides_at(setup, &setup.place.start, (reach(setup), &[]));
@@ -258,7 +263,7 @@ fn going_on(setup: Setup, mut start: Start, line: &WorldLine, limit: Limit, is_s
         rough: place.clone(),
         place,
         gamma_i: line.gamma_f(),
-        carried: Some(Carried { sums: Vec::new(), handed }),
+        carried: Some(Carried { handed, ..Carried::default() }),
         limit,
         // Errors are relative to sizes of the whole run.
         floors: line.sizes.iter().copied().enumerate().filter(|(_, size)| *size > 0.0).collect(),

@@ -10,9 +10,9 @@ use crate::diagnostics::{Diagnostics, Extent, OfX};
 use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
 use crate::number::norm::larger;
-use crate::solve::{NoSolution, Setup, WorldLine, solve, solve_window_by_window};
+use crate::solve::{NoSolution, Off, Setup, WorldLine, solve, solve_window_by_window};
 use crate::study::acting::{Piece, Pieces, Stopped, solve_acting};
-use crate::study::errors::{RunError, reference_error, run_error};
+use crate::study::errors::{Further, Places, RunError, reference_error, run_error};
 use crate::study::subject::timed;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
 
@@ -74,6 +74,8 @@ pub struct Run<S: Real = f64> {
     pub missed: usize,
     /// The error of a run in which events have acted.
     pub error: Option<RunError>,
+    /// The errors that it does not make itself.
+    further: Further,
     /// Seconds spent in measuring.
     pub seconds: f64,
 }
@@ -81,8 +83,12 @@ pub struct Run<S: Real = f64> {
 /// The quality of a run.
 #[derive(Debug)]
 pub struct Judged {
-    /// Its distance from what it was compared with.
+    /// Its distance from what it was compared with, and the errors that it does not make itself.
     pub error: Option<RunError>,
+    /// The largest errors of coordinates that it inherits from the run that it continues, if it inherits any.
+    pub inherited: Option<Vec<f64>>,
+    /// By how much the state at its end may be off, if that is known.
+    pub left: Option<Off>,
     /// The findings between the nodes, if the run looked there.
     pub gaps: Option<Gaps>,
     /// The verdict.
@@ -103,6 +109,7 @@ struct Measures<'m, 'o, S: Real> {
     samples: Option<SampleStream<S>>,
     observer: Option<Observer<'o, S>>,
     measured: Option<Diagnostics<S>>,
+    places: Places,
     /// The parameters that events have set before what is seen next.
     set: Vec<(usize, f64)>,
 }
@@ -128,6 +135,7 @@ impl<S: Real> Measures<'_, '_, S> {
         let before = self.measured.take().filter(|_| part.window_count > part.windows.len());
         self.measured = Some(if let Some(before) = before { before.followed_by(here) } else { here });
         self.events.see(part);
+        self.places.see(part, &self.set);
         self.samples.iter_mut().for_each(|samples| samples.see(part));
     }
 
@@ -218,6 +226,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         samples: wanted.samples,
         observer: wanted.observer,
         measured: None,
+        places: Places::default(),
         set: Vec::new(),
     };
     let (found, solve_seconds) = timed(|| solved(case, setup, wanted.is_streamed.then_some(&mut measures)));
@@ -249,6 +258,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     };
     let run = Run {
         is_whole: !wanted.is_streamed,
+        further: Further::new(case, setup, &line, &measures.places),
         sums: measures.sums.into_iter().filter_map(|(sum, holds)| holds.then_some(sum)).collect(),
         diagnostics,
         samples,
@@ -303,7 +313,29 @@ impl<S: Real> Run<S> {
             let finding = format!("{many} that acts was stepped over between two nodes");
             verdict.doubt(Reason::new(finding, SMALLER));
         }
-        Judged { error: reference.or(estimate), gaps, verdict, suspicions }
+        let mut judged =
+            Judged { error: reference.or(estimate), inherited: None, left: None, gaps, verdict, suspicions };
+        self.add_further(setup, &facts, &mut judged);
+        judged
+    }
+
+    /// Adds the errors that the run does not make itself to what is said of it, where its own are those of `facts`.
+    fn add_further(&self, setup: &Setup<S>, facts: &VerdictInput, judged: &mut Judged) {
+        let Self { line, diagnostics, further, .. } = self;
+        let (Some(own), Some(error)) = (&facts.errors, &judged.error) else {
+            // Nothing is known of the error, and the run is doubtful in any case.
+            judged.verdict.doubt_first(further.reasons(&[], &[], None));
+            return;
+        };
+        let all = facts_of_run(line, diagnostics, Some(&further.added(error)), None).errors;
+        let reasons = further.reasons(own, all.as_deref().unwrap_or_default(), line.accuracy);
+        let told = Verdict::new(&VerdictInput { errors: all, digits: line.digits, ..VerdictInput::default() });
+        (judged.verdict.error, judged.verdict.digits) = (told.error, told.digits);
+        judged.suspicions.extend(reasons.iter().map(Reason::to_string));
+        judged.verdict.doubt_first(reasons);
+        judged.left = further.left(setup, line, own);
+        judged.inherited = further.inherited();
+        judged.error = Some(further.added(error));
     }
 }
 

@@ -4,11 +4,19 @@
 //! shares neither grid nor operator with it and costs little. A run in extended precision that agrees with it to its
 //! last digits is compared with the Taylor series of [`crate::reference`] in the same precision, and so is any run for
 //! which that is wanted.
+//!
+//! Besides, a run has errors that it does not make itself: what it inherits from the run that it continues, and what
+//! rounding takes from its formulas.
 
 mod between;
+mod carried;
 mod compare;
+mod conditioning;
+mod further;
 
 pub(crate) use compare::{chain_error, sizes_of};
+pub(crate) use conditioning::Places;
+pub(crate) use further::Further;
 
 use self::between::own_windows;
 use self::compare::{Points, end_coordinate};

@@ -5,6 +5,7 @@ pub(crate) mod acting;
 mod backward;
 mod base_cases;
 pub(crate) mod bodies;
+mod conditioning;
 mod conformal;
 mod diagnostics;
 mod ends;

@@ -24,7 +24,10 @@ fn two_runs_are_one_to_the_last_bit() {
         let run = |out: &str, last: usize, windows: usize| {
             let grid = format!("--set grid.gamma_f={last} --set grid.windows={windows}");
             folder.succeeds(&format!("run {case} --quiet {scheme} {grid} --out {out}"));
-            ended(&folder, out.split(' ').next().unwrap())
+            let mut end = ended(&folder, out.split(' ').next().unwrap());
+            // One run knows less of its error than two.
+            end.as_object_mut().unwrap().remove("error");
+            end
         };
         let length = windows / 50 + 1;
         run("first", length, windows);
@@ -50,6 +53,82 @@ fn a_run_to_an_accuracy_goes_on_from_a_run_to_an_accuracy() {
         assert!((at("whole", key) - at("second", key)).abs() < 1e-10, "{key}");
     }
     assert!((at("back", "x") - 0.4).abs() < 1e-10 && at("back", "y").abs() < 1e-10 && at("back", "t") == 0.0);
+}
+
+/// The last of so many pieces of a run of `case`, each of which continues the one before, and what it says.
+fn pieces(folder: &Folder, case: &str, count: usize, length: f64) -> (Value, String) {
+    let mut told = String::new();
+    for piece in 1..=count {
+        let from = if piece == 1 { String::new() } else { format!("--from piece{}", piece - 1) };
+        let end = length * piece as f64;
+        told = folder.succeeds(&format!("run {case} {from} --set grid.gamma_f={end} --out piece{piece}"));
+    }
+    (folder.summary(&format!("piece{count}")), told.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
+/// The distance of the ends of two runs in a coordinate.
+fn apart(one: &Value, other: &Value, key: &str) -> f64 {
+    let at = |summary: &Value| summary["final"][key].as_f64().unwrap();
+    (at(one) - at(other)).abs()
+}
+
+#[test]
+fn the_error_of_a_regular_run_in_pieces_is_carried_and_grows_no_faster_than_it_does() {
+    let folder = Folder::new();
+    let kepler = "kepler --set solver.tolerance=1e-9";
+    let (last, told) = pieces(&folder, kepler, 10, 7.0);
+    folder.succeeds("run kepler --quiet --set solver.accuracy=1e-13 --set grid.gamma_f=70.0 --out whole");
+    let (whole, error) = (folder.summary("whole"), last["verdict_error"].as_f64().unwrap());
+    assert_eq!(last["verdict"], "trusted", "{last}");
+    assert!(told.contains("; of it ") && told.contains(" inherited)"), "{told}");
+    for key in ["x", "y"] {
+        let (off, claimed) = (apart(&last, &whole, key), last["end_state"]["error"][key].as_f64().unwrap().abs());
+        assert!(off <= last["error_final"][key].as_f64().unwrap(), "{key}: {off:e} {error:e}");
+        assert!(claimed <= last["error_final"][key].as_f64().unwrap() * 1.000001, "{key}: {claimed:e}");
+    }
+    let first = folder.summary("piece1")["verdict_error"].as_f64().unwrap();
+    assert!(error > first && error < 1e4 * first, "{first:e} {error:e}");
+}
+
+#[test]
+fn a_chaotic_run_in_pieces_is_no_better_than_the_whole() {
+    let folder = Folder::new();
+    let chaotic = "henon-heiles --set solver.tolerance=1e-8 --set initial.x=0 --set initial.y=-0.25 \
+                   --set initial.y_dot=0 --set initial.x_dot=0.5103";
+    let (last, _) = pieces(&folder, chaotic, 10, 60.0);
+    assert_eq!(last["verdict"], "doubtful", "{last}");
+    let reason = last["verdict_reasons"][0]["reason"].as_str().unwrap();
+    assert!(reason.contains("the run that it continues"), "{reason}");
+}
+
+#[test]
+fn an_end_without_its_error_leaves_a_doubt() {
+    let folder = Folder::new();
+    folder.succeeds("run kepler --quiet --out first");
+    let mut summary = folder.summary("first");
+    summary["end_state"].as_object_mut().unwrap().remove("error");
+    folder.write("old/summary.json", summary.to_string());
+    folder.succeeds("run kepler --quiet --from old --set grid.gamma_f=7.0 --out second");
+    let second = folder.summary("second");
+    let reason = second["verdict_reasons"][0]["reason"].as_str().unwrap();
+    assert!(reason.contains("the error of the run that it continues is not known"), "{reason}");
+    // Nor does a third one know it.
+    folder.succeeds("run kepler --quiet --from second --set grid.gamma_f=8.0 --out third");
+    assert_eq!(folder.summary("third")["verdict"], "doubtful");
+}
+
+#[test]
+fn a_run_does_not_replace_the_one_that_it_continues() {
+    let folder = Folder::new();
+    folder.succeeds("run kepler --quiet");
+    let before = folder.read("results/kepler/summary.json");
+    let holds = "results/kepler holds the run that this one continues";
+    folder.refuses(&[
+        ("run kepler --from results/kepler --set grid.gamma_f=7.0", 2, holds),
+        ("run kepler --from results/../results/kepler/summary.json --out results/kepler/.", 2, "holds the run that"),
+        ("run kepler --from results/kepler --vary grid.gamma_f=7,8 --out results/kepler", 2, holds),
+    ]);
+    assert_eq!(folder.read("results/kepler/summary.json"), before);
 }
 
 #[test]

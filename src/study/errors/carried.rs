@@ -1,0 +1,135 @@
+//! How an error of the start travels along a run.
+
+use std::sync::Arc;
+
+use crate::case::Case;
+use crate::engine::Accuracy;
+use crate::geometry::{Geometry, Start};
+use crate::number::Real;
+use crate::number::norm::larger;
+use crate::solve::{Limit, Off, Place, Setup, WorldLine, solve_window_by_window};
+use crate::study::acting::chain;
+use crate::trajectory::{Sample, Sampler};
+
+/// The accuracy of the windows of two runs that are compared.
+const ACCURACY: f64 = 1e-13;
+/// They are compared at so many places, spread evenly over the run, and at its end.
+const PLACES: usize = 256;
+/// A change of the start that is smaller than this share of the motion is made so large, and what comes of it smaller
+/// again: two runs that are as accurate as doubles allow differ by some 1e-12 in any case.
+const VISIBLE: f64 = 1e-6;
+/// What comes of it is taken to be in proportion up to this share of the motion.
+const PROPORTIONAL: f64 = 1e-2;
+
+/// An error along a run.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Carried {
+    /// By how much the state at the end is off, of the motion as it is computed.
+    pub(super) off: Off,
+    /// The largest errors of coordinates along the run.
+    pub(super) largest: Vec<f64>,
+}
+
+/// The error that a start which is off by `off` makes along the run of `setup`, whose length is this, and which ends at
+/// a value of `end_coordinate`, if that is given. `None` if it is not known: two runs from the two starts are compared,
+/// and one of them has no end.
+///
+/// This is all that is known of how errors travel. It grows as errors of this motion do: linearly where the motion is
+/// regular, exponentially in chaos, also through events that act. A loss of rates that lasts for a whole run of length
+/// L is no more than an error L times as large at its start, as far as errors do not shrink on the way.
+pub(super) fn carried<S: Real>(
+    case: &Case,
+    setup: &Setup<S>,
+    (length, end_coordinate): (f64, Option<usize>),
+    off: &Off,
+) -> Option<Carried> {
+    let Place { geometry, start } = &setup.rough;
+    let base = states(case, setup, length, (**start).clone())?;
+    let sizes = sizes(geometry, &base);
+    let share = |off: &[f64], sizes: &[f64]| {
+        let shares = off.iter().zip(sizes).filter(|(_, size)| **size > 0.0).map(|(off, size)| (off / size).abs());
+        shares.fold(0.0, f64::max)
+    };
+    let visible = VISIBLE / share(&off.q, &sizes.q).max(share(&off.p, &sizes.p));
+    for factor in [visible.clamp(1.0, 1.0 / f64::MIN_POSITIVE), 1.0] {
+        let other = moved(geometry, start, off, factor).and_then(|start| states(case, setup, length, start));
+        let found = other.map(|other| compared(geometry, [&base, &other], factor, end_coordinate));
+        let is_proportional = |found: &Carried| factor * share(&found.largest, &sizes.q) <= PROPORTIONAL;
+        if factor == 1.0 || found.as_ref().is_some_and(is_proportional) {
+            return found;
+        }
+    }
+    None
+}
+
+/// The sizes of coordinates and momenta along a run. Ignorable coordinates count from its start.
+fn sizes(geometry: &Geometry, states: &[Start]) -> Off {
+    let size = |of: &dyn Fn(&Start) -> f64| states.iter().fold(0.0_f64, |size, state| size.max(of(state).abs()));
+    let origin = |a: usize| if geometry.active().contains(&a) { 0.0 } else { states[0].q[a] };
+    let each = 0..geometry.dimension();
+    let q: Vec<f64> = each.clone().map(|a| size(&|state| state.q[a] - origin(a))).collect();
+    Off { q: geometry.shared(&states[0].q, &q), p: each.map(|a| size(&|state| state.p[a])).collect() }
+}
+
+/// The start, off by so many times an error.
+fn moved(geometry: &Geometry, start: &Start, off: &Off, factor: f64) -> Option<Start> {
+    let add = |values: &[f64], off: &[f64]| values.iter().zip(off).map(|(value, off)| value + factor * off).collect();
+    let (q, p): (Vec<f64>, Vec<f64>) = (add(&start.q, &off.q), add(&start.p, &off.p));
+    let q_dot = geometry.velocities(&q, &p).ok()?;
+    Some(Start { q, q_dot, p })
+}
+
+/// The states of a run from another start at equal distances of γ; `None` if it does not get to the end.
+fn states<S: Real>(case: &Case, setup: &Setup<S>, length: f64, start: Start) -> Option<Vec<Start>> {
+    let mut setup = setup.in_f64();
+    let place = Place { start: Arc::new(start), ..setup.rough.clone() };
+    (setup.rough, setup.place, setup.carried) = (place.clone(), place, None);
+    setup.limit = Limit::Length(length);
+    setup.until.retain(|until| until.change.is_some());
+    setup.settings.sensitivity = false;
+    let (mut found, from): (Vec<Start>, f64) = (Vec::new(), setup.gamma_i);
+    let mut see = |part: &WorldLine| {
+        let (mut sampler, before) = (Sampler::new(part), part.signed(part.gamma_i - from));
+        // A run may begin again.
+        if part.windows.len() == part.window_count {
+            found.clear();
+        }
+        while found.len() <= PLACES {
+            let here = length * (found.len() as f64 / PLACES as f64) - before;
+            let Ok(Sample { q, q_dot, p, .. }) = sampler.at_gamma(part.gamma_at(here)) else { break };
+            found.push(part.turned(Start { q, q_dot, p }));
+        }
+    };
+    let accuracy = Accuracy::Estimated(ACCURACY);
+    if setup.has_acting_events() {
+        chain(case, &setup, accuracy, false).ok()?.iter().for_each(|piece| see(&piece.line));
+    } else {
+        setup.settings.accuracy = Some(accuracy);
+        solve_window_by_window(&setup, &mut see).ok()?;
+    }
+    (found.len() > PLACES).then_some(found)
+}
+
+/// What two runs differ by, of which the second one began off by `factor` times the error that is looked for. Where a
+/// run ends at a value of a coordinate, points with that value are compared.
+fn compared(geometry: &Geometry, [base, other]: [&[Start]; 2], factor: f64, end_coordinate: Option<usize>) -> Carried {
+    let off = |one: &[f64], two: &[f64]| one.iter().zip(two).map(|(one, two)| (two - one) / factor).collect();
+    let mut all: Vec<Off> =
+        base.iter().zip(other).map(|(one, two)| Off { q: off(&one.q, &two.q), p: off(&one.p, &two.p) }).collect();
+    let (mut last, end) = (all.pop().expect("a run has an end"), &base[base.len() - 1]);
+    if let Some(coordinate) = end_coordinate {
+        let late = last.q[coordinate] / end.q_dot[coordinate];
+        last.q.iter_mut().zip(&end.q_dot).for_each(|(off, rate)| *off -= late * rate);
+        last.p.iter_mut().zip(rates_of_momenta(geometry, end)).for_each(|(off, rate)| *off -= late * rate);
+        last.q[coordinate] = 0.0;
+    }
+    let largest = |a: usize| all.iter().chain([&last]).fold(0.0, |most, off| larger(most, off.q[a].abs()));
+    Carried { largest: (0..end.q.len()).map(largest).collect(), off: last }
+}
+
+/// ṗ_a, 0 for ignorable coordinates.
+pub(super) fn rates_of_momenta(geometry: &Geometry, Start { q, q_dot, .. }: &Start) -> Vec<f64> {
+    let mut rates = geometry.forces(q, q_dot);
+    geometry.ignorable().for_each(|a| rates[a] = 0.0);
+    rates
+}

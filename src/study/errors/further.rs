@@ -1,0 +1,196 @@
+//! The errors that a run does not make itself: what it inherits from the run that it continues, and what its formulas
+//! lose to rounding. Both travel as errors of its start, see [`carried`].
+
+use super::RunError;
+use super::carried::{Carried, carried, rates_of_momenta};
+use super::compare::end_coordinate;
+use super::conditioning::{Formulas, Lost, Places};
+use crate::case::Case;
+use crate::diagnostics::verdict::{CoordinateError, Reason};
+use crate::engine::Accuracy;
+use crate::geometry::{Geometry, Start};
+use crate::number::Real;
+use crate::solve::{Off, Setup, WorldLine};
+
+/// Findings where nothing is known, and remedies.
+const NOT_HANDED_ON: &str = "the error of the run that it continues is not known, since its summary does not say";
+const NO_END: &str = "it is not known what the error of the run that it continues grows to: a run from a start that is \
+                      off by it does not reach the end";
+const NO_VALUE: &str = "it is not known what rounding takes from the formulas: in 70 digits they have no value here";
+const AGAIN: &str = "run that one again, or the whole from its start";
+const SMALLER: &str = "run that one to a smaller error, or end this one earlier";
+const WELL: &str = "write it so that nothing cancels";
+
+/// A part of the error of a run that it does not make itself.
+#[derive(Debug, Clone, PartialEq)]
+enum Part {
+    /// There is none.
+    Nothing,
+    /// It is known.
+    Known(Carried),
+    /// It is not known, for this reason.
+    Unknown(Reason),
+}
+
+impl Part {
+    /// What a start that is off by `off` makes of the run, or the reason why that is not known.
+    fn new(carried: Option<Carried>, reason: impl FnOnce() -> Reason) -> Self {
+        carried.map_or_else(|| Self::Unknown(reason()), Self::Known)
+    }
+
+    fn known(&self) -> Option<&Carried> {
+        if let Self::Known(carried) = self { Some(carried) } else { None }
+    }
+
+    fn unknown(&self) -> Option<&Reason> {
+        if let Self::Unknown(reason) = self { Some(reason) } else { None }
+    }
+
+    /// The largest error of a coordinate.
+    fn largest(&self, a: usize) -> f64 {
+        self.known().map_or(0.0, |carried| carried.largest[a])
+    }
+
+    /// The coordinate in which it is largest beside the size, with its error.
+    fn most<'e>(&self, errors: &'e [CoordinateError]) -> Option<(&'e CoordinateError, f64)> {
+        let each = errors.iter().enumerate().map(|(a, error)| (error, self.largest(a)));
+        each.max_by(|(one, here), (other, there)| one.share(*here).total_cmp(&other.share(*there)))
+    }
+
+    /// Returns true if an error is too large with all parts, but not by what the run makes itself, and this is the
+    /// larger part; or if this part alone is too large. What is not a number is too large.
+    fn is_to_blame(&self, other: &Self, own: &[CoordinateError], all: &[CoordinateError]) -> bool {
+        let is_innocent = |(a, (own, all)): (usize, (&CoordinateError, &CoordinateError))| {
+            let [here, there, allowed] = [self.largest(a), other.largest(a), own.allowed()];
+            here <= allowed && (all.largest <= allowed || own.largest > allowed || here < there)
+        };
+        self.known().is_some() && !own.iter().zip(all).enumerate().all(is_innocent)
+    }
+}
+
+/// The errors that a run does not make itself.
+#[derive(Debug)]
+pub(crate) struct Further {
+    inherited: Part,
+    lost: Part,
+    /// The sentence about the formula that loses digits, and the remedy.
+    of_formula: [String; 2],
+    /// The sizes of momenta along the run.
+    momenta: Vec<f64>,
+}
+
+impl Further {
+    /// Those of a run of `case` that ends with `line`, of which `places` were seen.
+    pub(crate) fn new<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>, places: &Places) -> Self {
+        let length = line.signed(line.gamma_f() - setup.gamma_i).to_f64();
+        let along = |off: &Off| carried(case, setup, (length, end_coordinate(setup, line)), off);
+        let inherited = match setup.carried.as_ref().map(|carried| &carried.error) {
+            None => Part::Nothing,
+            Some(None) => Part::Unknown(Reason::new(NOT_HANDED_ON, AGAIN)),
+            Some(Some(off)) if off.is_none() => Part::Nothing,
+            Some(Some(off)) => Part::new(along(off), || Reason::new(NO_END, AGAIN)),
+        };
+        let (lost, of_formula) = match Formulas::new(case, setup, places) {
+            Formulas::Conditioned => (Part::Nothing, Default::default()),
+            Formulas::Unknown => (Part::Unknown(Reason::new(NO_VALUE, WELL)), Default::default()),
+            Formulas::Lost(Lost { q_dot, p_dot, finding }) => {
+                let times = |rates: Vec<f64>| rates.into_iter().map(|rate| length * rate).collect();
+                let sizes = Off { q: times(q_dot), p: times(p_dot) };
+                let off = in_energy(&setup.rough.geometry, &setup.rough.start, sizes);
+                let remedy = remedy(case, setup.settings.accuracy);
+                (Part::new(along(&off), || Reason::new(&finding, &remedy)), [finding, remedy])
+            }
+        };
+        let momenta = places.sizes_of_momenta(setup.place.start.q.len());
+        Self { inherited, lost, of_formula, momenta }
+    }
+
+    /// The error of a run with what it does not make itself.
+    pub(crate) fn added(&self, own: &RunError) -> RunError {
+        let mut all = own.clone();
+        for carried in [&self.inherited, &self.lost].into_iter().filter_map(Part::known) {
+            all.end.iter_mut().zip(&carried.off.q).for_each(|(error, off)| *error = error.abs() + off.abs());
+            all.largest.iter_mut().zip(&carried.largest).for_each(|(error, largest)| *error += largest);
+        }
+        all
+    }
+
+    /// The largest inherited errors of coordinates along the run, if it inherits any.
+    pub(crate) fn inherited(&self) -> Option<Vec<f64>> {
+        self.inherited.known().map(|carried| carried.largest.clone())
+    }
+
+    /// The reasons to doubt a run to an `accuracy`, if it is one, that lie in these errors, where its own are `own`, and
+    /// `all` with these.
+    pub(crate) fn reasons(
+        &self,
+        own: &[CoordinateError],
+        all: &[CoordinateError],
+        accuracy: Option<Accuracy>,
+    ) -> Vec<Reason> {
+        let Self { inherited, lost, of_formula: [finding, remedy], .. } = self;
+        let mut reasons: Vec<Reason> = [lost, inherited].into_iter().filter_map(Part::unknown).cloned().collect();
+        // What is promised is promised of the motion that the formulas stand for.
+        let promised = accuracy.filter(|accuracy| accuracy.is_promised()).map_or(f64::INFINITY, Accuracy::value);
+        let is_kept = own.iter().enumerate().all(|(a, own)| own.share(lost.largest(a)) <= promised);
+        if lost.is_to_blame(inherited, own, all) || !is_kept {
+            let of = lost.most(own).map(|(one, error)| format!(", and {} is uncertain by {error:.1e}", one.name));
+            reasons.insert(0, Reason::new(format!("{finding}{}", of.unwrap_or_default()), remedy));
+        }
+        if inherited.is_to_blame(lost, own, all) {
+            let of = inherited.most(own).map(|(one, error)| format!(" to {error:.1e} in {}", one.name));
+            let finding = format!("the error of the run that it continues grows{}", of.unwrap_or_default());
+            reasons.push(Reason::new(finding, SMALLER));
+        }
+        reasons
+    }
+
+    /// By how much the state at the end of `line` is off, whose own errors are these; `None` if a part of it is not
+    /// known. Of momenta a run knows no errors of its own: they have the share of their size that the coordinate has,
+    /// as in an oscillation.
+    pub(crate) fn left<S: Real>(&self, setup: &Setup<S>, line: &WorldLine<S>, own: &[CoordinateError]) -> Option<Off> {
+        let (geometry, n, end) = (&*setup.rough.geometry, self.momenta.len(), line.end_inside().in_f64());
+        if [&self.inherited, &self.lost].into_iter().any(|part| part.unknown().is_some()) {
+            return None;
+        }
+        let mut all = Off::none(n);
+        for Carried { off, .. } in [&self.inherited, &self.lost].into_iter().filter_map(Part::known) {
+            all.q.iter_mut().zip(&off.q).chain(all.p.iter_mut().zip(&off.p)).for_each(|(all, off)| *all += off);
+        }
+        let mut sizes = Off::none(n);
+        for (a, error) in own.iter().enumerate() {
+            sizes.q[a] = error.end;
+            if geometry.active().contains(&a) {
+                sizes.p[a] = error.share(error.end) * self.momenta[a];
+            }
+        }
+        let own = in_energy(geometry, &end, sizes);
+        // Errors add up.
+        let energy =
+            rates_of_momenta(geometry, &end).into_iter().zip(&all.q).map(|(rate, off)| -rate * off).sum::<f64>()
+                + end.q_dot.iter().zip(&all.p).map(|(rate, off)| rate * off).sum::<f64>();
+        let sign = if energy < 0.0 { -1.0 } else { 1.0 };
+        all.q.iter_mut().zip(own.q).chain(all.p.iter_mut().zip(own.p)).for_each(|(all, own)| *all += sign * own);
+        all.p.iter_mut().for_each(|p| *p = line.signed(S::from(*p)).to_f64());
+        Some(all)
+    }
+}
+
+/// What to do about a formula that loses digits.
+fn remedy(case: &Case, accuracy: Option<Accuracy>) -> String {
+    match accuracy {
+        // Events act in runs to an accuracy, which have no further digits.
+        _ if case.has_acting_events() => WELL.to_owned(),
+        None => format!("{WELL}, or take solver.digits = 32"),
+        Some(_) => format!("{WELL}, or take solver.digits = 32 with a scheme and a grid"),
+    }
+}
+
+/// Errors of this size in all numbers, with the signs by which they change the energy of `state` most: dH = q̇ dp − ṗ dq.
+fn in_energy(geometry: &Geometry, state: &Start, Off { q, p }: Off) -> Off {
+    let rates = rates_of_momenta(geometry, state);
+    Off {
+        q: q.into_iter().zip(rates).map(|(size, rate)| if rate > 0.0 { -size } else { size }).collect(),
+        p: p.into_iter().zip(&state.q_dot).map(|(size, rate)| if *rate < 0.0 { -size } else { size }).collect(),
+    }
+}

@@ -1,0 +1,156 @@
+//! What rounding takes from the formulas of a case is part of the error, and is named.
+
+use geodesic_ivp::Case;
+use geodesic_ivp::case::builtin;
+use geodesic_ivp::diagnostics::verdict::Grade;
+use geodesic_ivp::number::{Extended, Real};
+use geodesic_ivp::study::errors::run_error;
+use geodesic_ivp::study::run::{Judged, Run, Wanted, run};
+
+use crate::common::{end, parsed};
+
+/// A particle at rest at x = 1 in the force `force`.
+fn pushed(force: &str, rest: &str) -> Case {
+    let text = format!(
+        "particle.law = \"newtonian\"\ngrid.gamma_f = 3.0\n{rest}\ninitial = {{ x = 1.0, x_dot = 0.0 }}\n\
+         potential = {{ coordinates = [\"x\"], formula = \"0\", force = {{ x = \"{force}\" }} }}\n"
+    );
+    parsed(&text, &[])
+}
+
+fn judged<S: Real>(case: &Case, is_streamed: bool) -> (Run<S>, Judged) {
+    let setup = case.setup::<S>();
+    let wanted = Wanted { is_streamed, ..Wanted::default() };
+    let run = run(case, &setup, wanted).0.unwrap_or_else(|none| panic!("{none:?}"));
+    let judged = run.judged(&setup, false, false);
+    (run, judged)
+}
+
+/// The first reason of a case that must be doubtful.
+#[track_caller]
+fn doubt(case: &Case) -> String {
+    let (_, judged) = judged::<f64>(case, false);
+    assert_eq!(judged.verdict.grade, Grade::Doubtful, "{:?}", judged.error);
+    judged.verdict.reasons[0].to_string()
+}
+
+const ACCURATE: &str = "solver.accuracy = 1e-8";
+const LOST: &str = "-1e18*(1 - cos(1e-9*x))";
+
+/// Formulas that lose about 1e-16/e of their digits, and the same without a difference of what is nearly the same.
+const PAIRS: [(&str, &str); 5] = [
+    ("-K*(sqrt(1 + E*x) - 1)/E", "-K*x/(sqrt(1 + E*x) + 1)"),
+    ("-K*(exp(E*x) - 1)/E", "-2*K*exp(E*x/2)*sinh(E*x/2)/E"),
+    ("-K*(1/(1 - E*x) - 1)/E", "-K*x/(1 - E*x)"),
+    ("-K*(sin(0.5 + E*x) - sin(0.5))/E", "-2*K*cos(0.5 + E*x/2)*sin(E*x/2)/E"),
+    ("-K*((1 + E*x)^2 - 1)/E", "-K*x*(2 + E*x)"),
+];
+
+#[test]
+fn a_formula_that_loses_more_than_the_accuracy_is_named_and_its_error_is_in_the_result() {
+    for (seed, (badly, well)) in PAIRS.iter().enumerate() {
+        for (k, e) in [(0.3 + 0.4 * seed as f64, 1.3e-11), (1.7 - 0.2 * seed as f64, 2.9e-10)] {
+            let written = |formula: &str| {
+                let formula = formula.replace('K', &format!("{k}")).replace('E', &format!("{e:e}"));
+                pushed(&formula, "solver.accuracy = 1e-9")
+            };
+            let (good, of_good) = judged::<f64>(&written(well), false);
+            assert_eq!(of_good.verdict.grade, Grade::Trusted, "{well}: {:?}", of_good.verdict);
+            let (bad, of_bad) = judged::<f64>(&written(badly), false);
+            let reason = of_bad.verdict.reasons.first().map(ToString::to_string).unwrap_or_default();
+            assert!(reason.starts_with("the formula force.x loses "), "{badly} {e:e}: {:?}", of_bad.verdict);
+            let (off, error) = ((end(&bad.line, "x") - end(&good.line, "x")).abs(), of_bad.error.unwrap());
+            let found = error.at_most_at_end()[1];
+            assert!(off <= found && found < 1e3 * off.max(1e-9), "{badly} {e:e}: {off:e} {found:e}");
+        }
+    }
+}
+
+#[test]
+fn a_formula_that_loses_less_than_the_accuracy_is_trusted() {
+    for (badly, _) in PAIRS {
+        let case = pushed(&badly.replace('K', "0.7").replace('E', "1e-3"), ACCURATE);
+        let (_, judged) = judged::<f64>(&case, false);
+        assert_eq!(judged.verdict.grade, Grade::Trusted, "{badly}: {:?}", judged.verdict);
+    }
+}
+
+#[test]
+fn the_formula_that_loses_is_named_wherever_it_stands() {
+    let rest = "particle.law = \"newtonian\"\ngrid.gamma_f = 3.0\ninitial = { x = 1.0, x_dot = 0.0 }\n";
+    for (kind, name) in [
+        ("force.x = \"-k*x\"\nparameters.k = \"(1e16 + 1) - 1e16\"", "of the parameter k"),
+        ("force.x = \"-f\"\ndefinitions.f = \"(x + 1e11) - 1e11\"", "of the definition f"),
+        ("one_form.x = \"x\"\nforce.x = \"(x + 1e11) - 1e11 - 2*x\"", "force.x"),
+    ] {
+        let text = format!("{rest}{ACCURATE}\n[potential]\nformula = \"0\"\n{kind}");
+        let reason = doubt(&parsed(&text, &[]));
+        assert!(reason.starts_with(&format!("the formula {name} loses ")), "{text}: {reason}");
+    }
+    // The paper's metric has V itself, and not its slope alone.
+    let rest = "grid.gamma_f = 3.0\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.3 }\nsolver.accuracy = 1e-9\n";
+    let reason = doubt(&parsed(&format!("{rest}potential.formula.expression = \"(0.1*x^2 + 1e10) - 1e10\""), &[]));
+    assert!(reason.contains("the formula of the potential loses "), "{reason}");
+    let metric = "metric = { coordinates = [\"t\", \"x\"], components = { \"t t\" = \"((1 + 0.1*x^2) + 1e10) - 1e10\", \
+                  \"x x\" = \"-1\" } }\n";
+    let reason = doubt(&parsed(&format!("{metric}{rest}"), &[]));
+    assert!(reason.contains("the formula of the component \"t t\" loses "), "{reason}");
+}
+
+#[test]
+fn every_run_of_sixteen_digits_is_looked_at() {
+    let event = "events.kick = { when = \"t - 1\", set = { x_dot = \"x_dot + 0.1\" } }";
+    for rest in [
+        ACCURATE,
+        "solver.tolerance = 1e-8",
+        "scheme = { sbp = \"GLL16\", form = \"weak\" }\ngrid.windows = 4",
+        "scheme.sbp = \"SBP42\"\ngrid.n_gamma = 100",
+        "scheme.sbp = \"SBP42\"\ngrid.n_gamma = 40\nsolver.system = \"doubled\"",
+        &format!("{ACCURATE}\n{event}"),
+        &format!("{ACCURATE}\ngrid.gamma_i = 4.0"),
+    ] {
+        let case = pushed(LOST, rest);
+        assert!(
+            doubt(&case).starts_with("the formula force.x loses all of its digits to rounding near x = "),
+            "{rest}"
+        );
+        let (_, streamed) = judged::<f64>(&case, true);
+        assert!(streamed.verdict.reasons[0].reason.starts_with("the formula force.x loses all"), "{rest}");
+    }
+    let relativistic = parsed(
+        &format!(
+            "potential.formula.expression = \"0.0\"\npotential.force.x = \"{LOST}\"\ngrid.gamma_f = 1.0\n\
+                  initial = {{ x = 0.5, t_dot = 1.0, x_dot = 0.1 }}\n{ACCURATE}"
+        ),
+        &[],
+    );
+    assert!(doubt(&relativistic).starts_with("the formula force.x loses all"));
+}
+
+#[test]
+fn more_digits_are_the_remedy() {
+    let grid = "scheme = { sbp = \"GLL16\", form = \"weak\" }\ngrid.windows = 4";
+    let (run, judged) = judged::<Extended>(&pushed(LOST, &format!("{grid}\nsolver.digits = 32")), false);
+    assert_eq!(judged.verdict.grade, Grade::Trusted, "{:?}", judged.verdict);
+    let (well, _) = self::judged::<f64>(&pushed("-x^2/2", ACCURATE), false);
+    let x = run.line.end().q[1].to_f64();
+    assert!((x - end(&well.line, "x")).abs() < 1e-8, "{x}");
+}
+
+#[test]
+fn formulas_that_are_written_well_add_nothing_to_an_error() {
+    let mut seen = 0;
+    for builtin::BuiltIn { name, folder, text, .. } in builtin::ALL.iter() {
+        let case = parsed(text, &[]);
+        let is_long = case.settings.windows > 1000 || *folder == "hard";
+        if case.settings.is_extended() || case.has_acting_events() || is_long {
+            continue;
+        }
+        let setup = case.setup::<f64>();
+        let Ok(run) = run(&case, &setup, Wanted::default()).0 else { continue };
+        let own = run_error(&setup, &run.line, &[]);
+        assert_eq!(run.judged(&setup, false, false).error, own, "{name}");
+        seen += 1;
+    }
+    assert!(seen > 30, "{seen} cases");
+}
