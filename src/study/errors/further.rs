@@ -133,7 +133,9 @@ impl Further {
         // What is promised is promised of the motion that the formulas stand for.
         let promised = accuracy.filter(|accuracy| accuracy.is_promised()).map_or(f64::INFINITY, Accuracy::value);
         let is_kept = own.iter().enumerate().all(|(a, own)| own.share(lost.largest(a)) <= promised);
-        if lost.is_to_blame(inherited, own, all) || !is_kept {
+        // Where nothing is known of the error, the formula may be why.
+        let is_all = own.is_empty() && lost.known().is_some();
+        if is_all || !is_kept || lost.is_to_blame(inherited, own, all) {
             let of = lost.most(own).map(|(one, error)| format!(", and {} is uncertain by {error:.1e}", one.name));
             reasons.insert(0, Reason::new(format!("{finding}{}", of.unwrap_or_default()), remedy));
         }
