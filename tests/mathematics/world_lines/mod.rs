@@ -13,6 +13,7 @@ mod explicit_time;
 mod failures;
 mod features;
 mod gaps;
+mod hidden;
 mod invariances;
 mod kinks;
 mod long_runs;
