@@ -184,6 +184,18 @@ fn changes_little(look: &Watched, nodes: &[f64], values: &[f64]) -> bool {
     })
 }
 
+/// Places that differ by this part of them are one: their rounding, and that of what they are compared with in an
+/// argument.
+const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
+
+/// Returns true if rounding hides where in a window of this length a function jumps, with the speed that coordinates
+/// have elsewhere: they may turn here.
+pub(super) fn is_at_one_place(solver: &Solver<'_, POINTS>, length: f64) -> bool {
+    let part = length / solver.initial_sizes.time;
+    let rows = &solver.rows[..solver.system.positions.len()];
+    rows.iter().all(|row| part <= ONE_PLACE * row.start.high.abs() * row.inverse_size)
+}
+
 /// A knot in this first or last part of a window is at its end. What the force is off by there grows with the square
 /// of the time behind the knot at least, so that the error is this part to the third power.
 const AT_END: f64 = 1e-6;

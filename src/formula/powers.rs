@@ -25,8 +25,11 @@ pub(super) struct Powers {
 impl Powers {
     /// Of steps that are sorted by the registers that they write; those that do not depend on variables are numbers.
     pub(super) fn new(steps: &[Step], depends: &[bool]) -> Self {
-        let mut products: Vec<Product> =
-            depends.iter().enumerate().map(|(atom, &depends)| if depends { vec![(atom, 1.0)] } else { vec![] }).collect();
+        let mut products: Vec<Product> = depends
+            .iter()
+            .enumerate()
+            .map(|(atom, &depends)| if depends { vec![(atom, 1.0)] } else { vec![] })
+            .collect();
         for step in steps.iter().filter(|step| depends[step.to()]) {
             let of = |register: Register| products[register].as_slice();
             let product = match step.operation() {

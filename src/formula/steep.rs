@@ -165,9 +165,9 @@ fn watched(steps: &[Step], depends: &[bool], powers: &Powers) -> Vec<Watched> {
         }
     }
     for register in (0..depends.len()).filter(|&register| !is_exponential[register]) {
-        watch(register, Kind::Ratio, powers.of_divisor(register));
-        let power = powers.of(register);
-        watch(register, Kind::Base, if power > LOW_POWER { power } else { 0.0 });
+        let (power, divisor) = (powers.of(register), powers.of_divisor(register));
+        watch(register, Kind::Ratio, divisor);
+        watch(register, Kind::Base, if power > LOW_POWER.max(divisor) { power } else { 0.0 });
     }
     watched
 }

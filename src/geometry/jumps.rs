@@ -104,7 +104,8 @@ impl Sides {
     fn jump_on(&mut self, from: &[f64], direction: &[f64]) -> Option<(Vec<f64>, [Vec<f64>; 2])> {
         let size = from.iter().fold(1.0_f64, |most, q| most.max(q.abs()));
         let on_line = |s: f64| from.iter().zip(direction).map(|(q, u)| q + s * u).collect::<Vec<f64>>();
-        let distances = (DECADES[0] * EACH..=DECADES[1] * EACH).map(|k| size * 10.0_f64.powf(f64::from(k) / f64::from(EACH)));
+        let distances =
+            (DECADES[0] * EACH..=DECADES[1] * EACH).map(|k| size * 10.0_f64.powf(f64::from(k) / f64::from(EACH)));
         let (mut before, mut at_before) = (0.0, self.evaluate(from));
         for after in distances {
             let at_after = self.evaluate(&on_line(after));

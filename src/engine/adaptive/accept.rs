@@ -1,7 +1,7 @@
 //! The search for a window that is accurate enough, and that hides nothing.
 
 use super::{Accepted, Adaptive};
-use crate::engine::between::Seen;
+use crate::engine::between::{Seen, is_at_one_place};
 use crate::engine::ladder::Ladder;
 use crate::engine::sweeps::LocalErrors;
 use crate::engine::tuning::{INSIDE, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH};
@@ -38,7 +38,7 @@ impl Adaptive<'_> {
                 (landing, landings) = (Some(part * length), landings + 1);
                 continue;
             }
-            if !self.is_accurate(swept.local, share, seen) {
+            if !self.is_accurate(swept.local, [share, length], seen) {
                 continue;
             }
             if self.attempt.control.is_stuck(length <= self.least()) {
@@ -73,12 +73,16 @@ impl Adaptive<'_> {
     }
 
     /// Returns true if the errors of the window that was solved are small enough, and adapts the step.
-    fn is_accurate(&mut self, mut local: LocalErrors, share: f64, seen: Option<Seen>) -> bool {
+    fn is_accurate(&mut self, mut local: LocalErrors, [share, length]: [f64; 2], seen: Option<Seen>) -> bool {
         let mut allowed = share.max(ROUNDED);
         if let Some(Seen { decay, .. }) = seen {
             local.end = self.lent.solver.with_unseen(local, decay.powi(POINTS as i32 - 1));
             if decay == 1.0 {
                 allowed = allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
+                // A jump is met to rounding of the place where it is. The estimate adds up what that does.
+                if is_at_one_place(&self.lent.solver, length) {
+                    allowed = f64::INFINITY;
+                }
             }
         }
         if local.roughness < RESOLVED {

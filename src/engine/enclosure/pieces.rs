@@ -68,7 +68,8 @@ impl Enclosure {
         let mut steep = self.steep_between(pair, 0);
         for ((is_steep, look), seen) in steep.iter_mut().zip(&self.watched).zip(&self.seen) {
             let Watched { register, kind: Kind::Exponent, .. } = *look else { continue };
-            let ([lo, hi], ends) = (self.enclosed.interval(register, 0), [pair, pair + 1].map(|node| middle(seen[node])));
+            let ([lo, hi], ends) =
+                (self.enclosed.interval(register, 0), [pair, pair + 1].map(|node| middle(seen[node])));
             let [least, most] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
             let is_between = lo >= least - PASSED && hi <= most + PASSED;
             *is_steep &= !(is_between && most - least <= TAIL);
