@@ -7,7 +7,7 @@ use super::scenery::{self, Scenery};
 use super::source::EXCLUSIVE;
 use super::start::{self, NoStart};
 use super::{Case, bodies, metric, potential};
-use crate::geometry::{Geometry, Law, OutsideGeometry, Place, Start, Tau, value_of};
+use crate::geometry::{Geometry, Jump, Law, Observable, OutsideGeometry, Place, Start, Tau, jumps, value_of};
 use crate::number::Real;
 use crate::solve::Quantity;
 
@@ -205,6 +205,34 @@ fn check_motion<S: Real>(
         return Err(initial.section.error(message).with_help(help));
     }
     scenery.tau(k, geometry.has_force())
+}
+
+/// Refuses a metric or a potential that jumps, unless an event acts there.
+pub(super) fn jumping(case: &Case, whole: &Field<'_>, q: &[f64]) -> Result<(), CaseError> {
+    let scene = &case.geometry_text;
+    let acting = case.events.iter().filter(|event| !event.set.is_empty());
+    let mut acting: Vec<Observable> =
+        acting.filter_map(|event| Observable::new(&event.when, scene, Place::Potential).ok()).collect();
+    let rest = vec![0.0; q.len()];
+    let is_met = |jump: &Jump, event: &mut Observable| {
+        let mut size = |q: &[f64]| event.at(q, &rest, &rest, 0.0).abs();
+        size(&jump.at) <= 1e-9 * jump.beside.iter().map(|q| size(q)).fold(0.0, f64::max)
+    };
+    let jumps = jumps(scene, q);
+    let Some(jump) = jumps.iter().find(|jump| !acting.iter_mut().any(|event| is_met(jump, event))) else {
+        return Ok(());
+    };
+    let what = if scene.potential.is_some() { "potential" } else { "metric" };
+    let names = case.coordinates();
+    let moved = jump.at.iter().zip(q).zip(&names).filter(|((at, q), _)| at != q);
+    let place: Vec<String> = moved.map(|((at, _), name)| format!("{name} = {at:.6}")).collect();
+    let message = format!(
+        "the {what} jumps where the argument of {} is 0, as at {}: no force does that",
+        jump.function,
+        place.join(", ")
+    );
+    let help = "make it a slope, such as tanh(x/w) with a small w, or let an event there `set` the velocity";
+    Err(whole.error(message).with_help(help))
 }
 
 /// Refuses events that act where they cannot.

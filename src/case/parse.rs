@@ -82,6 +82,7 @@ impl Case {
             text: root.source.text.clone(),
         };
         check::acting(&case, &events)?;
+        check::jumping(&case, &scenery.whole, &start.q)?;
         Ok(case)
     }
 }

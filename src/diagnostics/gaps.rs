@@ -97,18 +97,19 @@ impl Gaps {
             let share = |change: f64, distance: f64| 2.0 * change * distance / length;
             for (window, view) in line.views().enumerate() {
                 let (states, sbp) = (states(line, &view), view.window.sbp());
-                let distances: Vec<f64> = (1..sbp.points()).map(|k| (sbp.node(k) - sbp.node(k - 1)).to_f64()).collect();
-                describe(&states, rough, &distances, &mut enclosure.path);
+                let nodes: Vec<f64> = (0..sbp.points()).map(|k| sbp.node(k).to_f64()).collect();
+                let distances: Vec<f64> = nodes.windows(2).map(|pair| pair[1] - pair[0]).collect();
+                describe(&states, rough, &nodes, &mut enclosure.path);
                 let tolerances = || {
                     let states = states.iter().map(Vec::as_slice);
                     tolerated_rates(rough, &weights, states, length, HIDDEN_SHARE * accuracy)
                 };
                 let longest = distances.iter().copied().fold(0.0, f64::max);
                 let found = enclosure.hidden(tolerances, SMALL / (share(1.0, longest) * count as f64)).into_iter();
-                hidden.extend(found.map(|(node, change)| Hidden {
+                hidden.extend(found.map(|found| Hidden {
                     window,
-                    node,
-                    share: share(change, distances[node]),
+                    node: found.pair,
+                    share: share(found.change, distances[found.pair]),
                 }));
             }
         }
@@ -139,7 +140,7 @@ impl Gaps {
 }
 
 /// One over the size of every coordinate, or over that of its kind where it rests: by how much an error of it counts.
-/// It is 0 where nothing moves, so that nothing is passed.
+/// It is 0 where nothing moves and nothing is known of a size.
 fn weights<S: Real>(line: &WorldLine<S>, rough: &Geometry) -> Vec<f64> {
     let size = |a: usize| {
         let origin = origin(&line.place, a);
@@ -165,7 +166,7 @@ fn states<S: Real>(line: &WorldLine<S>, view: &WindowNodes<'_, S>) -> Vec<Vec<f6
 
 /// Describes the positions and momenta of active coordinates at these nodes as a path. They bend as their rates at the
 /// nodes say. Positions are the variables 0 … n − 1 of the programs of rates, and momenta 2n … 3n − 1.
-fn describe(states: &[Vec<f64>], geometry: &Geometry, distances: &[f64], path: &mut Path) {
+fn describe(states: &[Vec<f64>], geometry: &Geometry, nodes: &[f64], path: &mut Path) {
     let (n, mut point) = (geometry.dimension(), geometry.point());
     // Nothing is known of a path that leaves the domain.
     let mut rates = |state: &Vec<f64>| {
@@ -174,12 +175,12 @@ fn describe(states: &[Vec<f64>], geometry: &Geometry, distances: &[f64], path: &
         inside.map_or_else(|_| vec![f64::NAN; 2 * n], |()| rates)
     };
     let rates: Vec<Vec<f64>> = states.iter().map(&mut rates).collect();
-    path.begin(states.len());
+    path.begin(nodes);
     for place in geometry.active().iter().flat_map(|&a| [a, n + a]) {
         let values: Vec<f64> = states.iter().map(|state| state[place]).collect();
         let variable = if place < n { place } else { place + n };
         path.push(variable, &values, |k| {
-            let bend = distances[k] * (rates[k + 1][place] - rates[k][place]);
+            let bend = (nodes[k + 1] - nodes[k]) * (rates[k + 1][place] - rates[k][place]);
             if bend.is_nan() { f64::INFINITY } else { bend }
         });
     }

@@ -13,12 +13,13 @@ mod tests;
 use pulp::{Simd, WithSimd};
 
 use super::POINTS;
-use super::enclosure::{Enclosure, HIDDEN_SHARE, is_gentle, tolerated_rates};
+use super::enclosure::{Enclosure, HIDDEN_SHARE, Hidden, bent, tolerated_rates};
 use super::kernel::On;
 use super::rule::Order;
 use super::solved::WindowNodes;
+use super::tuning::KINK;
 use super::window::Solver;
-use crate::formula::{Kind, Register, watched_registers};
+use crate::formula::{Kind, Watched, watched_registers};
 use crate::number::root::root;
 use crate::number::spline::Table;
 use crate::number::vector::{Lanes, Level, Nodes};
@@ -32,7 +33,7 @@ pub(super) struct Between {
     /// Made when it is first needed.
     enclosure: Option<Enclosure>,
     /// The registers of what must not change much, and true if all of it has registers.
-    watched: Vec<(Register, Kind)>,
+    watched: Vec<Watched>,
     is_all: bool,
     /// True if none of that changes much on all of the window that was looked at.
     is_gentle: bool,
@@ -75,7 +76,7 @@ impl Between {
     #[cold]
     fn first_knot(&self, solver: &Solver<'_, POINTS>) -> Option<f64> {
         let (nodes, points) = (solver.fractions(), solver.rule.points());
-        let knots = self.watched.iter().filter_map(|&(register, kind)| match kind {
+        let knots = self.watched.iter().filter_map(|&Watched { register, kind, .. }| match kind {
             Kind::Table(table) => first_knot(table, nodes, &solver.system.registers[register].0[..points]),
             _ => None,
         });
@@ -85,10 +86,10 @@ impl Between {
     /// True if something may hide in the window that was looked at, of length `h`, in a run of this length to an
     /// accuracy.
     pub(super) fn hides(&mut self, solver: &Solver<'_, POINTS>, h: f64, length: f64, accuracy: f64) -> bool {
-        let registers = &solver.system.registers;
+        let (registers, nodes) = (&solver.system.registers, solver.fractions());
         let mut watched = self.watched.iter();
         let is_seen = self.is_all
-            && (self.is_gentle || watched.all(|&(register, kind)| changes_little(kind, &registers[register].0)));
+            && (self.is_gentle || watched.all(|look| changes_little(look, nodes, &registers[look.register].0)));
         !is_seen && self.hides_in_intervals(solver, h, length, accuracy)
     }
 
@@ -100,7 +101,7 @@ impl Between {
         }
         let Some(enclosure) = &mut self.enclosure else { return false };
         let (active, n, nodes) = (geometry.active(), geometry.dimension(), &solver.rule.nodes[0].0);
-        enclosure.path.begin(POINTS);
+        enclosure.path.begin(solver.fractions());
         for row in 0..solver.system.iterated() {
             let variable = active[row % active.len()] + if row < active.len() { 0 } else { 2 * n };
             let slopes = &solver.slope_nodes(row).0;
@@ -118,8 +119,11 @@ impl Between {
             let weights: Vec<f64> = (0..n).map(|a| solver.inverse_size(a)).collect();
             tolerated_rates(geometry, &weights, [&state[..]], length, HIDDEN_SHARE * accuracy)
         };
-        // A window can be shortened, and is not looked at more closely.
-        enclosure.hidden(tolerances, f64::INFINITY).iter().any(|(_, change)| *change > 1.0)
+        // A window can be shortened, and is not looked at more closely. A kink is where it is for as long as its window.
+        enclosure.hidden(tolerances, f64::INFINITY).iter().any(|&Hidden { pair, change, has_kink }| {
+            let most = if has_kink { KINK * length / (h * (nodes[pair + 1] - nodes[pair])) } else { 1.0 };
+            change > most.max(1.0)
+        })
     }
 }
 
@@ -133,24 +137,24 @@ pub(super) struct Looked {
 }
 
 /// Looks at the range that everything that is watched has on the nodes.
-impl WithSimd for On<(&[Nodes<POINTS>], &[(Register, Kind)])> {
+impl WithSimd for On<(&[Nodes<POINTS>], &[Watched])> {
     type Output = Looked;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> Looked {
         let On((registers, watched)) = self;
         let (mut all_gentle, mut has_kink, mut passes_knot, mut ratio) = (true, false, false, 1.0_f64);
-        for &(register, kind) in watched {
-            let values = Lanes::new(s, &registers[register]);
+        for look in watched {
+            let (kind, values) = (look.kind, Lanes::new(s, &registers[look.register]));
             let (least, most) = (-values.neg().largest(), values.largest());
             // At most one of three changes in turn goes back.
             let margin = 2.0 * BENT * (most - least);
-            all_gentle &= is_gentle(kind, [least - margin, most + margin]);
+            all_gentle &= look.is_gentle([least - margin, most + margin]);
             if kind == Kind::Ratio && least * most > 0.0 {
                 ratio = ratio.max(most / least).max(least / most);
             }
             match kind {
-                Kind::Sign => has_kink |= least < 0.0 && most > 0.0,
+                Kind::Side(_) => has_kink |= least < 0.0 && most > 0.0,
                 Kind::Table(table) => passes_knot |= table.passed([least, most]) != Some(0),
                 _ => {}
             }
@@ -162,16 +166,34 @@ impl WithSimd for On<(&[Nodes<POINTS>], &[(Register, Kind)])> {
     }
 }
 
-/// True if an argument with these values on the nodes changes little from each to the next.
+/// True if a value that is this on the nodes changes little from each to the next.
 #[inline(never)]
-fn changes_little(kind: Kind, values: &[f64]) -> bool {
+fn changes_little(look: &Watched, nodes: &[f64], values: &[f64]) -> bool {
     let change = |k: usize| (values[k + 1] - values[k]).abs();
-    (0..values.len() - 1).all(|k| {
-        let neighbours = if k > 0 { change(k - 1) } else { 0.0 };
-        let neighbours = neighbours + if k + 2 < values.len() { change(k + 1) } else { 0.0 };
-        let (a, b, margin) = (values[k], values[k + 1], BENT * (change(k) + neighbours));
-        is_gentle(kind, [a.min(b) - margin, a.max(b) + margin])
+    (0..nodes.len() - 1).all(|k| {
+        let margin = if look.kind == Kind::Base {
+            // Whether what is linear comes to 0 does not matter.
+            0.25 * bent(nodes, |node| values[node], k)
+        } else {
+            let neighbours = if k > 0 { change(k - 1) } else { 0.0 };
+            let neighbours = neighbours + if k + 2 < values.len() { change(k + 1) } else { 0.0 };
+            BENT * (change(k) + neighbours)
+        };
+        let ends @ [a, b] = [values[k], values[k + 1]];
+        look.is_gentle_between([a.min(b) - margin, a.max(b) + margin], ends)
     })
+}
+
+/// Places that differ by this part of them are one: their rounding, and that of what they are compared with in an
+/// argument.
+const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
+
+/// Returns true if rounding hides where in a window of this length a function jumps, with the speed that coordinates
+/// have elsewhere: they may turn here.
+pub(super) fn is_at_one_place(solver: &Solver<'_, POINTS>, length: f64) -> bool {
+    let part = length / solver.initial_sizes.time;
+    let rows = &solver.rows[..solver.system.positions.len()];
+    rows.iter().all(|row| part <= ONE_PLACE * row.start.high.abs() * row.inverse_size)
 }
 
 /// A knot in this first or last part of a window is at its end. What the force is off by there grows with the square

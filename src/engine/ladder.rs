@@ -10,8 +10,8 @@ use super::{MOST_POINTS, POINTS};
 use crate::number::Compensated;
 use crate::number::vector::Matrix;
 
-/// k runs from −REACH to REACH.
-const REACH: i32 = 200;
+/// k runs from −REACH to REACH: at 2^−60 of the first length no place has digits for the nodes of a window.
+const REACH: i32 = 240;
 /// A window is continued into one that is longer by at most so many rungs,
 const LONGEST: i32 = 8;
 /// or shorter by at most so many.

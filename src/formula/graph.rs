@@ -240,6 +240,21 @@ impl<S: Real> Graph<S> {
         })
     }
 
+    /// The functions that `roots` need, each with its node and that of its argument.
+    pub(crate) fn calls(&self, roots: &[NodeId]) -> Vec<(NodeId, Function, NodeId)> {
+        let is_used = self.uses(roots).into_iter().enumerate().filter(|(_, uses)| *uses > 0);
+        let call = |(id, _)| match self.nodes[id] {
+            Node::Apply(Operation::Call(function, argument)) => Some((id, function, argument)),
+            _ => None,
+        };
+        is_used.filter_map(call).collect()
+    }
+
+    /// The expressions `roots` with another one in place of a node.
+    pub(crate) fn replaced(&mut self, roots: &[NodeId], id: NodeId, by: NodeId) -> Vec<NodeId> {
+        rebuilt(&self.uses(roots), roots, |node, new| if node == id { by } else { self.with_operands(node, new) })
+    }
+
     /// The node with `replaced[k]` in place of every operand k.
     pub(super) fn with_operands(&mut self, id: NodeId, replaced: &[NodeId]) -> NodeId {
         match self.nodes[id] {

@@ -8,7 +8,7 @@
 //! program     compiles what the wanted outputs need to a list of steps on registers, one for a product and a sum
 //! algebra     carries out the steps: on numbers and blocks of them (here), vectors of nodes, Taylor series (elsewhere)
 //! mend        computes once more what is not finite, in numbers of wide exponents (`wide`)
-//! steep       finds what functions and quotients of a program are applied to
+//! steep       finds what functions and quotients of a program are applied to, and high powers (`powers`)
 //! ```
 //!
 //! The grammar is that of a case file: numbers (also `1e-3`), variables, parameters, `pi`, `+ - * / ^`
@@ -22,6 +22,7 @@ mod graph;
 mod hint;
 mod mend;
 mod operation;
+mod powers;
 mod program;
 mod reduce;
 pub mod similar;
@@ -39,7 +40,7 @@ pub(crate) use program::{Program, Register, Step};
 pub(crate) use reduce::Level;
 #[cfg(test)]
 pub(crate) use steep::plain;
-pub(crate) use steep::{Kind, Steep, kind, watched_registers};
+pub(crate) use steep::{Kind, Steep, Watched, kind, watched_registers};
 
 /// A mistake in a formula.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -4,31 +4,100 @@
 //! quotients have scales of their own, and those show in what they are *applied to*: between two points at which the
 //! argument of exp differs by one, exp changes by a factor of e and hides nothing. So a smaller program is made, of
 //! arguments and divisors alone.
+//!
+//! A power multiplies the logarithm of what its base may change by. Programs have no powers but repeated products, so
+//! that `powers` finds how often a value is a factor of what it drives.
 
 use std::collections::HashMap;
 
 use super::Function;
 use super::operation::{Fused, Operation};
+use super::powers::Powers;
 use super::program::{Program, Register, Step};
 use crate::number::spline::Table;
 
+/// Largest over smallest value of a divisor between neighbouring nodes, at most. What the nodes do not see is then at
+/// most so many times what they see, and they see it if their modes are small beside it. On the built-in cases with
+/// smooth motion the ratio stays below. Of a power it is the power that changes by no more.
+const RATIO: f64 = 8.0;
+
+/// The change of an argument of exp and the like, and of an angle.
+const STEP: f64 = 2.0;
+const ANGLE: f64 = 1.5;
+
+/// Lower powers of what is no divisor and no exponential are not looked at. Between nodes a cosine is at most 1.37
+/// times what they see of it, by the largest change of its angle, and its sixth power less than `RATIO` times.
+const LOW_POWER: f64 = 6.0;
+
 /// The measure by which an argument must not change much.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Kind {
     /// A divisor, or what a root or a logarithm is taken of: by its ratio, and it must not contain 0.
     Ratio,
+    /// The base of a high power: by how much larger it is than on the nodes.
+    Base,
     /// The argument of exp: by its difference.
     Exponent,
     /// The argument of tanh and the like: by its difference.
     Step,
     /// An angle: by its difference.
     Angle,
-    /// The argument of abs, sign and step: by its sign.
-    Sign,
+    /// The argument of abs, sign and step: by its side of 0.
+    Side(Function),
     /// The argument of asin and acos: by the ratio of its distances from ±1.
     Edge,
     /// The argument of a table: by the knots that it passes.
     Table(Table),
+}
+
+/// A value that must not change much between two nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Watched {
+    pub(crate) register: Register,
+    pub(crate) kind: Kind,
+    /// The largest ratio or difference of its values that is gentle.
+    most: f64,
+}
+
+impl Watched {
+    /// What drives the motion contains a power of what is made of it.
+    pub(crate) fn new(register: Register, kind: Kind, power: f64) -> Self {
+        let most = match kind {
+            Kind::Ratio | Kind::Base => RATIO.powf(1.0 / power),
+            Kind::Exponent => STEP / power,
+            Kind::Step => STEP,
+            Kind::Angle => ANGLE,
+            Kind::Edge | Kind::Side(_) | Kind::Table(_) => RATIO,
+        };
+        Self { register, kind, most }
+    }
+
+    /// True if a value in that interval makes nothing steep, whatever it is on the nodes.
+    #[inline(always)]
+    pub(crate) fn is_gentle(&self, [lo, hi]: [f64; 2]) -> bool {
+        match self.kind {
+            Kind::Ratio | Kind::Base => lo > 0.0 && hi <= self.most * lo || hi < 0.0 && -lo <= -self.most * hi,
+            Kind::Exponent | Kind::Step | Kind::Angle => hi - lo <= self.most,
+            // A step is 1 at 0, and the absolute value is the same from both sides.
+            Kind::Side(Function::Step) => lo >= 0.0 || hi < 0.0,
+            Kind::Side(Function::Abs) => lo >= 0.0 || hi <= 0.0,
+            Kind::Side(_) => lo > 0.0 || hi < 0.0,
+            // No piece is left out.
+            Kind::Table(table) => table.passed([lo, hi]).is_some_and(|knots| knots <= 1),
+            Kind::Edge => {
+                let (near, far) = (1.0 - lo.abs().max(hi.abs()), 1.0 - lo.max(-hi).max(0.0));
+                near > 0.0 && far <= self.most * near
+            }
+        }
+    }
+
+    /// True if a value in that interval between two nodes, which show it at the `ends`, makes nothing steep. A power is
+    /// small where its base is, so that it hides nothing where its base is hardly larger than on the nodes.
+    #[inline(always)]
+    pub(crate) fn is_gentle_between(&self, [lo, hi]: [f64; 2], ends: [f64; 2]) -> bool {
+        let is_low = || (-lo).max(hi) <= self.most * ends[0].abs().max(ends[1].abs());
+        self.is_gentle([lo, hi]) || self.kind == Kind::Base && is_low()
+    }
 }
 
 /// A program with what may become steep in it.
@@ -37,7 +106,9 @@ pub(crate) struct Steep {
     /// All that drives the motion, by simpler operations.
     pub(crate) program: Program<f64>,
     /// The registers that are looked at.
-    pub(crate) watched: Vec<(Register, Kind)>,
+    pub(crate) watched: Vec<Watched>,
+    /// By the register of each value, those of them that make it steep where they are not gentle.
+    pub(crate) causes: Vec<Vec<usize>>,
 }
 
 impl Steep {
@@ -45,40 +116,70 @@ impl Steep {
     /// is nothing to look at.
     pub(crate) fn new(program: &Program<f64>, outputs: usize, varies: impl Fn(usize) -> bool) -> Option<Self> {
         let program = plain(program, outputs);
-        let watched = watched(&program.steps, &program.depends_on(varies));
-        (!watched.is_empty()).then_some(Self { program, watched })
+        let depends = program.depends_on(varies);
+        let powers = Powers::new(&program.steps, &depends);
+        let watched = watched(&program.steps, &depends, &powers);
+        let mut causes = vec![Vec::new(); program.size()];
+        let mut blame = |value: Register, register: Register, kind: Kind| {
+            causes[value].extend(watched.iter().position(|look| look.register == register && look.kind == kind));
+        };
+        for step in &program.steps {
+            match step.operation() {
+                Operation::Divide(_, b) => {
+                    powers.atoms_of(b).for_each(|atom| blame(step.to(), atom, Kind::Ratio));
+                }
+                Operation::Call(function, a) => blame(step.to(), a, kind(function)),
+                _ => {}
+            }
+        }
+        (0..program.size()).for_each(|register| blame(register, register, Kind::Base));
+        (!watched.is_empty()).then_some(Self { program, watched, causes })
     }
 }
 
-/// Divisors and arguments of functions in these steps that depend on variables.
-fn watched<'s>(steps: impl IntoIterator<Item = &'s Step>, depends: &[bool]) -> Vec<(Register, Kind)> {
-    let mut watched: Vec<(Register, Kind)> = Vec::new();
-    let mut is_root = vec![false; depends.len()];
+/// Divisors, arguments of functions and bases of powers in these steps that depend on variables. A register is written
+/// by one step, and after those of its operands.
+fn watched(steps: &[Step], depends: &[bool], powers: &Powers) -> Vec<Watched> {
+    let mut watched: Vec<Watched> = Vec::new();
+    let mut is_exponential = vec![false; depends.len()];
+    let mut watch = |register: Register, kind: Kind, power: f64| {
+        let is_known = |known: &Watched| known.register == register && known.kind == kind;
+        if depends[register] && power > 0.0 {
+            match watched.iter_mut().find(|known| is_known(known)) {
+                // Several functions may have one argument.
+                Some(known) => known.most = known.most.min(Watched::new(register, kind, power).most),
+                None => watched.push(Watched::new(register, kind, power)),
+            }
+        }
+    };
     for step in steps {
-        let look = match step.operation() {
-            Operation::Divide(_, b) => (b, Kind::Ratio),
-            Operation::Power(a, _) => (a, Kind::Ratio),
-            Operation::Call(function, a) => (a, kind(function)),
-            _ => continue,
-        };
-        is_root[step.to()] = matches!(step.operation(), Operation::Call(Function::Sqrt, _));
-        if depends[look.0] && !watched.contains(&look) {
-            watched.push(look);
+        match step.operation() {
+            Operation::Power(a, _) => watch(a, Kind::Ratio, 1.0),
+            // A root varies less than what it is taken of, which is looked at in its place.
+            Operation::Call(Function::Sqrt, a) => watch(a, Kind::Ratio, 1.0),
+            Operation::Call(function, a) => {
+                is_exponential[step.to()] = function == Function::Exp;
+                watch(a, kind(function), powers.of(step.to()).max(powers.of_divisor(step.to())));
+            }
+            _ => {}
         }
     }
-    // A root varies less than what it is taken of.
-    watched.retain(|&(register, kind)| kind != Kind::Ratio || !is_root[register]);
+    for register in (0..depends.len()).filter(|&register| !is_exponential[register]) {
+        let (power, divisor) = (powers.of(register), powers.of_divisor(register));
+        watch(register, Kind::Ratio, divisor);
+        watch(register, Kind::Base, if power > LOW_POWER.max(divisor) { power } else { 0.0 });
+    }
     watched
 }
 
 /// Returns what is to be looked at where these steps of a program were carried out, and whether that is all: the
 /// divisor of a tangent and the exponent of a power have no registers.
-pub(crate) fn watched_registers<'s>(
-    steps: impl Iterator<Item = &'s Step> + Clone,
-    depends: &[bool],
-) -> (Vec<(Register, Kind)>, bool) {
+pub(crate) fn watched_registers<'s>(steps: impl Iterator<Item = &'s Step>, depends: &[bool]) -> (Vec<Watched>, bool) {
+    let mut steps: Vec<Step> = steps.copied().collect();
+    steps.sort_by_key(Step::to);
+    steps.dedup_by_key(|step| step.to());
     let is_plain = |step: &Step| !matches!(step.operation(), Operation::Call(Function::Tan, _) | Operation::Power(..));
-    (watched(steps.clone(), depends), steps.clone().all(is_plain))
+    (watched(&steps, depends, &Powers::new(&steps, depends)), steps.iter().all(is_plain))
 }
 
 /// The measure by which the argument of a function must not change much.
@@ -86,7 +187,7 @@ pub(crate) fn kind(function: Function) -> Kind {
     match function {
         Function::Sqrt | Function::Ln | Function::Log10 => Kind::Ratio,
         Function::Sin | Function::Cos | Function::Tan => Kind::Angle,
-        Function::Abs | Function::Sign | Function::Step => Kind::Sign,
+        Function::Abs | Function::Sign | Function::Step => Kind::Side(function),
         Function::Asin | Function::Acos => Kind::Edge,
         Function::Exp => Kind::Exponent,
         Function::Table(table) => Kind::Table(table),

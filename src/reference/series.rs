@@ -99,7 +99,7 @@ impl<S: Real> ProgramSeries<S> {
     /// Where one passes this value, the series around this point are no longer valid.
     pub(super) fn kink_arguments(&self) -> impl Iterator<Item = (&[S], S)> {
         let arguments = self.steps.iter().filter_map(|step| match step.operation() {
-            Operation::Call(function, a) if kind(function) == Kind::Sign => Some((a, None)),
+            Operation::Call(function, a) if matches!(kind(function), Kind::Side(_)) => Some((a, None)),
             Operation::Call(Function::Table(table), a) => Some((a, Some(table))),
             _ => None,
         });

@@ -1,7 +1,7 @@
 //! The search for a window that is accurate enough, and that hides nothing.
 
 use super::{Accepted, Adaptive};
-use crate::engine::between::Seen;
+use crate::engine::between::{Seen, is_at_one_place};
 use crate::engine::ladder::Ladder;
 use crate::engine::sweeps::LocalErrors;
 use crate::engine::tuning::{INSIDE, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH};
@@ -47,7 +47,7 @@ impl Adaptive<'_> {
                 (landing, landings) = (Some(part * length), landings + 1);
                 continue;
             }
-            let allowed = self.allowed(share, seen);
+            let allowed = self.allowed(share, seen, length);
             if !self.is_accurate(&mut swept.local, allowed, seen, length) {
                 continue;
             }
@@ -86,10 +86,15 @@ impl Adaptive<'_> {
     }
 
     /// The error that the window that was solved may make at its end.
-    fn allowed(&self, share: f64, seen: Option<Seen>) -> f64 {
+    fn allowed(&self, share: f64, seen: Option<Seen>, length: f64) -> f64 {
         let allowed = share.max(ROUNDED);
-        let has_kink = seen.is_some_and(|seen| seen.decay == 1.0);
-        if has_kink { allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK) } else { allowed }
+        if seen.is_none_or(|seen| seen.decay != 1.0) {
+            return allowed;
+        }
+        // A jump is met to rounding of the place where it is. The estimate adds up what that does.
+        let is_at_one_place = is_at_one_place(&self.lent.solver, length);
+        let of_kink = allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
+        if is_at_one_place { f64::INFINITY } else { of_kink }
     }
 
     /// Returns true if the errors of the window that was solved are small enough, and adapts the step.

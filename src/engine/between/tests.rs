@@ -8,7 +8,7 @@ use super::super::adaptive::Adaptive;
 use super::super::tests::{kerr, lifted, metric, schwarzschild};
 use super::super::{Accuracy, Engine, Failure};
 use super::changes_little;
-use crate::formula::Kind;
+use crate::formula::{Function, Kind, Watched};
 use crate::geometry::{Geometry, Start};
 use crate::number::runge_kutta::runge_kutta;
 
@@ -225,11 +225,16 @@ fn smooth_scenes_keep_their_windows() {
 #[test]
 fn what_changes_between_two_nodes_is_looked_at() {
     let values = |at: &dyn Fn(f64) -> f64| -> [f64; 8] { std::array::from_fn(|k| at(k as f64)) };
+    let nodes = values(&|k| k);
+    let changes_little = |kind, values: &[f64; 8]| changes_little(&Watched::new(0, kind, 1.0), &nodes, values);
     assert!(changes_little(Kind::Step, &values(&|k| k)));
     assert!(!changes_little(Kind::Step, &values(&|k| 1.2 * k)));
     // The parabola comes to 0 in the middle between two nodes.
-    assert!(!changes_little(Kind::Sign, &values(&|k| (k - 3.5).powi(2))));
+    assert!(!changes_little(Kind::Side(Function::Sign), &values(&|k| (k - 3.5).powi(2))));
     assert!(!changes_little(Kind::Ratio, &values(&|k| (k - 3.5).powi(2))));
     assert!(changes_little(Kind::Ratio, &values(&|k| 1.0 + (k - 3.5).powi(2))));
     assert!(!changes_little(Kind::Ratio, &values(&|k| if k == 4.0 { f64::NAN } else { 1.0 })));
+    // What is linear is nowhere larger than on the nodes, also where it comes to 0; the parabola is.
+    assert!(changes_little(Kind::Base, &values(&|k| k - 3.5)));
+    assert!(!changes_little(Kind::Base, &values(&|k| 1.1 * 2.25 / 8.0 - (k - 3.5).powi(2))));
 }

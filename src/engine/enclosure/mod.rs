@@ -4,10 +4,13 @@
 //! that neighbouring nodes span. This is done in two stages.
 //!
 //! 1. In sums and products nothing hides that the polynomials of a window do not show; functions and quotients have
-//!    scales of their own (see `formula::steep`). Their arguments are enclosed on all boxes. Where none changes by more
-//!    than `RATIO` or `STEP` from a node to the next, the nodes see whatever they do.
+//!    scales of their own (see `formula::steep`). Their arguments are enclosed on all boxes. Where none changes much
+//!    from a node to the next, the nodes see whatever they do.
 //! 2. On the other boxes it is bounded what those functions and quotients, steep as they are, can do to the motion (see
 //!    `influence`). If that is more than the accuracy allows, the window has not seen its force.
+//!
+//! A kink or a jump is seen if the argument that makes it changes its sign once on the way, and no other one does: of
+//! two at once the nodes show the sum.
 //!
 //! A march asks whether this holds for a window, which it can shorten. Of a run on a given grid every pair of nodes is
 //! asked for what it may hide (see `pieces`).
@@ -20,7 +23,7 @@ mod tests;
 
 use self::arithmetic::Enclose;
 use self::influence::Influence;
-use crate::formula::{Kind, Program, Register, Steep, Step};
+use crate::formula::{Kind, Program, Register, Steep, Step, Watched};
 use crate::geometry::Geometry;
 use crate::number::vector::{Level, Nodes};
 
@@ -37,15 +40,6 @@ const ROUNDS: f64 = f64::EPSILON;
 /// More than numbers next to 0 are rounded.
 const TINY: f64 = f64::MIN_POSITIVE;
 
-/// Largest over smallest value of a divisor between neighbouring nodes, at most. What the nodes do not see is then at
-/// most so many times what they see, and they see it if their modes are small beside it. On the built-in cases with
-/// smooth motion the ratio stays below.
-const RATIO: f64 = 8.0;
-
-/// The change of an argument of exp and the like, and of an angle.
-const STEP: f64 = 2.0;
-const ANGLE: f64 = 1.5;
-
 /// The part of an accuracy that may come from what is too small to be seen.
 pub(crate) const HIDDEN_SHARE: f64 = 0.1;
 
@@ -55,8 +49,8 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// The variables of a program along a window.
 #[derive(Debug, Default)]
 pub(crate) struct Path {
-    /// Number of nodes.
-    points: usize,
+    /// The places of its nodes.
+    nodes: Vec<f64>,
     /// The variables that vary.
     pub variables: Vec<usize>,
     /// Their values on the nodes, row by row.
@@ -66,9 +60,10 @@ pub(crate) struct Path {
 }
 
 impl Path {
-    /// Forgets the last window.
-    pub(crate) fn begin(&mut self, points: usize) {
-        self.points = points;
+    /// Forgets the last window, for one with these nodes.
+    pub(crate) fn begin(&mut self, nodes: &[f64]) {
+        self.nodes.clear();
+        self.nodes.extend(nodes);
         self.variables.clear();
         self.values.clear();
         self.bends.clear();
@@ -78,13 +73,18 @@ impl Path {
     /// square of their distance.
     pub(crate) fn push(&mut self, variable: usize, values: &[f64], bend: impl Fn(usize) -> f64) {
         self.variables.push(variable);
-        self.values.extend(&values[..self.points]);
-        self.bends.extend((0..self.points - 1).map(bend));
+        self.values.extend(&values[..self.points()]);
+        self.bends.extend((0..self.points() - 1).map(bend));
+    }
+
+    /// The number of nodes.
+    fn points(&self) -> usize {
+        self.nodes.len()
     }
 
     /// The value of a row on a node.
     fn value(&self, row: usize, node: usize) -> f64 {
-        self.values[row * self.points + node]
+        self.values[row * self.points() + node]
     }
 
     /// The interval of a row from node `pair` to the next.
@@ -99,14 +99,16 @@ impl Path {
     /// this pair and its neighbours.
     fn piece(&self, row: usize, pair: usize, [from, to]: [f64; 2]) -> [f64; 2] {
         let values = [pair, pair + 1].map(|node| self.value(row, node));
-        let bends = &self.bends[row * (self.points - 1)..][..self.points - 1];
+        let bends = &self.bends[row * (self.points() - 1)..][..self.points() - 1];
         let around = &bends[pair.saturating_sub(1)..(pair + 2).min(bends.len())];
         let largest = around.iter().fold(0.0_f64, |most, bend| most.max(bend.abs()));
         let on_chord = |at: f64| (1.0 - at) * values[0] + at * values[1];
         let ends = [on_chord(from), on_chord(to)];
         // Where the parabola is furthest from the chord.
         let middle = 0.5_f64.clamp(from, to);
-        let margin = middle * (1.0 - middle) * largest + ROUNDING * values[0].abs().max(values[1].abs());
+        // What rests is not rounded.
+        let rounding = if values[0] == values[1] { 0.0 } else { ROUNDING * values[0].abs().max(values[1].abs()) };
+        let margin = middle * (1.0 - middle) * largest + rounding;
         [ends[0].min(ends[1]) - margin, ends[0].max(ends[1]) + margin]
     }
 }
@@ -157,8 +159,9 @@ impl Enclosed {
 pub(crate) struct Enclosure {
     /// The path that is looked at.
     pub path: Path,
-    /// The registers of the arguments that must not change much.
-    watched: Vec<(Register, Kind)>,
+    /// The values that must not change much, and their intervals on the nodes, once they were looked at.
+    watched: Vec<Watched>,
+    seen: Vec<Vec<[f64; 2]>>,
     /// The program in intervals, which all steps share.
     enclosed: Enclosed,
     /// The steps to what is watched, and those to all that drives the motion.
@@ -186,16 +189,17 @@ impl Enclosure {
         varies: impl Fn(usize) -> bool,
         values: impl Iterator<Item = (usize, &'v f64)>,
     ) -> Option<Self> {
-        let Steep { program, watched } = Steep::new(program, outputs, &varies)?;
+        let Steep { program, watched, causes } = Steep::new(program, outputs, &varies)?;
         let depends = program.depends_on(varies);
-        let arguments = program.schedule(watched.iter().map(|look| look.0), |register| !depends[register]);
+        let arguments = program.schedule(watched.iter().map(|look| look.register), |register| !depends[register]);
         let fixed = program.schedule(0..program.size(), |register| depends[register]);
         let mut enclosure = Self {
             path: Path::default(),
+            seen: vec![Vec::new(); watched.len()],
             watched,
             arguments,
             drive: program.schedule(0..program.size(), |register| !depends[register]),
-            influence: Influence::new(&program),
+            influence: Influence::new(&program, causes),
             enclosed: Enclosed::new(program),
         };
         values.for_each(|(variable, &value)| enclosure.enclosed.registers[variable].0.fill(value));
@@ -208,39 +212,109 @@ impl Enclosure {
         let Self { path, watched, enclosed, arguments, .. } = self;
         enclosed.place_pairs(path, some);
         enclosed.run(arguments);
-        let is_steep =
-            |k: usize| watched.iter().any(|&(register, kind)| !is_gentle(kind, enclosed.interval(register, k)));
+        let is_steep = |k: usize| watched.iter().any(|look| !look.is_gentle(enclosed.interval(look.register, k)));
         (0..some.len()).filter(|&k| is_steep(k)).map(|k| some[k]).collect()
+    }
+
+    /// Looks at what is watched on the nodes.
+    fn see_nodes(&mut self) {
+        let Self { path, watched, seen, enclosed, arguments, .. } = self;
+        seen.iter_mut().for_each(Vec::clear);
+        for first in (0..path.points()).step_by(BOXES) {
+            let node = |k: usize| (first + k).min(path.points() - 1);
+            enclosed.place(path, |row, k| [path.value(row, node(k)); 2]);
+            enclosed.run(arguments);
+            for (look, seen) in watched.iter().zip(&mut *seen) {
+                seen.extend((0..BOXES).map(|k| enclosed.interval(look.register, k)));
+            }
+        }
     }
 
     /// By how much what is steep between pairs of nodes changes what drives the motion, in units of `tolerances`, pair
     /// by pair.
-    fn changes(&mut self, pairs: &[usize], tolerances: &[f64]) -> impl Iterator<Item = (usize, f64)> {
-        let Self { path, enclosed, drive, influence, .. } = self;
-        influence.see_nodes(path, enclosed, drive);
-        pairs.chunks(BOXES).flat_map(move |some| {
-            enclosed.place_pairs(path, some);
-            enclosed.run(drive);
-            some.iter().copied().zip(influence.largest(enclosed, some, tolerances))
-        })
+    fn changes(&mut self, pairs: &[usize], tolerances: &[f64]) -> Vec<Hidden> {
+        let mut found = Vec::with_capacity(pairs.len());
+        for some in pairs.chunks(BOXES) {
+            self.enclosed.place_pairs(&self.path, some);
+            self.enclosed.run(&self.drive);
+            let steep: Vec<Vec<bool>> = some.iter().enumerate().map(|(k, &pair)| self.steep_between(pair, k)).collect();
+            let changes = self.influence.largest(&self.enclosed, &steep, tolerances);
+            found.extend(some.iter().zip(&steep).zip(changes).map(|((&pair, steep), change)| {
+                let is_kink = |(look, is_steep): (&Watched, &bool)| *is_steep && matches!(look.kind, Kind::Side(_));
+                Hidden { pair, change, has_kink: self.watched.iter().zip(steep).any(is_kink) }
+            }));
+        }
+        found
+    }
+
+    /// Which of what is watched hides something on the way from node `pair` to the next, which box `k` is.
+    fn steep_between(&self, pair: usize, k: usize) -> Vec<bool> {
+        let hides = |(place, look): (usize, &Watched)| {
+            let interval = self.enclosed.interval(look.register, k);
+            let ends = [pair, pair + 1].map(|node| middle(self.seen[place][node]));
+            !look.is_gentle_between(interval, ends)
+                && !(matches!(look.kind, Kind::Side(_)) && self.shows_side(place, pair))
+        };
+        self.watched.iter().enumerate().map(hides).collect()
+    }
+
+    /// Returns true if the nodes show whatever a change of sign of this argument makes on the way from node `pair` to
+    /// the next: there is none, or one and no other argument changes its sign.
+    fn shows_side(&self, place: usize, pair: usize) -> bool {
+        let others = (0..self.watched.len()).filter(|&other| {
+            let is_side = matches!(self.watched[other].kind, Kind::Side(_));
+            is_side && other != place && !self.is_multiple(place, other, pair)
+        });
+        match self.sign_changes(place, pair) {
+            Some(0) => true,
+            Some(_) => others.into_iter().all(|other| self.sign_changes(other, pair) == Some(0)),
+            None => false,
+        }
+    }
+
+    /// How often an argument changes its sign on the way from node `pair` to the next, if it does not turn there.
+    fn sign_changes(&self, place: usize, pair: usize) -> Option<usize> {
+        let seen = &self.seen[place];
+        let value = |node: usize| middle(seen[node]);
+        let [a, b] = [value(pair), value(pair + 1)];
+        let curvature = bent(&self.path.nodes, value, pair);
+        // A parabola that turns between the nodes bends by twice as much as it changes, at least.
+        if (b - a).abs() > curvature {
+            return Some(usize::from((a < 0.0) != (b < 0.0)));
+        }
+        (a.abs().min(b.abs()) > 0.25 * curvature && (a < 0.0) == (b < 0.0)).then_some(0)
+    }
+
+    /// Returns true if one argument is a multiple of another one there: their signs change at one place.
+    fn is_multiple(&self, one: usize, other: usize, pair: usize) -> bool {
+        let value = |place: usize, node: usize| middle(self.seen[place][node]);
+        let products = [value(one, pair) * value(other, pair + 1), value(one, pair + 1) * value(other, pair)];
+        (products[0] - products[1]).abs() <= ROUNDING * products[0].abs()
     }
 }
 
-/// True if an argument in that interval makes nothing steep.
-#[inline(always)]
-pub(super) fn is_gentle(kind: Kind, [lo, hi]: [f64; 2]) -> bool {
-    match kind {
-        Kind::Ratio => lo > 0.0 && hi <= RATIO * lo || hi < 0.0 && -lo <= -RATIO * hi,
-        Kind::Exponent | Kind::Step => hi - lo <= STEP,
-        Kind::Angle => hi - lo <= ANGLE,
-        Kind::Sign => lo > 0.0 || hi < 0.0,
-        // No piece is left out.
-        Kind::Table(table) => table.passed([lo, hi]).is_some_and(|knots| knots <= 1),
-        Kind::Edge => {
-            let (near, far) = (1.0 - lo.abs().max(hi.abs()), 1.0 - lo.max(-hi).max(0.0));
-            near > 0.0 && far <= RATIO * near
-        }
-    }
+/// What may hide between two nodes, the first of which is `pair`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hidden {
+    pub(crate) pair: usize,
+    /// By how much it changes what drives the motion, in units of what is tolerated on all of the way.
+    pub(crate) change: f64,
+    /// True if an argument of abs, sign or step may change its sign unseen there.
+    pub(crate) has_kink: bool,
+}
+
+fn middle([lo, hi]: [f64; 2]) -> f64 {
+    0.5 * lo + 0.5 * hi
+}
+
+/// By how much a value that is this on the nodes bends from node `pair` to the next: its second derivative times the
+/// square of their distance, from the nodes around them.
+pub(super) fn bent(nodes: &[f64], value: impl Fn(usize) -> f64, pair: usize) -> f64 {
+    let distance = nodes[pair + 1] - nodes[pair];
+    let slope = |k: usize| (value(k + 1) - value(k)) / (nodes[k + 1] - nodes[k]);
+    let around = pair.saturating_sub(1)..(pair + 1).min(nodes.len() - 2);
+    let bends = around.map(|k| 2.0 * (slope(k + 1) - slope(k)).abs() / (nodes[k + 2] - nodes[k]));
+    bends.fold(0.0, f64::max) * distance * distance
 }
 
 /// By how much rates may change on all of the way, `length`, without moving a coordinate by more than a `share` of its
@@ -255,14 +329,16 @@ pub(crate) fn tolerated_rates<'s>(
 ) -> Vec<f64> {
     let (n, active, m) = (geometry.dimension(), geometry.active(), geometry.active().len());
     let (mut point, mut couplings) = (geometry.point(), vec![0.0_f64; m]);
+    // Where nothing is known of a size, nothing is small.
+    let weight = |a: usize| if weights[a] > 0.0 { weights[a] } else { f64::INFINITY };
     for state in states {
         point.jacobian(&state[..n], &state[n..], |row, column, value| {
-            if row < m && column >= m {
-                couplings[column - m] = couplings[column - m].max(value.abs() * weights[active[row]]);
+            if row < m && column >= m && value != 0.0 {
+                couplings[column - m] = couplings[column - m].max(value.abs() * weight(active[row]));
             }
         });
     }
-    let velocity = |a: usize| share / (length * weights[a]);
+    let velocity = |a: usize| share / (length * weight(a));
     let velocities = active.iter().filter(|_| !geometry.is_separable()).map(|&a| velocity(a));
     // An error of a momentum is one of velocities, for the rest of the way.
     let forces = couplings.iter().map(|coupling| share / (length * length * coupling));

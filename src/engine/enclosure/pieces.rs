@@ -7,8 +7,8 @@
 //! Nodes that are given are allowed one thing more, the tail of an exponential: exp and all its derivatives are
 //! monotone, so that no value of them is unseen where the exponent stays between its values at the nodes.
 
-use super::{BOXES, Enclosed, Enclosure, Path, is_gentle};
-use crate::formula::{Kind, Register, Step};
+use super::{BOXES, Enclosed, Enclosure, Hidden, Path, middle};
+use crate::formula::{Kind, Step, Watched};
 
 /// Into so many pieces a way is cut, one number after the other. Each is a multiple of the number of boxes.
 const PIECES: [usize; 2] = [8, 64];
@@ -40,48 +40,44 @@ impl Enclosed {
 }
 
 impl Enclosure {
-    /// Finds what may hide between neighbouring nodes of [`Self::path`]: pairs, each named by its first node, with the
-    /// largest change of what drives the motion, in units of `tolerances`. Pairs that hide nothing are left out, and
-    /// what is below `least` is not looked at more closely.
-    pub(crate) fn hidden(&mut self, tolerances: impl FnOnce() -> Vec<f64>, least: f64) -> Vec<(usize, f64)> {
-        let pairs: Vec<usize> = (0..self.path.points - 1).collect();
+    /// Finds what may hide between neighbouring nodes of [`Self::path`], in units of `tolerances`. Pairs that hide
+    /// nothing are left out, and what is below `least` is not looked at more closely.
+    pub(crate) fn hidden(&mut self, tolerances: impl FnOnce() -> Vec<f64>, least: f64) -> Vec<Hidden> {
+        let pairs: Vec<usize> = (0..self.path.points() - 1).collect();
         let steep: Vec<usize> = pairs.chunks(BOXES).flat_map(|some| self.steep(some)).collect();
         if steep.is_empty() {
             return Vec::new();
         }
+        self.see_nodes();
         let tolerances = tolerances();
-        let mut hidden: Vec<(usize, f64)> = self.changes(&steep, &tolerances).collect();
-        for (pair, change) in &mut hidden {
+        let mut hidden = self.changes(&steep, &tolerances);
+        for found in &mut hidden {
             for count in PIECES {
-                if *change > least {
-                    *change = change.min(self.change_on_pieces(*pair, count, &tolerances));
+                if found.change > least {
+                    found.change = found.change.min(self.change_on_pieces(found.pair, count, &tolerances));
                 }
             }
         }
-        hidden.retain(|(_, change)| *change > 0.0);
+        hidden.retain(|found| found.change > 0.0);
         hidden
     }
 
     /// The largest change between two nodes, by the pieces of the way from one to the other.
     fn change_on_pieces(&mut self, pair: usize, count: usize, tolerances: &[f64]) -> f64 {
-        let Self { path, watched, enclosed, arguments, drive, influence, .. } = self;
-        enclosed.place(path, |row, k| [path.value(row, pair + k % 2); 2]);
-        enclosed.run(arguments);
-        let ends = |&(register, _): &(Register, Kind)| {
-            let [one, other] = [0, 1].map(|k| enclosed.interval(register, k));
-            [one[0].min(other[0]), one[1].max(other[1])]
-        };
-        let ends: Vec<[f64; 2]> = watched.iter().map(ends).collect();
-        enclosed.run_in_pieces(arguments, path, pair, count);
-        let is_followed = |(&(register, kind), &[least, most]): (&(Register, Kind), &[f64; 2])| {
-            let [lo, hi] = enclosed.interval(register, 0);
+        self.enclosed.run_in_pieces(&self.arguments, &self.path, pair, count);
+        let mut steep = self.steep_between(pair, 0);
+        for ((is_steep, look), seen) in steep.iter_mut().zip(&self.watched).zip(&self.seen) {
+            let Watched { register, kind: Kind::Exponent, .. } = *look else { continue };
+            let ([lo, hi], ends) =
+                (self.enclosed.interval(register, 0), [pair, pair + 1].map(|node| middle(seen[node])));
+            let [least, most] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
             let is_between = lo >= least - PASSED && hi <= most + PASSED;
-            is_gentle(kind, [lo, hi]) || kind == Kind::Exponent && is_between && most - least <= TAIL
-        };
-        if watched.iter().zip(&ends).all(is_followed) {
+            *is_steep &= !(is_between && most - least <= TAIL);
+        }
+        if !steep.contains(&true) {
             return 0.0;
         }
-        enclosed.run_in_pieces(drive, path, pair, count);
-        influence.largest(enclosed, &[pair], tolerances)[0]
+        self.enclosed.run_in_pieces(&self.drive, &self.path, pair, count);
+        self.influence.largest(&self.enclosed, &[steep], tolerances)[0]
     }
 }

@@ -4,8 +4,8 @@ use std::iter;
 
 use proptest::prelude::*;
 
-use super::{BOXES, Enclosed, Enclosure, is_gentle};
-use crate::formula::{Function, Graph, Kind, Names, NodeId, Program, plain};
+use super::{BOXES, Enclosed, Enclosure};
+use crate::formula::{Function, Graph, Kind, Names, NodeId, Program, Steep, Watched, plain};
 use crate::number::{Extended, Real};
 
 /// The interval of the only output on a box; all eight boxes agree.
@@ -140,10 +140,10 @@ fn edges() {
 /// The findings on a way of three nodes, where x and y move as given.
 fn hidden(text: &str, x: [f64; 3], y: [f64; 3]) -> Vec<usize> {
     let mut enclosure = Enclosure::new(&parsed(text), 1, |_| true, iter::empty()).unwrap();
-    enclosure.path.begin(3);
+    enclosure.path.begin(&[0.0, 1.0, 2.0]);
     enclosure.path.push(0, &x, |_| 0.0);
     enclosure.path.push(1, &y, |_| 0.0);
-    enclosure.hidden(|| vec![1e-9], 0.0).into_iter().map(|(pair, _)| pair).collect()
+    enclosure.hidden(|| vec![1e-9], 0.0).into_iter().map(|found| found.pair).collect()
 }
 
 #[test]
@@ -159,13 +159,68 @@ fn pieces_know_that_variables_change_together() {
 
 #[test]
 fn what_changes_little_is_gentle() {
+    let is_gentle = |kind, interval| Watched::new(0, kind, 1.0).is_gentle(interval);
     let unknown = [-f64::INFINITY, f64::INFINITY];
-    for kind in [Kind::Ratio, Kind::Exponent, Kind::Step, Kind::Angle, Kind::Sign, Kind::Edge] {
+    let sides = [Function::Abs, Function::Sign, Function::Step].map(Kind::Side);
+    let others = [Kind::Ratio, Kind::Base, Kind::Exponent, Kind::Step, Kind::Angle, Kind::Edge];
+    for kind in others.into_iter().chain(sides) {
         assert!(!is_gentle(kind, unknown), "{kind:?}");
     }
     assert!(is_gentle(Kind::Ratio, [1.0, 1.5]) && is_gentle(Kind::Ratio, [-1.5, -1.0]));
     assert!(!is_gentle(Kind::Ratio, [-1.0, 1.0]) && !is_gentle(Kind::Ratio, [0.0, 1.0]));
     assert!(is_gentle(Kind::Step, [7.0, 7.5]) && !is_gentle(Kind::Step, [0.0, 5.0]));
-    assert!(is_gentle(Kind::Sign, [1e-300, 1.0]) && !is_gentle(Kind::Sign, [0.0, 1.0]));
+    for side in sides {
+        assert!(is_gentle(side, [1e-300, 1.0]) && !is_gentle(side, [-1e-300, 1.0]));
+    }
+    // A step is 1 at 0, and the sign is 0 there.
+    assert_eq!(sides.map(|side| is_gentle(side, [0.0, 1.0])), [true, false, true]);
+    assert_eq!(sides.map(|side| is_gentle(side, [-1.0, 0.0])), [true, false, false]);
     assert!(is_gentle(Kind::Edge, [-0.5, 0.5]) && !is_gentle(Kind::Edge, [0.5, 1.0]));
+}
+
+/// A power multiplies the logarithm of what its base may change by, and the exponent of what it is a power of.
+#[test]
+fn powers_of_what_changes_are_steeper() {
+    for power in [2.0, 40.0, 1300.0] {
+        let of = |kind| Watched::new(0, kind, power);
+        let gentle = 1.0 + 2.0 / power;
+        assert!(of(Kind::Ratio).is_gentle([1.0, gentle]) && of(Kind::Exponent).is_gentle([0.0, 2.0 / power]));
+        let steep = 1.0 + 3.0_f64.exp() / power;
+        assert!(!of(Kind::Ratio).is_gentle([1.0, steep]) && !of(Kind::Exponent).is_gentle([0.0, 2.1 / power]));
+        // A power is small where its base is, and larger than on the nodes where its base is.
+        assert!(of(Kind::Base).is_gentle_between([-0.5, 1.0], [-0.5, 1.0]));
+        assert!(!of(Kind::Base).is_gentle_between([-0.5, steep], [-0.5, 1.0]));
+    }
+}
+
+/// Products of products hide no power: what x is to the 40th power in is as steep as x^40, however it is written.
+#[test]
+fn chains_of_products_are_powers() {
+    let watched = |text: &str| {
+        let steep = Steep::new(&parsed(text), 1, |variable| variable == 0);
+        steep.map_or_else(Vec::new, |steep| steep.watched)
+    };
+    let is_watched = |text: &str, kind: Kind, power: f64| {
+        watched(text).iter().any(|look| *look == Watched::new(look.register, kind, power))
+    };
+    assert!(is_watched("cos(x)^40", Kind::Base, 40.0) && is_watched("(cos(x)^8*cos(x)^2)^4", Kind::Base, 40.0));
+    assert!(is_watched("1/(1 + x^2)^40", Kind::Ratio, 40.0) && is_watched("1/sqrt(1 + x^2)^80", Kind::Ratio, 40.0));
+    assert!(is_watched("exp(-x^2)^40", Kind::Exponent, 40.0) && is_watched("1/exp(x^2)^40", Kind::Exponent, 40.0));
+    assert!(is_watched("((cos(x)^2 + 1)^5 + 1)^4", Kind::Base, 40.0));
+    assert!(is_watched("1/x", Kind::Ratio, 1.0) && is_watched("exp(x)", Kind::Exponent, 1.0));
+    assert!(watched("x^4").is_empty() && watched("(x^2 - 1)^2").is_empty());
+}
+
+/// Two changes of sign between the same two nodes are not seen, nor is one there and back; one is, also of one argument
+/// that is a multiple of another one.
+#[test]
+fn one_change_of_sign_is_seen_between_two_nodes() {
+    let x = [0.0, 1.0, 2.0];
+    assert!(hidden("step(x - 1.5)*step(x - 0.4)", x, x).is_empty());
+    assert_eq!(hidden("step(x - 1.4)*step(1.6 - x)", x, x), [1]);
+    assert_eq!(hidden("abs(x - 0.4) - 2*abs(x - 0.5) + abs(x - 0.6)", x, x), [0]);
+    assert!(hidden("step(x - 1.4) - 3*step(1.4 - x)", x, x).is_empty());
+    // The second argument is largest between the nodes.
+    assert!(hidden("step(y)", x, [-1.0, -2.0, -3.0]).is_empty());
+    assert_eq!(hidden("step(0.24 - (y - 0.5)^2)", x, x), [0]);
 }

@@ -15,6 +15,7 @@ mod failures;
 mod features;
 mod from_rest;
 mod gaps;
+mod hidden;
 mod invariances;
 mod kinks;
 mod long_runs;

@@ -1,0 +1,164 @@
+//! Places where the metric or the one-form jumps. The derivative of a step is 0 on both sides of it, so that the motion
+//! would pass a wall and not know of it.
+//!
+//! A step is harmless where it is multiplied by what is 0 there, as in those of min and max. So what it adds is
+//! evaluated where its argument is 0: along lines from a point, at all distances.
+
+use super::parts::Parts;
+use super::text::GeometryText;
+use crate::formula::{Function, Graph, NodeId, Program};
+
+/// A place where a metric or a one-form jumps.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Jump {
+    /// The name of the function that jumps: step or sign.
+    pub function: &'static str,
+    /// The coordinates there.
+    pub at: Vec<f64>,
+    /// The coordinates at points on both sides of it, not near it.
+    pub beside: [Vec<f64>; 2],
+}
+
+/// Lines are looked at from a point on at distances of 10^−4 … 10^4 times the size of the point, so many for each power
+/// of ten. A surface is met if a line passes it alone between two of these.
+const DECADES: [i32; 2] = [-4, 4];
+const EACH: i32 = 40;
+
+/// So many lines go in directions of no axis.
+const OBLIQUE: usize = 8;
+
+/// What a step adds where its argument is 0 is rounding if it is below the first part of the values, or below the
+/// second of what it adds elsewhere: its zero is known to some 1e-16 of the distance on the line.
+const ROUNDING: [f64; 2] = [1e-12, 1e-6];
+
+/// The jumps that are met on lines from `from`.
+pub fn jumps(text: &GeometryText, from: &[f64]) -> Vec<Jump> {
+    let Ok(Parts { mut graph, metric, one_form, names, .. }) = Parts::<f64>::new(text) else { return Vec::new() };
+    let roots: Vec<NodeId> = metric.into_values().chain(one_form.into_values()).collect();
+    let mut found = Vec::new();
+    for (call, function, argument) in graph.calls(&roots) {
+        let (name, values) = match function {
+            Function::Step => ("step", [0.0, 1.0]),
+            Function::Sign => ("sign", [-1.0, 1.0]),
+            _ => continue,
+        };
+        let mut sides = Sides::new(&mut graph, names.len(), &roots, (call, argument), values);
+        let met = directions(from.len()).into_iter().filter_map(|direction| sides.jump_on(from, &direction));
+        found.extend(met.map(|(at, beside)| Jump { function: name, at, beside }));
+    }
+    found
+}
+
+/// The directions of all axes, and some others.
+fn directions(n: usize) -> Vec<Vec<f64>> {
+    let axis = |a: usize, sign: f64| (0..n).map(|b| if a == b { sign } else { 0.0 }).collect();
+    let axes = (0..n).flat_map(|a| [axis(a, 1.0), axis(a, -1.0)]);
+    // Angles that are no fractions of a turn.
+    let oblique = (1..=OBLIQUE).map(|k| (0..n).map(|a| ((k * n + a) as f64 * 2.4).sin()).collect());
+    axes.chain(oblique).collect()
+}
+
+/// The argument of a function with two values, and everything that may jump with each of them.
+struct Sides {
+    program: Program<f64>,
+    registers: Vec<[f64; 1]>,
+    variables: usize,
+    /// Number of what may jump.
+    count: usize,
+}
+
+impl Sides {
+    fn new(
+        graph: &mut Graph<f64>,
+        variables: usize,
+        roots: &[NodeId],
+        (call, argument): (NodeId, NodeId),
+        values: [f64; 2],
+    ) -> Self {
+        let sides = values.map(|value| {
+            let value = graph.constant(value);
+            graph.replaced(roots, call, value)
+        });
+        let outputs = [&[argument][..], &sides[0], &sides[1]].concat();
+        let program = Program::new(graph, variables, &outputs);
+        Self { registers: program.registers(|constant| [constant]), program, variables, count: roots.len() }
+    }
+
+    fn evaluate(&mut self, q: &[f64]) -> f64 {
+        self.registers.as_flattened_mut()[..self.variables].copy_from_slice(q);
+        self.program.run(2 * self.count + 1, 1, &mut self.registers, &mut 1);
+        self.value(0)
+    }
+
+    fn value(&self, output: usize) -> f64 {
+        self.registers[self.program.output(output)][0]
+    }
+
+    /// By how much everything jumps at the point that was evaluated, and its size there.
+    fn jumps(&self) -> Vec<[f64; 2]> {
+        let sides = (1..=self.count).map(|root| [self.value(root), self.value(self.count + root)]);
+        sides.map(|[low, high]| [(high - low).abs(), low.abs() + high.abs()]).collect()
+    }
+
+    /// The first place on a line where the argument changes its sign and something jumps, with places beside it.
+    fn jump_on(&mut self, from: &[f64], direction: &[f64]) -> Option<(Vec<f64>, [Vec<f64>; 2])> {
+        let size = from.iter().fold(1.0_f64, |most, q| most.max(q.abs()));
+        let on_line = |s: f64| from.iter().zip(direction).map(|(q, u)| q + s * u).collect::<Vec<f64>>();
+        let distances =
+            (DECADES[0] * EACH..=DECADES[1] * EACH).map(|k| size * 10.0_f64.powf(f64::from(k) / f64::from(EACH)));
+        let (mut before, mut at_before) = (0.0, self.evaluate(from));
+        for after in distances {
+            let at_after = self.evaluate(&on_line(after));
+            if (at_before < 0.0) != (at_after < 0.0) && at_before.is_finite() && at_after.is_finite() {
+                let ends = [[before, at_before], [after, at_after]];
+                let root = crate::number::root::root(ends[0], ends[1], 0.0, |s| self.evaluate(&on_line(s)));
+                let mut near = vec![0.0_f64; self.count];
+                for s in [before, after] {
+                    self.evaluate(&on_line(s));
+                    near.iter_mut().zip(self.jumps()).for_each(|(near, jump)| *near = near.max(jump[0]));
+                }
+                self.evaluate(&on_line(root));
+                let jumps = self.jumps().into_iter().zip(near);
+                let is_jump = |([jump, size], near): ([f64; 2], f64)| jump > ROUNDING[0] * size + ROUNDING[1] * near;
+                if jumps.into_iter().any(is_jump) {
+                    return Some((on_line(root), [on_line(before), on_line(after)]));
+                }
+            }
+            (before, at_before) = (after, at_after);
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The functions that jump in V(x, y).
+    fn found(formula: &str) -> Vec<&'static str> {
+        let text = GeometryText {
+            coordinates: ["t", "x", "y"].map(str::to_owned).to_vec(),
+            components: vec![([0, 0], format!("2 + {formula}")), ([1, 1], "-1".into()), ([2, 2], "-1".into())],
+            ..GeometryText::default()
+        };
+        let mut names: Vec<_> = jumps(&text, &[0.0, 0.3, 0.2]).into_iter().map(|jump| jump.function).collect();
+        names.dedup();
+        names
+    }
+
+    /// A function that jumps is found unless it is multiplied by what is 0 where it does.
+    #[test]
+    fn what_jumps_is_told_from_what_has_a_kink() {
+        assert_eq!(found("5*step(x - 1)"), ["step"]);
+        assert_eq!(found("y*step(x - 1)"), ["step"]);
+        assert_eq!(found("sign(x + y - 2)"), ["sign"]);
+        assert_eq!(found("exp(step(t - 7))"), ["step"]);
+        let smooth = ["max(x^2/2, 0)", "min(x, y)", "abs(x - 1)", "step(x - 1)*(x - 1)^2", "x*sign(x)", "x^2 + y"];
+        for formula in smooth {
+            assert!(found(formula).is_empty(), "{formula}");
+        }
+        // An angle jumps by a whole turn, which its sine does not see.
+        assert_eq!(found("atan2(y, x)"), ["step"]);
+        assert!(found("sin(atan2(y, x))").is_empty());
+    }
+}
