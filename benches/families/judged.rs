@@ -131,6 +131,8 @@ impl Judged {
         let scheme = Scheme::drawn(random, scene.length);
         let settings = [scene.settings.as_slice(), &scheme.settings].concat();
         let what = format!("{}\nwith {}", scene.text, settings.join(" "));
+        // Where a draw hangs, this is all that is seen of it.
+        eprintln!("{what}");
         let refused = |reason: String| Self {
             outcome: Outcome::Refused,
             scheme: scheme.name,
@@ -149,6 +151,7 @@ impl Judged {
             Err(NoRun::Unsampled(_)) => unreachable!("no samples are asked for"),
         };
         let judged = run.judged(&setup, false, false);
+        eprintln!("it is judged");
         let end = run.line.end().q;
         let starts: Vec<f64> = setup.place.start.q.clone();
         let names = run.line.geometry().names();
