@@ -189,11 +189,11 @@ fn changes_little(look: &Watched, nodes: &[f64], values: &[f64]) -> bool {
 const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
 
 /// Returns true if rounding hides where in a window of this length a function jumps, with the speed that coordinates
-/// have elsewhere: they may turn here.
+/// have elsewhere: they may turn here. What begins to move in the window says nothing of its place.
 pub(super) fn is_at_one_place(solver: &Solver<'_, POINTS>, length: f64) -> bool {
-    let part = length / solver.initial_sizes.time;
-    let rows = &solver.rows[..solver.system.positions.len()];
-    rows.iter().all(|row| part <= ONE_PLACE * row.start.high.abs() * row.inverse_size)
+    let part = length / solver.scales.time;
+    let mut rows = solver.rows[..solver.system.positions.len()].iter().filter(|row| row.size.before > 0.0);
+    rows.all(|row| part <= ONE_PLACE * row.start.high.abs() * row.size.inverse)
 }
 
 /// A knot in this first or last part of a window is at its end. What the force is off by there grows with the square

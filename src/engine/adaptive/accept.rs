@@ -3,6 +3,7 @@
 use super::{Accepted, Adaptive};
 use crate::engine::between::{Seen, is_at_one_place};
 use crate::engine::ladder::Ladder;
+use crate::engine::sizes::Size;
 use crate::engine::sweeps::LocalErrors;
 use crate::engine::tuning::{INSIDE, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH};
 use crate::engine::{Failure, POINTS};
@@ -48,6 +49,10 @@ impl Adaptive<'_> {
                 continue;
             }
             let allowed = self.allowed(share, seen, length);
+            if self.begins_at_a_kink(seen, length) {
+                self.attempt.control.refuse();
+                continue;
+            }
             if !self.is_accurate(&mut swept.local, allowed, seen, length) {
                 continue;
             }
@@ -95,6 +100,16 @@ impl Adaptive<'_> {
         let is_at_one_place = is_at_one_place(&self.lent.solver, length);
         let of_kink = allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
         if is_at_one_place { f64::INFINITY } else { of_kink }
+    }
+
+    /// Returns true if something begins to move by a kink in the window, whose place is not known to rounding: its error
+    /// is as large as its way in every window with the kink in it, and what it comes to depends on the place alone.
+    fn begins_at_a_kink(&self, seen: Option<Seen>, length: f64) -> bool {
+        let solver = &self.lent.solver;
+        let begins = |size: Size| size.before == 0.0 && size.inverse > 0.0;
+        seen.is_some_and(|seen| seen.decay == 1.0)
+            && solver.rows.iter().any(|row| begins(row.size))
+            && !is_at_one_place(solver, length)
     }
 
     /// Returns true if the errors of the window that was solved are small enough, and adapts the step.
