@@ -83,23 +83,29 @@ impl Between {
         knots.min_by(f64::total_cmp)
     }
 
-    /// True if something may hide in the window that was looked at, of length `h`, in a run of this length to an
-    /// accuracy.
-    pub(super) fn hides(&mut self, solver: &Solver<'_, POINTS>, h: f64, length: f64, accuracy: f64) -> bool {
+    /// What may hide in the window that was looked at, of length `h`, in a run of this length to an accuracy: its change
+    /// is in units of what may hide there.
+    pub(super) fn hides(&mut self, solver: &Solver<'_, POINTS>, h: f64, length: f64, accuracy: f64) -> Option<Hidden> {
         let (registers, nodes) = (&solver.system.registers, solver.fractions());
         let mut watched = self.watched.iter();
         let is_seen = self.is_all
             && (self.is_gentle || watched.all(|look| changes_little(look, nodes, &registers[look.register].0)));
-        !is_seen && self.hides_in_intervals(solver, h, length, accuracy)
+        if is_seen { None } else { self.hides_in_intervals(solver, h, length, accuracy) }
     }
 
     #[inline(never)]
-    fn hides_in_intervals(&mut self, solver: &Solver<'_, POINTS>, h: f64, length: f64, accuracy: f64) -> bool {
+    fn hides_in_intervals(
+        &mut self,
+        solver: &Solver<'_, POINTS>,
+        h: f64,
+        length: f64,
+        accuracy: f64,
+    ) -> Option<Hidden> {
         let (geometry, momenta) = (solver.geometry, &solver.initial.p);
         if self.enclosure.is_none() {
             self.enclosure = Enclosure::of_geometry(geometry, momenta);
         }
-        let Some(enclosure) = &mut self.enclosure else { return false };
+        let enclosure = self.enclosure.as_mut()?;
         let (active, n, nodes) = (geometry.active(), geometry.dimension(), &solver.rule.nodes[0].0);
         enclosure.path.begin(solver.fractions());
         for row in 0..solver.system.iterated() {
@@ -119,11 +125,13 @@ impl Between {
             let weights: Vec<f64> = (0..n).map(|a| solver.inverse_size(a)).collect();
             tolerated_rates(geometry, &weights, [&state[..]], length, HIDDEN_SHARE * accuracy)
         };
-        // A window can be shortened, and is not looked at more closely. A kink is where it is for as long as its window.
-        enclosure.hidden(tolerances, f64::INFINITY).iter().any(|&Hidden { pair, change, has_kink }| {
-            let most = if has_kink { KINK * length / (h * (nodes[pair + 1] - nodes[pair])) } else { 1.0 };
-            change > most.max(1.0)
-        })
+        // A window can be shortened, and is not looked at more closely. A kink is where it is for as long as its gap.
+        let hidden = enclosure.hidden(tolerances, f64::INFINITY).into_iter().map(|hidden| {
+            let gap = h * (nodes[hidden.pair + 1] - nodes[hidden.pair]);
+            let most = if hidden.has_kink { (KINK * length / gap).max(1.0) } else { 1.0 };
+            Hidden { change: hidden.change / most, ..hidden }
+        });
+        hidden.max_by(|one, other| one.change.total_cmp(&other.change)).filter(|hidden| hidden.change > 1.0)
     }
 }
 

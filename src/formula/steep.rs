@@ -92,11 +92,20 @@ impl Watched {
     }
 
     /// True if a value in that interval between two nodes, which show it at the `ends`, makes nothing steep. A power is
-    /// small where its base is, so that it hides nothing where its base is hardly larger than on the nodes.
+    /// small where its base is, and a quotient where its divisor is large, so that they hide nothing where these are
+    /// hardly larger or smaller than on the nodes.
     #[inline(always)]
     pub(crate) fn is_gentle_between(&self, [lo, hi]: [f64; 2], ends: [f64; 2]) -> bool {
-        let is_low = || (-lo).max(hi) <= self.most * ends[0].abs().max(ends[1].abs());
-        self.is_gentle([lo, hi]) || self.kind == Kind::Base && is_low()
+        let ends = ends.map(f64::abs);
+        let is_shown = || match self.kind {
+            Kind::Base => (-lo).max(hi) <= self.most * ends[0].max(ends[1]),
+            Kind::Ratio => {
+                let (least, most) = (lo.abs().min(hi.abs()), lo.abs().max(hi.abs()));
+                (lo > 0.0 || hi < 0.0) && most <= RATIO * least && ends[0].min(ends[1]) <= self.most * least
+            }
+            _ => false,
+        };
+        self.is_gentle([lo, hi]) || is_shown()
     }
 }
 

@@ -146,15 +146,20 @@ impl Adaptive<'_> {
     /// Returns true if something may hide in a window that can be shorter.
     fn must_be_shorter(&mut self, rung: i32, length: f64) -> bool {
         let (run, accuracy, least) = (self.length, self.accuracy, self.least());
-        let hides = self.between.as_mut().is_some_and(|it| it.hides(&self.lent.solver, length, run, accuracy));
+        let hides = self.between.as_mut().and_then(|it| it.hides(&self.lent.solver, length, run, accuracy));
+        let Some(hidden) = hides else { return false };
+        let is_one_place = hidden.has_kink && is_at_one_place(&self.lent.solver, length);
+        // What kinks do in a gap is less in a shorter one, until rounding hides where they are.
+        let is_shrinking = hidden.has_kink && hidden.change.is_finite() && !is_one_place;
         // Where numbers overflow, intervals can tell nothing of windows of any length.
-        let can_be_shorter = length > least && !self.lent.solver.is_mended;
-        if hides && can_be_shorter {
+        let is_known = hidden.change.is_finite() || !self.lent.solver.is_mended;
+        let can_be_shorter = (length > least || is_shrinking) && is_known;
+        if can_be_shorter {
             self.attempt.control.hides(rung);
         } else {
-            self.attempt.unresolved += usize::from(hides);
+            self.attempt.unresolved += usize::from(!is_one_place);
         }
-        hides && can_be_shorter
+        can_be_shorter
     }
 
     /// Windows that are shorter are not cut any more.
