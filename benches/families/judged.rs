@@ -20,6 +20,9 @@ const SHARE: f64 = 1.0 / 3.0;
 /// An error that is so many times the doubt about it is one, though the doubt is larger than what decides.
 const GROSS: f64 = 10.0;
 
+/// A draw prints this when what follows is up to the references.
+pub(crate) const JUDGED: &str = "judged";
+
 /// What became of a draw.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Outcome {
@@ -131,7 +134,7 @@ impl Judged {
         let scheme = Scheme::drawn(random, scene.length);
         let settings = [scene.settings.as_slice(), &scheme.settings].concat();
         let what = format!("{}\nwith {}", scene.text, settings.join(" "));
-        // Where a draw hangs, this is all that is seen of it.
+        // Where a draw takes too long, this is all that is seen of it.
         eprintln!("{what}");
         let refused = |reason: String| Self {
             outcome: Outcome::Refused,
@@ -151,7 +154,7 @@ impl Judged {
             Err(NoRun::Unsampled(_)) => unreachable!("no samples are asked for"),
         };
         let judged = run.judged(&setup, false, false);
-        eprintln!("it is judged");
+        println!("{JUDGED}");
         let end = run.line.end().q;
         let starts: Vec<f64> = setup.place.start.q.clone();
         let names = run.line.geometry().names();

@@ -13,7 +13,7 @@
 //! draws so many runs of every family, or of the one with that name. A result is wrong if a coordinate at the end is
 //! off by more than the accuracy asked for, relative to the largest size of coordinates of its kind; without an
 //! accuracy, by more than ten times the error that it claims. Results that are trusted and wrong are printed with their
-//! cases, and the exit code is 1 if there is one. A draw that takes longer than a limit counts as refused. The arguments
+//! cases, and the exit code is 1 if there is one. A run that takes longer than a limit counts as refused. The arguments
 //! `one FAMILY NUMBER` print one draw, by the number that is printed with it.
 //!
 //! The table has, by families and schemes, the trusted results that are right and wrong, the doubtful ones that are
@@ -34,14 +34,14 @@ use std::collections::BTreeMap;
 use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
-use judged::{Judged, OUTCOMES, Outcome};
+use judged::{JUDGED, Judged, OUTCOMES, Outcome};
 use random::Random;
 use rayon::prelude::*;
 use tally::Tally;
 use template::families;
 
 /// A draw may take so long.
-const LIMIT: Duration = Duration::from_secs(30);
+const LIMIT: Duration = Duration::from_secs(20);
 /// The time between two looks at a draw.
 const LOOK: Duration = Duration::from_millis(2);
 
@@ -118,17 +118,20 @@ fn draw(family: &'static str, number: u64) -> Drawn {
     while child.try_wait().expect("it is a child").is_none() {
         if start.elapsed() > LIMIT {
             child.kill().expect("it can be ended");
-            child.wait().expect("it ends");
-            return lost("it takes too long");
         }
         std::thread::sleep(LOOK);
     }
     let output = child.wait_with_output().expect("it has ended");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    let parts: Vec<&str> = text.splitn(5, '\n').collect();
+    let judged = text.strip_prefix(JUDGED).map(|text| text.trim_start_matches('\n'));
+    let parts: Vec<&str> = judged.unwrap_or(&text).splitn(5, '\n').collect();
     let outcome = OUTCOMES.iter().find(|(_, name)| parts.first() == Some(name));
     let (Some((outcome, _)), [_, scheme, is_coarse, reason, what]) = (outcome, parts.as_slice()) else {
-        return lost("it panics");
+        return match (start.elapsed() > LIMIT, judged) {
+            (true, Some(_)) => Drawn { outcome: Outcome::Undecided, ..lost("the references take too long") },
+            (true, None) => lost("it takes too long"),
+            _ => lost("it panics"),
+        };
     };
     Drawn {
         outcome: *outcome,

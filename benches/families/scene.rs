@@ -179,7 +179,7 @@ fn put_in(text: &str, numbers: &Numbers) -> String {
     numbers.iter().fold(text.to_owned(), |text, (name, number)| text.replace(&format!("${name}"), number))
 }
 
-/// The value of a formula as a decimal: what it is in more digits, rounded once, to a multiple of `unit` if that is not 0.
+/// The value of a formula as a decimal: in more digits, rounded once, to a multiple of `unit`, if above 0.
 fn number_of(formula: &str, unit: f64) -> String {
     let value = value_of::<Extended>(formula, &[]).unwrap_or_else(|error| panic!("{formula}: {error}")).to_f64();
     format!("{:?}", if unit > 0.0 { (value / unit).round() * unit } else { value })
