@@ -93,11 +93,11 @@ impl Further {
         let (lost, of_formula) = match Formulas::new(case, setup, places) {
             Formulas::Conditioned => (Part::Nothing, Default::default()),
             Formulas::Unknown => (Part::Unknown(Reason::new(NO_VALUE, WELL)), Default::default()),
-            Formulas::Lost(Lost { q_dot, p_dot, finding }) => {
+            Formulas::Lost(Lost { q_dot, p_dot, finding, is_all }) => {
                 let times = |rates: Vec<f64>| rates.into_iter().map(|rate| length * rate).collect();
                 let sizes = Off { q: times(q_dot), p: times(p_dot) };
                 let off = in_energy(&setup.rough.geometry, &setup.rough.start, sizes);
-                let remedy = remedy(case, setup.settings.accuracy);
+                let remedy = if is_all { WELL.to_owned() } else { remedy(case, setup.settings.accuracy) };
                 (Part::new(along(&off), || Reason::new(&finding, &remedy)), [finding, remedy])
             }
         };
@@ -133,7 +133,9 @@ impl Further {
         // What is promised is promised of the motion that the formulas stand for.
         let promised = accuracy.filter(|accuracy| accuracy.is_promised()).map_or(f64::INFINITY, Accuracy::value);
         let is_kept = own.iter().enumerate().all(|(a, own)| own.share(lost.largest(a)) <= promised);
-        if lost.is_to_blame(inherited, own, all) || !is_kept {
+        // Where nothing is known of the error, the formula may be why.
+        let is_all = own.is_empty() && lost.known().is_some();
+        if is_all || !is_kept || lost.is_to_blame(inherited, own, all) {
             let of = lost.most(own).map(|(one, error)| format!(", and {} is uncertain by {error:.1e}", one.name));
             reasons.insert(0, Reason::new(format!("{finding}{}", of.unwrap_or_default()), remedy));
         }
@@ -176,7 +178,7 @@ impl Further {
     }
 }
 
-/// What to do about a formula that loses digits.
+/// What to do about a formula that loses some of its digits.
 fn remedy(case: &Case, accuracy: Option<Accuracy>) -> String {
     match accuracy {
         // Events act in runs to an accuracy, which have no further digits.

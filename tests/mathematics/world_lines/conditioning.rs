@@ -130,11 +130,18 @@ fn every_run_of_sixteen_digits_is_looked_at() {
 #[test]
 fn more_digits_are_the_remedy() {
     let grid = "scheme = { sbp = \"GLL16\", form = \"weak\" }\ngrid.windows = 4";
-    let (run, judged) = judged::<Extended>(&pushed(LOST, &format!("{grid}\nsolver.digits = 32")), false);
-    assert_eq!(judged.verdict.grade, Grade::Trusted, "{:?}", judged.verdict);
-    let (well, _) = self::judged::<f64>(&pushed("-x^2/2", ACCURATE), false);
-    let x = run.line.end().q[1].to_f64();
-    assert!((x - end(&well.line, "x")).abs() < 1e-8, "{x}");
+    for (badly, well) in PAIRS {
+        let [badly, well] = [badly, well].map(|formula| formula.replace('K', "0.7").replace('E', "1e-9"));
+        let case = pushed(&badly, ACCURATE);
+        assert!(doubt(&case).ends_with(", or take solver.digits = 32 with a scheme and a grid"), "{badly}");
+        let (run, judged) = judged::<Extended>(&pushed(&badly, &format!("{grid}\nsolver.digits = 32")), false);
+        assert_eq!(judged.verdict.grade, Grade::Trusted, "{badly}: {:?}", judged.verdict);
+        let (well, _) = self::judged::<f64>(&pushed(&well, ACCURATE), false);
+        let x = run.line.end().q[1].to_f64();
+        assert!((x - end(&well.line, "x")).abs() < 1e-8, "{badly}: {x}");
+    }
+    // What has no digit at all is not solved in more of them either.
+    assert!(doubt(&pushed(LOST, ACCURATE)).ends_with("; write it so that nothing cancels"));
 }
 
 #[test]
