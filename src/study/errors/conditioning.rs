@@ -53,8 +53,9 @@ impl Places {
         let mut sampler = Sampler::new(part);
         while self.next < PLACES * part.window_count {
             let (window, place) = (&part.windows[self.next / PLACES - first], self.next % PLACES);
-            let share = (place as f64 + 0.5) / PLACES as f64;
-            let gamma = part.gamma_at(window.gamma[0] + S::from(share) * window.length());
+            // A node inside of the window: between nodes a coarse run may be anywhere, and at ends formulas may jump.
+            let node = (2 * place + 1) * (window.points() - 1) / (2 * PLACES);
+            let gamma = part.gamma_at(window.gamma_at(node.clamp(1, window.points().max(3) - 2)));
             if let Ok(Sample { q, p, .. }) = sampler.at_gamma(gamma) {
                 let q = q.iter().enumerate().map(|(a, &q)| (q - part.origin_of(a)).to_f64()).collect();
                 let p = p.into_iter().map(|p| part.signed(p).to_f64()).collect();
@@ -99,6 +100,8 @@ pub(crate) struct Lost {
     pub(super) p_dot: Vec<f64>,
     /// A sentence about the formula that loses most: which one, how much, and where.
     pub(super) finding: String,
+    /// The largest share that a rate loses.
+    pub(super) share: f64,
     /// True if it loses all of its digits: then a solve in more of them, whose guesses have 16, begins with nothing.
     pub(super) is_all: bool,
 }
@@ -210,7 +213,7 @@ impl Largest {
 
     fn see(&mut self, here: &mut Evaluated, seen: &Seen) {
         let (n, exact) = (seen.q.len(), here.exact(seen, |_, value| Extended::from(value)));
-        // Between its nodes a coarse run may be outside of the domain, where there is nothing to lose.
+        // A place that is no state in 70 digits shows nothing.
         if !exact.iter().all(|rate| rate.is_finite()) {
             return;
         }
@@ -257,6 +260,7 @@ impl Largest {
             q_dot: q_dot.to_vec(),
             p_dot: p_dot.to_vec(),
             finding: self.worst.1,
+            share: self.worst.0,
             is_all: self.worst.2,
         })
     }
