@@ -123,8 +123,8 @@ impl Further {
         self.inherited.known().map(|carried| carried.largest.clone())
     }
 
-    /// The reasons to doubt a run to an `accuracy`, if it is one, that lie in these errors. Its own errors are `own`, and
-    /// `all` are those with these.
+    /// The reasons to doubt a run that lie in these errors, where `own` are those that it makes itself, and `all` are
+    /// both together. It may be one to an `accuracy`.
     pub(crate) fn reasons(
         &self,
         own: &[CoordinateError],
