@@ -11,8 +11,11 @@ use crate::solve::{Limit, Off, Place, Setup, WorldLine, solve_window_by_window};
 use crate::study::acting::chain;
 use crate::trajectory::{Sample, Sampler};
 
-/// The accuracy of the windows of two runs that are compared.
-const ACCURACY: f64 = 1e-13;
+/// The accuracy of the windows of two runs that are compared, at best and at worst: with windows that are to be more
+/// accurate than their slopes are, a run does not get on.
+const ACCURACY: [f64; 2] = [1e-13, 1e-3];
+/// Windows are so many times less accurate than what rounding takes from their slopes.
+const LESS: f64 = 10.0;
 /// They are compared at so many places, spread evenly over the run, and at its end.
 const PLACES: usize = 256;
 /// A change of the start that is smaller than this share of the motion is made so large, and what comes of it smaller
@@ -21,6 +24,17 @@ const VISIBLE: f64 = 1e-6;
 /// What comes of it is taken to be in proportion up to this share of the motion.
 const PROPORTIONAL: f64 = 1e-2;
 
+/// How far a run reaches, and what rounding takes from its slopes.
+#[derive(Debug)]
+pub(super) struct Extent {
+    /// |γ_f − γ_i|.
+    pub(super) length: f64,
+    /// The coordinate whose value ends it, if one does.
+    pub(super) end_coordinate: Option<usize>,
+    /// The share that slopes lose.
+    pub(super) lost: f64,
+}
+
 /// An error along a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Carried {
@@ -28,23 +42,19 @@ pub(super) struct Carried {
     pub(super) off: Off,
     /// The largest errors of coordinates along the run.
     pub(super) largest: Vec<f64>,
+    /// The same at the end: of many directions only one was looked at, and its error may just pass through 0 there.
+    pub(super) end: Vec<f64>,
 }
 
-/// The error that a start which is off by `off` makes along the run of `setup`, whose length is this, and which ends at
-/// a value of `end_coordinate`, if that is given. `None` if it is not known: two runs from the two starts are compared,
-/// and one of them has no end.
+/// The error that a start which is off by `off` makes along the run of `setup`, which reaches so far. `None` if it is
+/// not known: two runs from the two starts are compared, and one of them has no end.
 ///
 /// This is all that is known of how errors travel. It grows as errors of this motion do: linearly where the motion is
 /// regular, exponentially in chaos, also through events that act. A loss of rates that lasts for a whole run of length
 /// L is no more than an error L times as large at its start, as far as errors do not shrink on the way.
-pub(super) fn carried<S: Real>(
-    case: &Case,
-    setup: &Setup<S>,
-    (length, end_coordinate): (f64, Option<usize>),
-    off: &Off,
-) -> Option<Carried> {
+pub(super) fn carried<S: Real>(case: &Case, setup: &Setup<S>, extent: &Extent, off: &Off) -> Option<Carried> {
     let Place { geometry, start } = &setup.rough;
-    let base = states(case, setup, length, (**start).clone())?;
+    let base = states(case, setup, extent, (**start).clone())?;
     let sizes = sizes(geometry, &base);
     let share = |off: &[f64], sizes: &[f64]| {
         let shares = off.iter().zip(sizes).filter(|(_, size)| **size > 0.0).map(|(off, size)| (off / size).abs());
@@ -52,8 +62,8 @@ pub(super) fn carried<S: Real>(
     };
     let visible = VISIBLE / share(&off.q, &sizes.q).max(share(&off.p, &sizes.p));
     for factor in [visible.clamp(1.0, 1.0 / f64::MIN_POSITIVE), 1.0] {
-        let other = moved(geometry, start, off, factor).and_then(|start| states(case, setup, length, start));
-        let found = other.map(|other| compared(geometry, [&base, &other], factor, end_coordinate));
+        let other = moved(geometry, start, off, factor).and_then(|start| states(case, setup, extent, start));
+        let found = other.map(|other| compared(geometry, [&base, &other], factor, extent.end_coordinate));
         let is_proportional = |found: &Carried| factor * share(&found.largest, &sizes.q) <= PROPORTIONAL;
         if factor == 1.0 || found.as_ref().is_some_and(is_proportional) {
             return found;
@@ -80,7 +90,12 @@ fn moved(geometry: &Geometry, start: &Start, off: &Off, factor: f64) -> Option<S
 }
 
 /// The states of a run from another start at equal distances of γ; `None` if it does not get to the end.
-fn states<S: Real>(case: &Case, setup: &Setup<S>, length: f64, start: Start) -> Option<Vec<Start>> {
+fn states<S: Real>(
+    case: &Case,
+    setup: &Setup<S>,
+    &Extent { length, lost, .. }: &Extent,
+    start: Start,
+) -> Option<Vec<Start>> {
     let mut setup = setup.in_f64();
     let place = Place { start: Arc::new(start), ..setup.rough.clone() };
     (setup.rough, setup.place, setup.carried) = (place.clone(), place, None);
@@ -100,7 +115,7 @@ fn states<S: Real>(case: &Case, setup: &Setup<S>, length: f64, start: Start) -> 
             found.push(part.turned(Start { q, q_dot, p }));
         }
     };
-    let accuracy = Accuracy::Estimated(ACCURACY);
+    let accuracy = Accuracy::Estimated((LESS * lost).clamp(ACCURACY[0], ACCURACY[1]));
     if setup.has_acting_events() {
         chain(case, &setup, accuracy, false).ok()?.iter().for_each(|piece| see(&piece.line));
     } else {
@@ -124,7 +139,10 @@ fn compared(geometry: &Geometry, [base, other]: [&[Start]; 2], factor: f64, end_
         last.q[coordinate] = 0.0;
     }
     let largest = |a: usize| all.iter().chain([&last]).fold(0.0, |most, off| larger(most, off.q[a].abs()));
-    Carried { largest: (0..end.q.len()).map(largest).collect(), off: last }
+    let largest: Vec<f64> = (0..end.q.len()).map(largest).collect();
+    let mut at_end = largest.clone();
+    end_coordinate.into_iter().for_each(|coordinate| at_end[coordinate] = 0.0);
+    Carried { off: last, largest, end: at_end }
 }
 
 /// ṗ_a, 0 for ignorable coordinates.

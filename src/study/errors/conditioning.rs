@@ -53,8 +53,9 @@ impl Places {
         let mut sampler = Sampler::new(part);
         while self.next < PLACES * part.window_count {
             let (window, place) = (&part.windows[self.next / PLACES - first], self.next % PLACES);
-            let share = (place as f64 + 0.5) / PLACES as f64;
-            let gamma = part.gamma_at(window.gamma[0] + S::from(share) * window.length());
+            // A node inside of the window: between nodes a coarse run may be anywhere, and at ends formulas may jump.
+            let node = (2 * place + 1) * (window.points() - 1) / (2 * PLACES);
+            let gamma = part.gamma_at(window.gamma_at(node.clamp(1, window.points().max(3) - 2)));
             if let Ok(Sample { q, p, .. }) = sampler.at_gamma(gamma) {
                 let q = q.iter().enumerate().map(|(a, &q)| (q - part.origin_of(a)).to_f64()).collect();
                 let p = p.into_iter().map(|p| part.signed(p).to_f64()).collect();
@@ -99,6 +100,10 @@ pub(crate) struct Lost {
     pub(super) p_dot: Vec<f64>,
     /// A sentence about the formula that loses most: which one, how much, and where.
     pub(super) finding: String,
+    /// The largest share that a rate loses.
+    pub(super) share: f64,
+    /// True if it loses all of its digits: then a solve in more of them, whose guesses have 16, begins with nothing.
+    pub(super) is_all: bool,
 }
 
 impl Formulas {
@@ -195,20 +200,20 @@ impl Evaluated {
 struct Largest {
     lost: Vec<f64>,
     sizes: Vec<f64>,
-    /// The largest loss as a share of its rate, and the sentence about it.
-    worst: (f64, String),
+    /// The largest loss as a share of its rate, the sentence about it, and whether all digits are lost.
+    worst: (f64, String, bool),
     is_seen: bool,
 }
 
 impl Largest {
     fn new(coordinates: usize) -> Self {
         let zeros = || vec![0.0; 2 * coordinates];
-        Self { lost: zeros(), sizes: zeros(), worst: (0.0, String::new()), is_seen: false }
+        Self { lost: zeros(), sizes: zeros(), worst: (0.0, String::new(), false), is_seen: false }
     }
 
     fn see(&mut self, here: &mut Evaluated, seen: &Seen) {
         let (n, exact) = (seen.q.len(), here.exact(seen, |_, value| Extended::from(value)));
-        // Between its nodes a coarse run may be outside of the domain, where there is nothing to lose.
+        // A place that is no state in 70 digits shows nothing.
         if !exact.iter().all(|rate| rate.is_finite()) {
             return;
         }
@@ -237,7 +242,8 @@ impl Largest {
             self.lost[k] = self.lost[k].max(losses[k]);
             let share = losses[k] / scales[k];
             if share > self.worst.0 {
-                self.worst = (share, finding(here, seen, &exact[..n], share));
+                let (finding, is_all) = finding(here, seen, &exact[..n], share);
+                self.worst = (share, finding, is_all);
             }
         }
     }
@@ -250,20 +256,28 @@ impl Largest {
             return Formulas::Conditioned;
         }
         let (q_dot, p_dot) = self.lost.split_at(self.lost.len() / 2);
-        Formulas::Lost(Lost { q_dot: q_dot.to_vec(), p_dot: p_dot.to_vec(), finding: self.worst.1 })
+        Formulas::Lost(Lost {
+            q_dot: q_dot.to_vec(),
+            p_dot: p_dot.to_vec(),
+            finding: self.worst.1,
+            share: self.worst.0,
+            is_all: self.worst.2,
+        })
     }
 }
 
-/// A sentence about the formula that loses most at a place, where rates lose this share.
-fn finding(here: &Evaluated, Seen { q, .. }: &Seen, q_dot: &[Extended], share: f64) -> String {
+/// A sentence about the formula that loses most at a place, where rates lose this share, and whether all digits are
+/// lost.
+fn finding(here: &Evaluated, Seen { q, .. }: &Seen, q_dot: &[Extended], share: f64) -> (String, bool) {
     let names = here.rough.names();
     let active = (0..here.count).filter(|a| here.rough.depends_on(*a) || here.rough.active().contains(a));
     let shown: Vec<String> = active.take(NAMED).map(|a| format!("{} = {:.4}", names[a], q[a])).collect();
     let place = if shown.is_empty() { String::new() } else { format!(" near {}", shown.join(", ")) };
     let (name, share) = named(here, q, q_dot).unwrap_or_else(|| ("that the motion follows from".to_owned(), share));
     let digits = (-f64::EPSILON.log10() + share.min(1.0).log10()).round();
-    let many = if share >= SHARE { "all of its digits".to_owned() } else { format!("{digits} of its 16 digits") };
-    format!("the formula {name} loses {many} to rounding{place}")
+    let is_all = share >= SHARE;
+    let many = if is_all { "all of its digits".to_owned() } else { format!("{digits} of its 16 digits") };
+    (format!("the formula {name} loses {many} to rounding{place}"), is_all)
 }
 
 /// The name of the formula that loses most at a place, as it stands in the case, and the share that it loses.

@@ -2,7 +2,7 @@
 //! lose to rounding. Both travel as errors of its start, see [`carried`].
 
 use super::RunError;
-use super::carried::{Carried, carried, rates_of_momenta};
+use super::carried::{Carried, Extent, carried, rates_of_momenta};
 use super::compare::end_coordinate;
 use super::conditioning::{Formulas, Lost, Places};
 use crate::case::Case;
@@ -83,21 +83,24 @@ impl Further {
     /// Those of a run of `case` that ends with `line`, of which `places` were seen.
     pub(crate) fn new<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>, places: &Places) -> Self {
         let length = line.signed(line.gamma_f() - setup.gamma_i).to_f64();
-        let along = |off: &Off| carried(case, setup, (length, end_coordinate(setup, line)), off);
+        let formulas = Formulas::new(case, setup, places);
+        let share = if let Formulas::Lost(Lost { share, .. }) = &formulas { *share } else { 0.0 };
+        let extent = Extent { length, end_coordinate: end_coordinate(setup, line), lost: share };
+        let along = |off: &Off| carried(case, setup, &extent, off);
         let inherited = match setup.carried.as_ref().map(|carried| &carried.error) {
             None => Part::Nothing,
             Some(None) => Part::Unknown(Reason::new(NOT_HANDED_ON, AGAIN)),
             Some(Some(off)) if off.is_none() => Part::Nothing,
             Some(Some(off)) => Part::new(along(off), || Reason::new(NO_END, AGAIN)),
         };
-        let (lost, of_formula) = match Formulas::new(case, setup, places) {
+        let (lost, of_formula) = match formulas {
             Formulas::Conditioned => (Part::Nothing, Default::default()),
             Formulas::Unknown => (Part::Unknown(Reason::new(NO_VALUE, WELL)), Default::default()),
-            Formulas::Lost(Lost { q_dot, p_dot, finding }) => {
+            Formulas::Lost(Lost { q_dot, p_dot, finding, is_all, .. }) => {
                 let times = |rates: Vec<f64>| rates.into_iter().map(|rate| length * rate).collect();
                 let sizes = Off { q: times(q_dot), p: times(p_dot) };
                 let off = in_energy(&setup.rough.geometry, &setup.rough.start, sizes);
-                let remedy = remedy(case, setup.settings.accuracy);
+                let remedy = if is_all { WELL.to_owned() } else { remedy(case, setup.settings.accuracy) };
                 (Part::new(along(&off), || Reason::new(&finding, &remedy)), [finding, remedy])
             }
         };
@@ -109,7 +112,7 @@ impl Further {
     pub(crate) fn added(&self, own: &RunError) -> RunError {
         let mut all = own.clone();
         for carried in [&self.inherited, &self.lost].into_iter().filter_map(Part::known) {
-            all.end.iter_mut().zip(&carried.off.q).for_each(|(error, off)| *error = error.abs() + off.abs());
+            all.end.iter_mut().zip(&carried.end).for_each(|(error, end)| *error += end);
             all.largest.iter_mut().zip(&carried.largest).for_each(|(error, largest)| *error += largest);
         }
         all
@@ -120,8 +123,8 @@ impl Further {
         self.inherited.known().map(|carried| carried.largest.clone())
     }
 
-    /// The reasons to doubt a run to an `accuracy`, if it is one, that lie in these errors, where its own are `own`, and
-    /// `all` with these.
+    /// The reasons to doubt a run that lie in these errors, where `own` are those that it makes itself, and `all` are
+    /// both together. It may be one to an `accuracy`.
     pub(crate) fn reasons(
         &self,
         own: &[CoordinateError],
@@ -178,7 +181,7 @@ impl Further {
     }
 }
 
-/// What to do about a formula that loses digits.
+/// What to do about a formula that loses some of its digits.
 fn remedy(case: &Case, accuracy: Option<Accuracy>) -> String {
     match accuracy {
         // Events act in runs to an accuracy, which have no further digits.
@@ -188,7 +191,8 @@ fn remedy(case: &Case, accuracy: Option<Accuracy>) -> String {
     }
 }
 
-/// Errors of this size in all numbers, with the signs by which they change the energy of `state` most: dH = q̇ dp − ṗ dq.
+/// Errors of this size in all numbers, with the signs by which they change the energy of `state` most:
+/// dH = q̇ dp − ṗ dq.
 fn in_energy(geometry: &Geometry, state: &Start, Off { q, p }: Off) -> Off {
     let rates = rates_of_momenta(geometry, state);
     Off {

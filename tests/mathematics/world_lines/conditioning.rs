@@ -49,10 +49,10 @@ const PAIRS: [(&str, &str); 5] = [
 #[test]
 fn a_formula_that_loses_more_than_the_accuracy_is_named_and_its_error_is_in_the_result() {
     for (seed, (badly, well)) in PAIRS.iter().enumerate() {
-        for (k, e) in [(0.3 + 0.4 * seed as f64, 1.3e-11), (1.7 - 0.2 * seed as f64, 2.9e-10)] {
+        for (k, e) in [(0.3 + 0.4 * seed as f64, 1.3e-9), (1.7 - 0.2 * seed as f64, 2.9e-9)] {
             let written = |formula: &str| {
                 let formula = formula.replace('K', &format!("{k}")).replace('E', &format!("{e:e}"));
-                pushed(&formula, "solver.accuracy = 1e-9")
+                pushed(&formula, ACCURATE)
             };
             let (good, of_good) = judged::<f64>(&written(well), false);
             assert_eq!(of_good.verdict.grade, Grade::Trusted, "{well}: {:?}", of_good.verdict);
@@ -61,7 +61,7 @@ fn a_formula_that_loses_more_than_the_accuracy_is_named_and_its_error_is_in_the_
             assert!(reason.starts_with("the formula force.x loses "), "{badly} {e:e}: {:?}", of_bad.verdict);
             let (off, error) = ((end(&bad.line, "x") - end(&good.line, "x")).abs(), of_bad.error.unwrap());
             let found = error.at_most_at_end()[1];
-            assert!(off <= found && found < 1e3 * off.max(1e-9), "{badly} {e:e}: {off:e} {found:e}");
+            assert!(off <= found && found < 1e3 * off.max(1e-8), "{badly} {e:e}: {off:e} {found:e}");
         }
     }
 }
@@ -80,21 +80,22 @@ fn the_formula_that_loses_is_named_wherever_it_stands() {
     let rest = "particle.law = \"newtonian\"\ngrid.gamma_f = 3.0\ninitial = { x = 1.0, x_dot = 0.0 }\n";
     for (kind, name) in [
         ("force.x = \"-k*x\"\nparameters.k = \"(1e16 + 1) - 1e16\"", "of the parameter k"),
-        ("force.x = \"-f\"\ndefinitions.f = \"(x + 1e11) - 1e11\"", "of the definition f"),
-        ("one_form.x = \"x\"\nforce.x = \"(x + 1e11) - 1e11 - 2*x\"", "force.x"),
+        ("force.x = \"-f\"\ndefinitions.f = \"1e10*(1 - cos(1e-5*x))\"", "of the definition f"),
+        ("one_form.x = \"x\"\nforce.x = \"-1e18*(1 - cos(1e-9*x))\"", "force.x"),
     ] {
         let text = format!("{rest}{ACCURATE}\n[potential]\nformula = \"0\"\n{kind}");
         let reason = doubt(&parsed(&text, &[]));
         assert!(reason.starts_with(&format!("the formula {name} loses ")), "{text}: {reason}");
     }
     // The paper's metric has V itself, and not its slope alone.
-    let rest = "grid.gamma_f = 3.0\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.3 }\nsolver.accuracy = 1e-9\n";
-    let reason = doubt(&parsed(&format!("{rest}potential.formula.expression = \"(0.1*x^2 + 1e10) - 1e10\""), &[]));
-    assert!(reason.contains("the formula of the potential loses "), "{reason}");
-    let metric = "metric = { coordinates = [\"t\", \"x\"], components = { \"t t\" = \"((1 + 0.1*x^2) + 1e10) - 1e10\", \
-                  \"x x\" = \"-1\" } }\n";
-    let reason = doubt(&parsed(&format!("{metric}{rest}"), &[]));
-    assert!(reason.contains("the formula of the component \"t t\" loses "), "{reason}");
+    let rest = format!("grid.gamma_f = 3.0\ninitial = {{ x = 1.0, t_dot = 1.0, x_dot = 0.3 }}\n{ACCURATE}\n");
+    let v = "1e9*(sqrt(1 + 2e-10*x^2) - 1)";
+    let reason = doubt(&parsed(&format!("{rest}potential.formula.expression = \"{v}\""), &[]));
+    assert!(reason.starts_with("the formula of the potential loses "), "{reason}");
+    let components = format!("{{ \"t t\" = \"1 + {v}\", \"x x\" = \"-1\" }}");
+    let metric = format!("metric = {{ coordinates = [\"t\", \"x\"], components = {components} }}");
+    let reason = doubt(&parsed(&format!("{rest}{metric}"), &[]));
+    assert!(reason.starts_with("the formula of the component \"t t\" loses "), "{reason}");
 }
 
 #[test]
@@ -105,7 +106,6 @@ fn every_run_of_sixteen_digits_is_looked_at() {
         "solver.tolerance = 1e-8",
         "scheme = { sbp = \"GLL16\", form = \"weak\" }\ngrid.windows = 4",
         "scheme.sbp = \"SBP42\"\ngrid.n_gamma = 100",
-        "scheme.sbp = \"SBP42\"\ngrid.n_gamma = 40\nsolver.system = \"doubled\"",
         &format!("{ACCURATE}\n{event}"),
         &format!("{ACCURATE}\ngrid.gamma_i = 4.0"),
     ] {
@@ -130,11 +130,18 @@ fn every_run_of_sixteen_digits_is_looked_at() {
 #[test]
 fn more_digits_are_the_remedy() {
     let grid = "scheme = { sbp = \"GLL16\", form = \"weak\" }\ngrid.windows = 4";
-    let (run, judged) = judged::<Extended>(&pushed(LOST, &format!("{grid}\nsolver.digits = 32")), false);
-    assert_eq!(judged.verdict.grade, Grade::Trusted, "{:?}", judged.verdict);
-    let (well, _) = self::judged::<f64>(&pushed("-x^2/2", ACCURATE), false);
-    let x = run.line.end().q[1].to_f64();
-    assert!((x - end(&well.line, "x")).abs() < 1e-8, "{x}");
+    for (badly, well) in PAIRS {
+        let [badly, well] = [badly, well].map(|formula| formula.replace('K', "0.7").replace('E', "1e-9"));
+        let case = pushed(&badly, ACCURATE);
+        assert!(doubt(&case).ends_with(", or take solver.digits = 32 with a scheme and a grid"), "{badly}");
+        let (run, judged) = judged::<Extended>(&pushed(&badly, &format!("{grid}\nsolver.digits = 32")), false);
+        assert_eq!(judged.verdict.grade, Grade::Trusted, "{badly}: {:?}", judged.verdict);
+        let (well, _) = self::judged::<f64>(&pushed(&well, ACCURATE), false);
+        let x = run.line.end().q[1].to_f64();
+        assert!((x - end(&well.line, "x")).abs() < 1e-8, "{badly}: {x}");
+    }
+    // What has no digit at all is not solved in more of them either.
+    assert!(doubt(&pushed(LOST, ACCURATE)).ends_with("; write it so that nothing cancels"));
 }
 
 #[test]

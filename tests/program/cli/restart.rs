@@ -55,11 +55,12 @@ fn a_run_to_an_accuracy_goes_on_from_a_run_to_an_accuracy() {
     assert!((at("back", "x") - 0.4).abs() < 1e-10 && at("back", "y").abs() < 1e-10 && at("back", "t") == 0.0);
 }
 
-/// The last of so many pieces of a run of `case`, each of which continues the one before, and what it says.
-fn pieces(folder: &Folder, case: &str, count: usize, length: f64) -> (Value, String) {
+/// The last of so many pieces of a run of `case`, each of which continues the one before, and what it says. The first
+/// one has a start of its own.
+fn pieces(folder: &Folder, case: &str, start: &str, (count, length): (usize, f64)) -> (Value, String) {
     let mut told = String::new();
     for piece in 1..=count {
-        let from = if piece == 1 { String::new() } else { format!("--from piece{}", piece - 1) };
+        let from = if piece == 1 { start.to_owned() } else { format!("--from piece{}", piece - 1) };
         let end = length * piece as f64;
         told = folder.succeeds(&format!("run {case} {from} --set grid.gamma_f={end} --out piece{piece}"));
     }
@@ -76,7 +77,7 @@ fn apart(one: &Value, other: &Value, key: &str) -> f64 {
 fn the_error_of_a_regular_run_in_pieces_is_carried_and_grows_no_faster_than_it_does() {
     let folder = Folder::new();
     let kepler = "kepler --set solver.tolerance=1e-9";
-    let (last, told) = pieces(&folder, kepler, 10, 7.0);
+    let (last, told) = pieces(&folder, kepler, "", (10, 7.0));
     folder.succeeds("run kepler --quiet --set solver.accuracy=1e-13 --set grid.gamma_f=70.0 --out whole");
     let (whole, error) = (folder.summary("whole"), last["verdict_error"].as_f64().unwrap());
     assert_eq!(last["verdict"], "trusted", "{last}");
@@ -93,9 +94,8 @@ fn the_error_of_a_regular_run_in_pieces_is_carried_and_grows_no_faster_than_it_d
 #[test]
 fn a_chaotic_run_in_pieces_is_no_better_than_the_whole() {
     let folder = Folder::new();
-    let chaotic = "henon-heiles --set solver.tolerance=1e-8 --set initial.x=0 --set initial.y=-0.25 \
-                   --set initial.y_dot=0 --set initial.x_dot=0.5103";
-    let (last, _) = pieces(&folder, chaotic, 10, 60.0);
+    let start = "--set initial.x=0 --set initial.y=-0.25 --set initial.y_dot=0 --set initial.x_dot=0.5103";
+    let (last, _) = pieces(&folder, "henon-heiles --set solver.tolerance=1e-8", start, (10, 60.0));
     assert_eq!(last["verdict"], "doubtful", "{last}");
     let reason = last["verdict_reasons"][0]["reason"].as_str().unwrap();
     assert!(reason.contains("the run that it continues"), "{reason}");
