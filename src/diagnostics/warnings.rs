@@ -97,7 +97,8 @@ impl<S: Real> Diagnostics<S> {
     /// The warning that a number of the run is beyond the range of numbers: nothing that is compared with it says
     /// anything.
     fn lost(&self, line: &WorldLine<S>) -> Option<Reason> {
-        let growth = line.sensitivity.as_ref().map(|growth| growth.growth()).map(|growth| [growth.lyapunov, growth.megno]);
+        let growth =
+            line.sensitivity.as_ref().map(|growth| growth.growth()).map(|growth| [growth.lyapunov, growth.megno]);
         let of_x = self.of_x.as_ref().map(|of_x| {
             let ends = [of_x.h_bvp, of_x.h_bvp_bound, of_x.distance].map(S::to_f64);
             larger(max_abs(&ends), max_abs(&[of_x.x_dot, of_x.spacing, of_x.g00]))

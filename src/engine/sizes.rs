@@ -65,10 +65,12 @@ impl Size {
         if is_shortest && self.before == 0.0 { 0.0 } else { self.inverse }
     }
 
-    /// 1/size for errors that a run adds up. In the window in which an unknown begins to move its error may be as large
-    /// as its way, if that starts like a high power of γ: it counts in the next one, unless there is none.
+    /// 1/size for errors that a run adds up. In a window in which an unknown begins to move, or becomes more than twice
+    /// as large as it ever was, its size is not known yet: its error may be as large as its way, if that starts like a
+    /// high power of γ. It counts in the windows behind, and in the last one.
     pub(super) fn for_sums(self, is_last: bool) -> f64 {
-        if self.before == 0.0 && !is_last { 0.0 } else { self.inverse }
+        let grows = self.before == 0.0 || self.before > 2.0 * self.inverse;
+        if grows && !is_last { 0.0 } else { self.inverse }
     }
 }
 
@@ -87,6 +89,9 @@ pub(super) struct Scales {
     /// The least sizes of active coordinates and of their momenta or velocities, and of ignorable coordinates.
     pub(super) least: Vec<f64>,
     pub(super) least_ways: Vec<f64>,
+    /// What the motion is about to make of active coordinates, and of their momenta or velocities, within T: units for
+    /// small changes, 0 where that is nothing.
+    pub(super) units: Vec<f64>,
     /// Clocks among the active coordinates: their rate depends on nothing that varies, and their size is what elapses.
     pub(super) clocks: Vec<bool>,
     /// Unknowns that share their size: coordinates with one metric coefficient, and their momenta. Of two coordinates
@@ -110,10 +115,14 @@ impl Scales {
         point.jacobian(&start.q, &start.p, |row, column, value| jacobian[row * 2 * m + column] = value);
         let (rate, length) = (rate(&jacobian, 2 * m), length.abs());
         let equations = geometry.hamiltonian.linearised();
+        let time = if rate * length > 1.0 { 1.0 / rate } else { length };
+        let slopes: Vec<f64> =
+            (geometry.active().iter().map(|&a| point.q_dot(a))).chain((0..m).map(|place| point.p_dot(place))).collect();
         let moves = |place: usize| equations.entries.iter().any(|entry| entry.row == place);
         let has_momentum = |place: usize| geometry.is_separable() || moves(place);
         Ok(Self {
-            time: if rate * length > 1.0 { 1.0 / rate } else { length },
+            time,
+            units: units(geometry, start, &slopes, &jacobian, time),
             least: vec![0.0; 2 * m],
             least_ways: vec![0.0; ignorable],
             clocks: (0..m).map(|place| !has_momentum(place)).collect(),
@@ -143,6 +152,25 @@ impl Scales {
             }
         }
     }
+}
+
+/// A position q has the unit max(|q|, |q̇| T), the largest one of those with the same g^aa, and a momentum that of what
+/// changes its position by this within T.
+fn units(geometry: &Geometry, start: &Start, slopes: &[f64], jacobian: &[f64], time: f64) -> Vec<f64> {
+    let (active, m) = (geometry.active(), geometry.active().len());
+    let by = |k: usize, j: usize| jacobian[k * 2 * m + m + j];
+    let is_same = |k: usize, j: usize| by(k, k) == by(j, j);
+    let own = |k: usize| start.q[active[k]].abs().max(slopes[k].abs() * time);
+    let position = |k: usize| (0..m).filter(|&j| is_same(k, j)).map(own).fold(0.0, f64::max);
+    let positions: Vec<f64> = (0..m).map(position).collect();
+    let other = |k: usize| {
+        let now = if geometry.is_separable() { slopes[k].abs() } else { start.p[active[k]].abs() };
+        let largest = if by(k, k) == 0.0 { (0..m).map(|j| by(k, j).abs()).fold(0.0, f64::max) } else { by(k, k).abs() };
+        let size = positions[k] / time / if geometry.is_separable() { 1.0 } else { largest };
+        if size.is_finite() { size.max(now) } else { now }
+    };
+    let others: Vec<f64> = (0..m).map(other).collect();
+    [positions, others].concat()
 }
 
 /// Groups of unknowns whose coordinates have the same g^aa everywhere.
@@ -195,13 +223,17 @@ mod tests {
         size.take(0.25);
         assert_eq!((size.inverse, size.before, size.for_sums(false), size.for_sums(true)), (4.0, 0.0, 0.0, 4.0));
         // The window is solved again, shorter: its size is its own.
-        size.take(0.125);
-        assert!(size.has_shrunk() && size.inverse == 8.0 && size.counted(true) == 0.0);
+        size.take(0.0625);
+        assert!(size.has_shrunk() && size.inverse == 16.0 && size.counted(true) == 0.0);
         size.advance(-0.5);
         assert_eq!((size.before, size.inverse), (2.0, 2.0));
         size.take(0.1);
         size.advance(0.1);
-        assert_eq!(size.inverse, 2.0);
+        assert_eq!((size.inverse, size.for_sums(false)), (2.0, 2.0));
+        // In a tail that grows more than twofold in a window nothing is added up before the last one.
+        size.take(1.5);
+        assert_eq!((size.for_sums(false), size.for_sums(true)), (0.0, 1.0 / 1.5));
+        size.advance(0.1);
         let mut clock = Size::new(2_450_000.5, 2_450_000.5, 0.0);
         clock.take(0.5);
         clock.advance(2_450_001.5);

@@ -92,17 +92,17 @@ impl<'g, const N: usize> Tangents<'g, N> {
         Level::Best.dispatch(On((self, window, sensitivity)));
     }
 
-    /// 1/size of an unknown, which is 1 where it never moves. A momentum is as large as velocities make it.
-    fn inverse_size(&self, Solver { rows, metric, .. }: &Solver<'g, N>, k: usize) -> f64 {
-        let m = self.active;
+    /// 1/unit of an unknown, which is 1 where there is none at the start. A momentum is as large as velocities make it.
+    fn inverse_size(&self, Solver { scales, metric, .. }: &Solver<'g, N>, k: usize) -> f64 {
+        let (m, units) = (self.active, &scales.units);
         let found = match (k.checked_sub(m), self.linear.order) {
             (Some(place), Order::Second) => {
-                let terms = rows[m..].iter().zip(&metric[place * m..]);
-                inverse(terms.map(|(row, g)| g.abs() * inverse(row.size.inverse)).fold(0.0, f64::max))
+                let terms = units[m..].iter().zip(&metric[place * m..]);
+                terms.map(|(speed, g)| g.abs() * speed).fold(0.0, f64::max)
             }
-            _ => rows[k].size.inverse,
+            _ => units[k],
         };
-        if found > 0.0 { found } else { 1.0 }
+        if found > 0.0 { inverse(found) } else { 1.0 }
     }
 }
 
