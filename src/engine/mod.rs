@@ -193,6 +193,12 @@ pub trait Windows {
     /// domain, if that is the reason.
     fn place(&self) -> (f64, Vec<f64>);
 
+    /// The coordinates whose motion is nothing but rounding where windows have come to, by their index: what their rates
+    /// are rounded by moves them, or their momenta, by a tenth of their sizes at least.
+    fn moved_by_rounding(&mut self) -> Vec<usize> {
+        Vec::new()
+    }
+
     /// Number of windows so far between whose nodes something may hide, however short they are. Windows of one length
     /// are not looked at.
     fn unresolved(&self) -> usize {

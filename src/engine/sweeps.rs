@@ -243,6 +243,21 @@ impl<const N: usize> Solver<'_, N> {
     }
 }
 
+/// A coordinate whose rates are rounded by this part of what moves it in a window is moved by rounding.
+const BY_ROUNDING: f64 = 0.1;
+
+impl<const N: usize> Solver<'_, N> {
+    /// The coordinates that rounding moves in a window of length h like the last one.
+    pub(super) fn moved_by_rounding(&mut self, h: f64) -> Vec<usize> {
+        if !self.measure_noise(h) {
+            return Vec::new();
+        }
+        let (active, m) = (self.geometry.active(), self.rows.len() / 2);
+        let part = |row: usize| self.rows[row].size.noise * h * self.rows[row].size.inverse;
+        (0..m).filter(|&place| part(place).max(part(m + place)) > BY_ROUNDING).map(|place| active[place]).collect()
+    }
+}
+
 impl<const N: usize> Row<N> {
     /// x = start + (offset + M ẋ), where x is the register `unknown`. Returns by how much that changes x.
     #[inline(always)]

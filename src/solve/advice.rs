@@ -45,6 +45,11 @@ impl NoSolution {
             _ if !reasons.towards_zero.is_empty() => {
                 "end the run before, at an earlier gamma or by grid.until: no motion follows from the formulas there"
             }
+            AccuracyNotReached | Stalled if !reasons.of_rounding.is_empty() => {
+                "where such motions grow, as from an unstable rest, no digit follows from the start: begin beside it, \
+                 or end the run earlier; where they do not matter, solver.floor gives a size below which the accuracy \
+                 of a coordinate is absolute"
+            }
             OutsideDomain if is_of_x => {
                 "g00 = c^2 + 2V/m must stay positive: end the run before this gamma, choose initial data that stay \
                  away from the horizon, or raise c"

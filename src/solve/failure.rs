@@ -80,6 +80,8 @@ pub struct Reasons {
     pub narrow: Option<Narrow>,
     /// The names of coordinates that come to 0 where it failed, if the motion has no rates there.
     pub towards_zero: Vec<String>,
+    /// The names of coordinates that only rounding moves where it failed.
+    pub of_rounding: Vec<String>,
     /// The table that has no value where it failed.
     pub off_table: Option<OffTable>,
     /// The event at which it failed, if one acted there.
@@ -197,6 +199,11 @@ impl fmt::Display for NoSolution {
         match self.reasons.towards_zero.as_slice() {
             [] => Ok(()),
             names => write!(f, "; {} → 0, where the formulas have no value", names.join(", ")),
+        }?;
+        match self.reasons.of_rounding.as_slice() {
+            [] => Ok(()),
+            [name] => write!(f, "; rounding alone moves {name} there"),
+            names => write!(f, "; rounding alone moves {} there", names.join(", ")),
         }
     }
 }

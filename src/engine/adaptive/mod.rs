@@ -347,6 +347,10 @@ impl Windows for Adaptive<'_> {
         self.attempt.failed_at.clone().unwrap_or_else(|| (self.gamma_at_end(), self.lent.solver.end.positions()))
     }
 
+    fn moved_by_rounding(&mut self) -> Vec<usize> {
+        self.lent.solver.moved_by_rounding(self.attempt.accepted.length)
+    }
+
     fn unresolved(&self) -> usize {
         self.attempt.unresolved
     }

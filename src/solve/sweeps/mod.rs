@@ -286,7 +286,10 @@ impl<'s, S: Real> March<'s, S> {
     }
 
     /// Expresses a failure of the engine in terms of the setup.
-    fn failed(&self, failure: Failure) -> NoSolution {
+    fn failed(&mut self, failure: Failure) -> NoSolution {
+        let names = self.setup.place.geometry.names();
+        let of_rounding: Vec<String> =
+            self.engine.moved_by_rounding().into_iter().map(|a| names[a].clone()).collect();
         let Setup { rough, gamma_i, place, .. } = self.setup;
         let status = match failure {
             Failure::OutsideDomain(outside) => {
@@ -300,7 +303,7 @@ impl<'s, S: Real> March<'s, S> {
         };
         let (failure, towards_zero) = (self.stopped(status), self.singular());
         if status != Status::AccuracyNotReached {
-            return NoSolution { reasons: Box::new(Reasons { towards_zero, ..Reasons::default() }), ..failure };
+            return NoSolution { reasons: Box::new(Reasons { towards_zero, of_rounding, ..Reasons::default() }), ..failure };
         }
         let narrow =
             self.extremes.shortest.as_ref().zip(self.extremes.longest.as_ref()).and_then(|(shortest, longest)| {
@@ -312,7 +315,7 @@ impl<'s, S: Real> March<'s, S> {
             residual: self.engine.error_estimate().unwrap_or(f64::INFINITY),
             needed: self.engine.reachable().unwrap_or(0.0),
             asked: self.wanted.value(),
-            reasons: Box::new(Reasons { narrow, towards_zero, ..Reasons::default() }),
+            reasons: Box::new(Reasons { narrow, towards_zero, of_rounding, ..Reasons::default() }),
             ..failure
         }
     }

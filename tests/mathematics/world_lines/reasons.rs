@@ -116,3 +116,32 @@ fn one_root_has_either_sign() {
         assert!((run(&text, &[]).unwrap().end().q[1] - 1.0_f64.cos()).abs() < 1e-8);
     }
 }
+
+/// A robot arm of two links that stands upright at rest: the small angle has nothing but rounding to begin with, and
+/// grows by exp(7.8 t).
+fn upright(a: &str, settings: &[&str]) -> Result<WorldLine, NoSolution> {
+    let text = format!(
+        "initial = {{ t_dot = 1.0, a = {a}, b = 0.0, a_dot = 0.0, b_dot = 0.0, norm = \"null\", \
+         solve = {{ s_dot = \"+\" }} }}\ngrid.t_f = 3.0\nsolver.accuracy = 1e-6\n[metric]\n\
+         coordinates = [\"t\", \"a\", \"b\", \"s\"]\n\
+         components = {{ \"t t\" = \"-2*V\", \"t s\" = \"1\", \"a a\" = \"M11\", \"a b\" = \"M12\", \
+         \"b b\" = \"I + a2^2\" }}\n\
+         parameters = {{ I = 0.11, a1 = 0.25, a2 = 0.25, l = 0.5, g = 9.81 }}\n[metric.definitions]\n\
+         M11 = \"a1^2 + I + a2^2 + l^2 + 2*a2*l*cos(b) + I\"\nM12 = \"I + a2^2 + a2*l*cos(b)\"\n\
+         V = \"g*(a1*sin(a) + l*sin(a) + a2*sin(a + b))\"\n"
+    );
+    solve(&parsed(&text, settings))
+}
+
+/// What only rounding moves is named; beside that start the motion follows from it, and before it grows nothing is
+/// wrong with rest.
+#[test]
+fn an_unstable_rest_is_named_and_a_start_beside_it_helps() {
+    let failure = upright("\"pi/2\"", &[]).unwrap_err();
+    assert_eq!(failure.reasons.of_rounding.last().map(String::as_str), Some("b"), "{failure}");
+    let advice = failure.advice();
+    assert!(failure.to_string().contains("rounding alone moves") && advice.contains("solver.floor"), "{failure}");
+    let beside = upright("1.5707963", &[]).unwrap();
+    assert!((beside.end().q[1] - 1.516_936_100_854_8).abs() < 1e-5, "{:?}", beside.end());
+    assert!(upright("\"pi/2\"", &["grid.t_f=0.5", "solver.floor={a=1e-3,b=1e-3}"]).is_ok());
+}
