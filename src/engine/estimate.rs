@@ -6,10 +6,10 @@
 //! window adds such that squares add up, as their signs are random.
 
 use super::POINTS;
+use super::local::larger;
 use super::plane::Plane;
 use super::sizes::inverse;
 use super::steps::{Errors, Steps, Total};
-use super::sweeps::larger;
 use super::tuning::{LEFT_MARGIN, MARGIN, OF_SLOPES, ROUNDING};
 use super::window::Solver;
 

@@ -22,7 +22,9 @@
 //! sizes        the sizes of unknowns, from the motion itself, and its time scale
 //! solved       a solved window, as it is lent, and what a run hands on to one that continues it
 //! window       the unknowns of windows, what these start from, and where their solutions are kept
-//! sweeps       the solution of a window, and the errors that it makes
+//! sweeps       the solution of a window
+//! moves        by how much unknowns move in a window, and how far that is rounding
+//! local        the errors that a window makes, from its highest modes
 //! view         what is known of a window when it is finished
 //! dense        a window between its nodes
 //! certificate  the gradient of the action at a window
@@ -50,7 +52,9 @@ mod estimate;
 mod failure;
 mod kernel;
 mod ladder;
+mod local;
 mod march;
+mod moves;
 mod plane;
 mod rule;
 mod sensitivity;

@@ -10,8 +10,8 @@
 use pulp::{Simd, WithSimd};
 
 use super::POINTS;
+use super::local::larger;
 use super::rule::Order;
-use super::sweeps::larger;
 use super::transport::{AT_ONCE, Transport};
 use super::tuning::{BIAS, FIRST_STEPS, MARGIN, MOST_PARTS, MOST_WINDOWS, OF_SAMPLES, OF_SLOPES, OF_STEPS};
 use super::window::Solver;

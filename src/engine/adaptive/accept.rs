@@ -3,8 +3,8 @@
 use super::{Accepted, Adaptive};
 use crate::engine::between::{Seen, is_at_one_place};
 use crate::engine::ladder::Ladder;
+use crate::engine::local::LocalErrors;
 use crate::engine::sizes::Size;
-use crate::engine::sweeps::LocalErrors;
 use crate::engine::tuning::{INSIDE, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH};
 use crate::engine::{Failure, POINTS};
 

@@ -288,8 +288,7 @@ impl<'s, S: Real> March<'s, S> {
     /// Expresses a failure of the engine in terms of the setup.
     fn failed(&mut self, failure: Failure) -> NoSolution {
         let names = self.setup.place.geometry.names();
-        let of_rounding: Vec<String> =
-            self.engine.moved_by_rounding().into_iter().map(|a| names[a].clone()).collect();
+        let of_rounding: Vec<String> = self.engine.moved_by_rounding().into_iter().map(|a| names[a].clone()).collect();
         let Setup { rough, gamma_i, place, .. } = self.setup;
         let status = match failure {
             Failure::OutsideDomain(outside) => {
@@ -303,7 +302,10 @@ impl<'s, S: Real> March<'s, S> {
         };
         let (failure, towards_zero) = (self.stopped(status), self.singular());
         if status != Status::AccuracyNotReached {
-            return NoSolution { reasons: Box::new(Reasons { towards_zero, of_rounding, ..Reasons::default() }), ..failure };
+            return NoSolution {
+                reasons: Box::new(Reasons { towards_zero, of_rounding, ..Reasons::default() }),
+                ..failure
+            };
         }
         let narrow =
             self.extremes.shortest.as_ref().zip(self.extremes.longest.as_ref()).and_then(|(shortest, longest)| {

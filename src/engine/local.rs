@@ -1,0 +1,157 @@
+//! Local errors say by how much a solved window is off, from the highest Legendre modes of its slopes.
+//!
+//! A integrates P_0 … P_{n−2} exactly, and A P_{n−1} − ∫P_{n−1} = (P_{n−1} − P_{n−2})/2(n − 1). So of slopes h ẋ with
+//! the modes a_k
+//!
+//! * the largest error inside is that of the first node, |a_{n−1}|/(n − 1), which is also its distance from the start
+//!   of the window; where it happens to be small, the mode that a_{n−2} and the decay of modes foretell stands for it;
+//! * for equations of second order the same holds with the last mode of q̇, that is h² a_{n−2}/2(2n − 3);
+//! * at the end this error counts only as far as the linearised equations have a mode like it: once more the
+//!   truncation, relative.
+
+use pulp::{Simd, WithSimd};
+
+use super::kernel::On;
+use super::rule::Order;
+use super::system::System;
+use super::tuning::{END, INSIDE_MARGIN, NOISE};
+use super::window::{Row, Solver};
+use crate::number::vector::{Lanes, Level, Nodes};
+
+/// Modes that the nodes do not see are a geometric series, each of them once on the nodes and once between them: that
+/// with the ratio of the highest modes, or with this one if that is larger.
+const SLOWEST_DECAY: f64 = 0.9;
+const MOST_UNSEEN: f64 = 2.0 * SLOWEST_DECAY / (1.0 - SLOWEST_DECAY);
+/// Slopes on the nodes are rounded in their last digit, and polynomials through them are up to three times as far off.
+const ROUNDING_OF_SLOPES: f64 = 4.0 * f64::EPSILON;
+
+impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, f64)> {
+    type Output = LocalErrors;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, s: S) -> LocalErrors {
+        let On((solver, h)) = self;
+        solver.measure(s, h)
+    }
+}
+
+/// Bounds of the errors that a window makes, relative to sizes.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct LocalErrors {
+    /// At its nodes, of positions and ignorable coordinates: of order n.
+    pub(super) inside: f64,
+    /// At its end, of all unknowns and ignorable coordinates: of order 2n − 1.
+    pub(super) end: f64,
+    /// By how much the highest modes of slopes change an unknown.
+    pub(super) tail: f64,
+    /// The highest modes of slopes relative to these. If it is not small, the bounds say nothing.
+    pub(super) roughness: f64,
+}
+
+impl<const N: usize> Solver<'_, N> {
+    /// The errors of the solved window of this length, measured once more.
+    #[cold]
+    pub(super) fn measured(&mut self, h: f64) -> LocalErrors {
+        Level::Best.dispatch(On((self, h)))
+    }
+
+    /// Measures a window of length `h`, if it is to be measured, and leaves the error of each unknown at the end with
+    /// its row, and those of ignorable coordinates.
+    #[inline(always)]
+    pub(super) fn measure<S: Simd>(&mut self, s: S, h: f64) -> LocalErrors {
+        let Self { system, rows, ways, ignorable_errors, highest_modes, is_shortest, .. } = self;
+        let Some(highest) = highest_modes else { return LocalErrors::default() };
+        let System { registers, passes, ignorable, order, .. } = system;
+        let (n, is_second) = (self.rule.points() as f64, *order == Order::Second);
+        let m = rows.len() / 2;
+        let (mut inside, mut most, mut roughness) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for pass in &*passes {
+            for k in 0..pass.slopes.len() {
+                let Row { start, size, .. } = rows[pass.first + k];
+                let inverse = size.counted(*is_shortest);
+                let slope = Lanes::new(s, &registers[pass.slopes[k]]);
+                let [a, tail, next, unseen] = modes(s, highest, slope);
+                let [a, tail, next] = [a, tail, next].map(|mode| beyond(mode, size.noise));
+                let largest = slope.abs().largest();
+                rows[pass.first + k].foreseen = unseen + size.noise + ROUNDING_OF_SLOPES * largest;
+                let weight = order.power_of(h) * inverse;
+                if pass.first + k < m {
+                    let first_node = (registers[pass.unknowns[k]].0[0] - start.high).abs();
+                    let first_node = beyond(first_node, order.power_of(h) * size.noise) * inverse;
+                    let expected = if is_second { tail / (2.0 * (2.0 * n - 3.0)) } else { next };
+                    inside = larger(inside, larger(first_node, 0.5 * weight * expected / (n - 1.0)));
+                }
+                let driven = &mut rows[if is_second { m } else { pass.first } + k];
+                driven.end_error = larger(a, next);
+                let weight = larger(weight, if is_second { h * driven.size.counted(*is_shortest) } else { 0.0 });
+                most = larger(most, weight * driven.end_error);
+                if largest * weight > NOISE || largest.is_nan() {
+                    roughness = larger(roughness, tail / largest);
+                }
+            }
+        }
+        // It is not 0, so that what is seen elsewhere can raise the errors.
+        let factor = END[usize::from(is_second)] * larger(roughness, f64::EPSILON) * h;
+        for row in rows.iter_mut() {
+            row.end_error *= factor;
+        }
+        let mut end = factor / h * most;
+        for k in 0..ignorable.len() {
+            let (rate, inverse) = (Lanes::new(s, &registers[ignorable[k]]), ways[k].counted(*is_shortest));
+            let [a, tail, next, _] = modes(s, highest, rate).map(|mode| beyond(mode, ways[k].noise));
+            let largest = rate.abs().largest();
+            inside = larger(inside, h * larger(a, 0.5 * next) / (n - 1.0) * inverse);
+            // It is integrated once, whatever the order of the others is.
+            let roughness = if largest > 0.0 { tail / largest } else { 0.0 };
+            ignorable_errors[k] = END[0] * roughness * h * larger(a, next);
+            end = larger(end, ignorable_errors[k] * inverse);
+        }
+        LocalErrors { inside: INSIDE_MARGIN * inside, end, tail: most, roughness }
+    }
+
+    /// The local error at the end of the window with these errors, if modes that its nodes do not see are smaller by
+    /// `decay` than the highest ones that they see: they make errors at the end, too.
+    pub(super) fn with_unseen(&mut self, local: LocalErrors, decay: f64) -> f64 {
+        let unseen = local.tail * decay;
+        let factor = unseen / local.end;
+        if factor > 1.0 && factor.is_finite() {
+            let own = self.rows.iter_mut().map(|row| &mut row.end_error);
+            own.chain(&mut self.ignorable_errors).for_each(|error| *error *= factor);
+            return unseen;
+        }
+        local.end
+    }
+}
+
+/// The part of a number above the noise in it.
+#[inline(always)]
+fn beyond(value: f64, noise: f64) -> f64 {
+    // NaN stays.
+    if value <= noise { 0.0 } else { value - noise }
+}
+
+/// Measures the modes of a slope: the highest one, the larger one of the two highest, what the decay of modes foretells
+/// of the highest where it happens to be small, and what it foretells of those that the nodes do not see.
+#[inline(always)]
+fn modes<S: Simd, const N: usize>(s: S, highest: &[Nodes<N>; 4], slope: Lanes<S, N>) -> [f64; 4] {
+    let (a, b) = (mode_of(s, &highest[0], slope), mode_of(s, &highest[1], slope));
+    let (c, d) = (mode_of(s, &highest[2], slope), mode_of(s, &highest[3], slope));
+    let (tail, before) = (larger(a, b), larger(c, d));
+    // From one mode to the next.
+    let ratio = if tail < before { (tail / before).sqrt() } else { 1.0 };
+    let next = if tail < before { tail * ratio } else { tail };
+    let unseen = if ratio < SLOWEST_DECAY { 2.0 * tail * ratio / (1.0 - ratio) } else { MOST_UNSEEN * tail };
+    [a, tail, next, unseen]
+}
+
+/// The size of one mode.
+#[inline(always)]
+fn mode_of<S: Simd, const N: usize>(s: S, weights: &Nodes<N>, slope: Lanes<S, N>) -> f64 {
+    Lanes::new(s, weights).dot(slope).abs()
+}
+
+/// The larger number; NaN if one is NaN, unlike `f64::max`.
+#[inline(always)]
+pub(super) fn larger(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}
