@@ -65,8 +65,8 @@ impl<'g> ErrorEstimate<'g> {
     }
 
     /// Carries δ over a window that is finished, and adds the window's own error. `left` is what its sweeps left
-    /// undone, relative to sizes.
-    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, left: f64, is_last: bool) {
+    /// undone, relative to sizes; `done` is the part of the run that is behind.
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, left: f64, done: f64) {
         for (k, local) in self.local.iter_mut().enumerate() {
             let row = &window.rows[k];
             let left = LEFT_MARGIN * left * inverse(row.size.inverse);
@@ -78,8 +78,11 @@ impl<'g> ErrorEstimate<'g> {
                 let gains = plane.follow(window).map(|gain| OF_SLOPES * gain);
                 let of = |k: usize| self.local[k][1] + gains[k];
                 plane.add([self.local[0][0], self.local[1][0]], [of(0), of(1)]);
-                let error =
-                    |a: usize| plane.error(window.place(a)).map(|error| error * window.size(a).for_sums(is_last));
+                let inverse = |a: usize| {
+                    let size = window.size(a);
+                    if window.place(a).is_ok() { size.for_sums(done) } else { size.of_way(done) }
+                };
+                let error = |a: usize| plane.error(window.place(a)).map(|error| error * inverse(a));
                 let errors = (1..window.geometry.dimension()).map(error);
                 let now =
                     errors.fold(error(0), |[all, rounding], error| [larger(all, error[0]), larger(rounding, error[1])]);
@@ -87,12 +90,21 @@ impl<'g> ErrorEstimate<'g> {
                 self.total = Total { now, reached: reached + window.length, largest }.grown();
             }
             Method::Steps(steps) => {
-                steps.follow(window, &self.local, is_last);
-                if is_last {
+                steps.follow(window, &self.local, done);
+                if done == 1.0 {
                     steps.finish(window);
                 }
                 self.total = steps.total;
             }
+        }
+        if done == 1.0 {
+            let most = match &self.method {
+                Method::Plane(plane) => &plane.most_ignorable,
+                Method::Steps(steps) => &steps.most_ignorable,
+            };
+            // Ways may have come to less than was expected.
+            let of_ways = most.iter().zip(&window.ways).map(|(most, way)| most * way.inverse);
+            self.total.largest = of_ways.fold(self.total.largest, larger);
         }
     }
 }

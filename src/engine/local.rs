@@ -18,8 +18,9 @@ use super::tuning::{END, INSIDE_MARGIN, NOISE};
 use super::window::{Row, Solver};
 use crate::number::vector::{Lanes, Level, Nodes};
 
-/// Modes that the nodes do not see are a geometric series, each of them once on the nodes and once between them: that
-/// with the ratio of the highest modes, or with this one if that is larger.
+/// Modes that the nodes do not see are no larger than the highest four that they see, and fall by a tenth from one to
+/// the next at least: that is a geometric series, each of them once on the nodes and once between them. Where modes are
+/// rounding they do not fall, and four of them have the size of the others.
 const SLOWEST_DECAY: f64 = 0.9;
 const MOST_UNSEEN: f64 = 2.0 * SLOWEST_DECAY / (1.0 - SLOWEST_DECAY);
 /// Slopes on the nodes are rounded in their last digit, and polynomials through them are up to three times as far off.
@@ -137,10 +138,8 @@ fn modes<S: Simd, const N: usize>(s: S, highest: &[Nodes<N>; 4], slope: Lanes<S,
     let (a, b) = (mode_of(s, &highest[0], slope), mode_of(s, &highest[1], slope));
     let (c, d) = (mode_of(s, &highest[2], slope), mode_of(s, &highest[3], slope));
     let (tail, before) = (larger(a, b), larger(c, d));
-    // From one mode to the next.
-    let ratio = if tail < before { (tail / before).sqrt() } else { 1.0 };
-    let next = if tail < before { tail * ratio } else { tail };
-    let unseen = if ratio < SLOWEST_DECAY { 2.0 * tail * ratio / (1.0 - ratio) } else { MOST_UNSEEN * tail };
+    let next = if tail < before { tail * (tail / before).sqrt() } else { tail };
+    let unseen = MOST_UNSEEN * larger(tail, before);
     [a, tail, next, unseen]
 }
 

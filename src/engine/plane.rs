@@ -25,6 +25,7 @@ use pulp::{Simd, WithSimd};
 
 use super::POINTS;
 use super::kernel::On;
+use super::local::larger;
 use super::rule::Order;
 use super::system::{Linear, Term};
 use super::tuning::{BIAS, MARGIN};
@@ -41,6 +42,8 @@ pub(super) struct Plane<'g> {
     truncation: Errors,
     rounding: Errors,
     ignorable: Vec<Ignorable>,
+    /// The largest errors of ignorable coordinates so far, in their units.
+    pub(super) most_ignorable: Vec<f64>,
 }
 
 /// α and β of local errors.
@@ -71,15 +74,17 @@ impl<'g> Plane<'g> {
     /// No error at the start.
     pub(super) fn new(Solver { geometry, initial, ignorable, .. }: &Solver<'g, POINTS>) -> Self {
         let linear = Linear::new(geometry, &initial.p);
+        let most_ignorable = vec![0.0; ignorable.len()];
         let ignorable = vec![Ignorable::default(); ignorable.len()];
         let [truncation, rounding] = [Errors::default(); 2];
-        Self { linear, flow: [0.0; 2], metric: 1.0, truncation, rounding, ignorable }
+        Self { linear, flow: [0.0; 2], metric: 1.0, truncation, rounding, ignorable, most_ignorable }
     }
 
     /// Goes back to the start.
     pub(super) fn begin(&mut self) {
         (self.truncation, self.rounding) = Default::default();
         self.ignorable.fill(Ignorable::default());
+        self.most_ignorable.fill(0.0);
     }
 
     /// Carries δ over a finished window. Returns ∫ |J||x| for both unknowns: what relative errors of the values make of
@@ -129,6 +134,9 @@ impl<'g> Plane<'g> {
             let add = |sum: &mut f64, error: f64| *sum += error * part_of_random(*sum / error.max(f64::MIN_POSITIVE));
             add(&mut self.rounding.change, change(rounding));
             add(&mut self.rounding.shift, shift(rounding));
+        }
+        for j in 0..self.ignorable.len() {
+            self.most_ignorable[j] = larger(self.most_ignorable[j], self.error(Err(j))[0]);
         }
     }
 

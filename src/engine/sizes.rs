@@ -65,12 +65,17 @@ impl Size {
         if is_shortest && self.before == 0.0 { 0.0 } else { self.inverse }
     }
 
-    /// 1/size for errors that a run adds up. In a window in which an unknown begins to move, or becomes more than twice
-    /// as large as it ever was, its size is not known yet: its error may be as large as its way, if that starts like a
-    /// high power of γ. It counts in the windows behind, and in the last one.
-    pub(super) fn for_sums(self, is_last: bool) -> f64 {
+    /// 1/size for errors that a run adds up, once this part of it is done. In a window in which an unknown begins to
+    /// move, or becomes more than twice as large as it ever was, its size is not known yet: its error may be as large as
+    /// its way, if that starts like a high power of γ. It counts in the windows behind, and in the last one.
+    pub(super) fn for_sums(self, done: f64) -> f64 {
         let grows = self.before == 0.0 || self.before > 2.0 * self.inverse;
-        if grows && !is_last { 0.0 } else { self.inverse }
+        if grows && done < 1.0 { 0.0 } else { self.inverse }
+    }
+
+    /// The same for the way of an ignorable coordinate, which is expected to go on as it did. The last window knows.
+    pub(super) fn of_way(self, done: f64) -> f64 {
+        done * self.for_sums(done)
     }
 }
 
@@ -221,7 +226,7 @@ mod tests {
         size.take(0.0);
         assert_eq!(size.inverse, 0.0);
         size.take(0.25);
-        assert_eq!((size.inverse, size.before, size.for_sums(false), size.for_sums(true)), (4.0, 0.0, 0.0, 4.0));
+        assert_eq!((size.inverse, size.before, size.for_sums(0.5), size.for_sums(1.0)), (4.0, 0.0, 0.0, 4.0));
         // The window is solved again, shorter: its size is its own.
         size.take(0.0625);
         assert!(size.has_shrunk() && size.inverse == 16.0 && size.counted(true) == 0.0);
@@ -229,10 +234,10 @@ mod tests {
         assert_eq!((size.before, size.inverse), (2.0, 2.0));
         size.take(0.1);
         size.advance(0.1);
-        assert_eq!((size.inverse, size.for_sums(false)), (2.0, 2.0));
+        assert_eq!((size.inverse, size.for_sums(0.5), size.of_way(0.5)), (2.0, 2.0, 1.0));
         // In a tail that grows more than twofold in a window nothing is added up before the last one.
         size.take(1.5);
-        assert_eq!((size.for_sums(false), size.for_sums(true)), (0.0, 1.0 / 1.5));
+        assert_eq!((size.for_sums(0.5), size.for_sums(1.0)), (0.0, 1.0 / 1.5));
         size.advance(0.1);
         let mut clock = Size::new(2_450_000.5, 2_450_000.5, 0.0);
         clock.take(0.5);

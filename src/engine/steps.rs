@@ -68,6 +68,8 @@ pub(super) struct Steps<'g> {
     ignorable: Vec<Deltas>,
     local_ignorable: Vec<[f64; AT_ONCE]>,
     inverse_ignorable: Vec<f64>,
+    /// The largest errors of these so far, in their units.
+    pub(super) most_ignorable: Vec<f64>,
     /// δ·∇H of the first of them at the last step.
     along: f64,
     noise: Noise,
@@ -109,6 +111,7 @@ impl<'g> Steps<'g> {
             ignorable: vec![NO_ERROR; ignorable],
             local_ignorable: vec![[0.0; AT_ONCE]; ignorable],
             inverse_ignorable: vec![0.0; ignorable],
+            most_ignorable: vec![0.0; ignorable],
             along: 0.0,
             noise: Noise::default(),
             length: 0.0,
@@ -126,6 +129,7 @@ impl<'g> Steps<'g> {
         self.local_ignorable.fill([0.0; AT_ONCE]);
         self.delta.fill(NO_ERROR);
         self.ignorable.fill(NO_ERROR);
+        self.most_ignorable.fill(0.0);
         (self.along, self.noise) = (0.0, Noise::default());
         (self.length, self.windows, self.wanted) = (0.0, 0.0, FIRST_STEPS);
         (self.has_begun, self.total) = (false, Total::default());
@@ -137,13 +141,13 @@ impl<'g> Steps<'g> {
     }
 
     /// Takes in a finished window with its local errors.
-    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, local: &[Errors], is_last: bool) {
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, local: &[Errors], done: f64) {
         let h = window.length;
         for (inverse_size, row) in self.inverse_sizes.iter_mut().zip(&window.rows) {
-            *inverse_size = row.size.for_sums(is_last);
+            *inverse_size = row.size.for_sums(done);
         }
         for (inverse_size, way) in self.inverse_ignorable.iter_mut().zip(&window.ways) {
-            *inverse_size = way.for_sums(is_last);
+            *inverse_size = way.of_way(done);
         }
         self.transport.is_mended = window.is_mended;
         if !self.has_begun {
@@ -254,6 +258,7 @@ impl Steps<'_> {
         for (i, error) in ignorable.iter_mut().enumerate() {
             *error = combined(*error, transport.row(n + i), step, delta);
             error[..2].iter_mut().for_each(|error| *error += self.local_ignorable[i][step].copysign(*error));
+            self.most_ignorable[i] = larger(self.most_ignorable[i], size(error)[0]);
             now = largest(now, error, self.inverse_ignorable[i]);
         }
         // As δ·∇H is conserved, its sign is that of the step before.
@@ -318,7 +323,7 @@ mod tests {
             let mut steps = Steps::new(&pair.first);
             let beside = [1e-6, -2e-6, 1e-7, 3e-7];
             steps.delta = beside.map(|delta| [delta; 2 + SAMPLES]).to_vec();
-            pair.run(&beside, unit, 48, |pair, _| steps.follow(&pair.first, &[[0.0; 2]; 4], false));
+            pair.run(&beside, unit, 48, |pair, _| steps.follow(&pair.first, &[[0.0; 2]; 4], 0.5));
             steps.finish(&pair.first);
             let known = pair.deviation().chain(pair.ignorable.iter().copied());
             for ([found, ..], known) in steps.delta.iter().chain(&steps.ignorable).zip(known) {
@@ -336,7 +341,7 @@ mod tests {
             let mut steps = Steps::new(&pair.first);
             for _ in 0..count {
                 advance(&mut pair.first, 0.5);
-                steps.follow(&pair.first, &[[0.0, 1e-9]; 4], false);
+                steps.follow(&pair.first, &[[0.0, 1e-9]; 4], 0.5);
             }
             steps.finish(&pair.first);
             let error = [0, 1].map(|place| steps.error(Ok(place))).into_iter().fold(0.0, f64::max);

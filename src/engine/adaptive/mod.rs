@@ -213,8 +213,10 @@ impl<'g> Adaptive<'g> {
     fn follow(&mut self) -> Result<(), Failure> {
         let accepted = self.attempt.accepted;
         self.attempt.largest_inside = larger(self.attempt.largest_inside, accepted.swept.local.inside);
+        let part = (self.gamma_at_end() / self.length).clamp(0.0, 1.0 - f64::EPSILON);
+        let done = if accepted.is_last { 1.0 } else { part };
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
-        estimate.follow(&self.lent.solver, accepted.swept.left, accepted.is_last);
+        estimate.follow(&self.lent.solver, accepted.swept.left, done);
         if let Some(target) = self.target.filter(|_| accepted.is_last) {
             estimate.judge_at_equal(&self.lent.solver, target.coordinate);
         }
