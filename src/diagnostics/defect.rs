@@ -1,8 +1,8 @@
 //! The defect of a run between its nodes: by how much the polynomial that it is in a window misses the equations.
 //!
 //! In a spectral element the rates on the nodes, f(y_k), are the slopes of a polynomial, and its integral from the
-//! start of the window is the motion. Between the nodes the slope of the polynomial and the rates at its place differ: little
-//! where the window resolves the motion, and by all that a feature does which lies between two nodes.
+//! start of the window is the motion. Between the nodes the slope of the polynomial and the rates at its place differ:
+//! little where the window resolves the motion, and by all that a feature does which lies between two nodes.
 //!
 //! An interpolation of degree n − 1 on the Lobatto nodes is off by a smooth factor times (1 − z²) P′_{n−1}(z), which is
 //! extremal at the zeros of P_{n−1}, one in every gap. There it is (n − 1) P_{n−2}(z), whose size is about
@@ -251,8 +251,8 @@ impl<'v, S: Real> Slopes<'v, S> {
     }
 
     /// By how much each q̇^a is off where the state is ahead of the start by `here`, and the slopes are these; and by
-    /// how much it would be if the slopes were off by `modes`. Where ṗ is off, momenta are by that times the length of the
-    /// window, and q̇ with them.
+    /// how much it would be if the slopes were off by `modes`. Where ṗ is off, momenta are by that times the length of
+    /// the window, and q̇ with them.
     fn off(&mut self, here: &[S], slopes: &[S], modes: &[S], length: S, point: &mut Point<S>) -> [Vec<f64>; 2] {
         let [mut q, mut p] = self.start.clone();
         let n = q.len();

@@ -24,8 +24,6 @@ mod fields;
 pub mod gaps;
 mod of_x;
 mod sawtooth;
-#[cfg(test)]
-mod tests;
 pub mod verdict;
 mod warnings;
 mod witnesses;

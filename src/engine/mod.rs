@@ -197,8 +197,8 @@ pub trait Windows {
     /// domain, if that is the reason.
     fn place(&self) -> (f64, Vec<f64>);
 
-    /// The coordinates whose motion is nothing but rounding where windows have come to, by their index: what their rates
-    /// are rounded by moves them, or their momenta, by a tenth of their sizes at least.
+    /// The coordinates whose motion is nothing but rounding where windows have come to, by their index: a tenth of
+    /// their rates at least, or of those of their momenta.
     fn moved_by_rounding(&mut self) -> Vec<usize> {
         Vec::new()
     }

@@ -84,7 +84,7 @@ impl<const N: usize> Solver<'_, N> {
     }
 }
 
-/// A coordinate whose rates are rounded by this part of what moves it in a window is moved by rounding.
+/// A coordinate one of whose rates is rounded by this part of itself is moved by rounding.
 const BY_ROUNDING: f64 = 0.1;
 
 impl<const N: usize> Solver<'_, N> {
@@ -94,7 +94,12 @@ impl<const N: usize> Solver<'_, N> {
             return Vec::new();
         }
         let (active, m) = (self.geometry.active(), self.rows.len() / 2);
-        let part = |row: usize| self.rows[row].size.noise * h * self.rows[row].size.inverse;
-        (0..m).filter(|&place| part(place).max(part(m + place)) > BY_ROUNDING).map(|place| active[place]).collect()
+        let is_rounding = |row: usize| {
+            let rate = self.slope_nodes(row).0.iter().fold(0.0, |most: f64, rate| most.max(rate.abs()));
+            self.rows[row].size.noise > BY_ROUNDING * rate
+        };
+        let iterated = self.system.iterated();
+        let moved = |&place: &usize| is_rounding(place) || (m + place < iterated && is_rounding(m + place));
+        (0..m).filter(moved).map(|place| active[place]).collect()
     }
 }

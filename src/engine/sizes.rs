@@ -66,8 +66,8 @@ impl Size {
     }
 
     /// 1/size for errors that a run adds up, once this part of it is done. In a window in which an unknown begins to
-    /// move, or becomes more than twice as large as it ever was, its size is not known yet: its error may be as large as
-    /// its way, if that starts like a high power of γ. It counts in the windows behind, and in the last one.
+    /// move, or becomes more than twice as large as it ever was, its size is not known yet: its error may be as large
+    /// as its way, if that starts like a high power of γ. It counts in the windows behind, and in the last one.
     pub(super) fn for_sums(self, done: f64) -> f64 {
         let grows = self.before == 0.0 || self.before > 2.0 * self.inverse;
         if grows && done < 1.0 { 0.0 } else { self.inverse }

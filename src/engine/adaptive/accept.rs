@@ -102,8 +102,9 @@ impl Adaptive<'_> {
         if is_at_one_place { f64::INFINITY } else { of_kink }
     }
 
-    /// Returns true if something begins to move by a kink in the window, whose place is not known to rounding: its error
-    /// is as large as its way in every window with the kink in it, and what it comes to depends on the place alone.
+    /// Returns true if something begins to move by a kink in the window, whose place is not known to rounding: its
+    /// error is as large as its way in every window with the kink in it, and what it comes to depends on the place
+    /// alone.
     fn begins_at_a_kink(&self, seen: Option<Seen>, length: f64) -> bool {
         let solver = &self.lent.solver;
         let begins = |size: Size| size.before == 0.0 && size.inverse > 0.0;

@@ -162,8 +162,8 @@ impl<'l, S: Real> Points<'l, S> {
     }
 }
 
-/// The sizes of coordinates in a run with events that act. An ignorable coordinate counts from the start elsewhere, by its
-/// way. Events may send it back, and its size is that of its range, however long its way is.
+/// The sizes of coordinates in a run with events that act. An ignorable coordinate counts from the start elsewhere, by
+/// its way. Events may send it back, and its size is that of its range, however long its way is.
 pub(crate) fn sizes_of(pieces: &[Piece]) -> Vec<f64> {
     let lines = || pieces.iter().map(|piece| &piece.line);
     let Some(last) = lines().last() else { return Vec::new() };

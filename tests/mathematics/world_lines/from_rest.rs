@@ -65,7 +65,8 @@ fn a_pulse_far_ahead_is_met() {
 /// Of two coordinates one moves from the start, and the other one by a force of it.
 #[test]
 fn a_second_coordinate_is_moved_by_the_first() {
-    let text = "potential = { coordinates = [\"x\", \"y\"], formula = \"y^2/2\", force = { y = \"2*(1 - cos(3*x))\" } }\n\
+    let text = "potential = { coordinates = [\"x\", \"y\"], formula = \"y^2/2\", \
+                force = { y = \"2*(1 - cos(3*x))\" } }\n\
                 particle = { law = \"newtonian\", masses = { x = 1.0, y = 2.0 } }\n\
                 initial = { x = 0.0, y = 0.0, x_dot = 1.0, y_dot = 0.0 }\ngrid.t_f = 20.0";
     // ÿ = −w² y + 1 − cos 3t.

@@ -37,3 +37,4 @@ mod units;
 mod verdicts;
 mod window_by_window;
 mod windows;
+mod witnesses;

@@ -71,7 +71,9 @@ fn what_the_nodes_follow_is_trusted() {
         assert_eq!((&summary["verdict"], &summary["gaps_unproved"]), (&"trusted".into(), &0.into()), "{arguments}");
         assert!(summary["gaps"].as_u64().unwrap() > 30 && summary.get("gap_unproved").is_none(), "{summary}");
         let error = summary["verdict_error"].as_f64().unwrap();
-        assert_eq!(summary["gaps_accuracy"].as_f64().unwrap(), error.clamp(1e-12, 1e-3), "{arguments}");
+        // A verdict counts what formulas lose besides.
+        let accuracy = summary["gaps_accuracy"].as_f64().unwrap();
+        assert!((accuracy / error.clamp(1e-12, 1e-3) - 1.0).abs() < 1e-6, "{arguments}: {accuracy:e} {error:e}");
         assert!(told.contains("nothing hides in the "), "{told}");
     }
 }
