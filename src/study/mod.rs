@@ -9,6 +9,8 @@ mod method;
 pub mod run;
 pub mod stability;
 mod subject;
+#[cfg(test)]
+mod witnesses;
 pub mod work_precision;
 
 pub use method::Method;

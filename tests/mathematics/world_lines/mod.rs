@@ -37,4 +37,3 @@ mod units;
 mod verdicts;
 mod window_by_window;
 mod windows;
-mod witnesses;

@@ -3,10 +3,10 @@
 
 use std::sync::Arc;
 
-use geodesic_ivp::Case;
-use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::solve::{WorldLine, solve};
-use geodesic_ivp::study::errors::run_error;
+use super::errors::run_error;
+use crate::case::Case;
+use crate::diagnostics::Diagnostics;
+use crate::solve::{WorldLine, solve};
 
 /// Two masses on a spring, for which the sum of momenta, the energy and a formula are kept.
 const SPRING: &str = r#"
