@@ -65,8 +65,8 @@ impl Truth {
     pub(crate) fn of(scene: &Scene) -> Option<Self> {
         let (first, second) = (March::new(scene, By::RungeKutta)?, March::new(scene, By::Series)?);
         let (geometry, start) = (first.geometry()?, first.here.clone());
-        let (one, ranges) = first.to_end()?;
-        let (other, _) = second.to_end()?;
+        let (one, ranges) = first.into_end()?;
+        let (other, _) = second.into_end()?;
         let doubt = one.iter().zip(&other).map(|(one, other)| (one - other).abs()).collect();
         let is_time = |a: usize| geometry.names()[a] == "t";
         let own = |(a, [low, high]): (usize, &[f64; 2])| {
@@ -214,7 +214,7 @@ impl<'s> March<'s> {
     }
 
     /// The end, and the least and the largest values of the coordinates.
-    fn to_end(mut self) -> Option<(Vec<f64>, Vec<[f64; 2]>)> {
+    fn into_end(mut self) -> Option<(Vec<f64>, Vec<[f64; 2]>)> {
         let (length, mut gamma) = (self.scene.length, 0.0);
         let mut ranges: Vec<[f64; 2]> = self.here.q.iter().map(|&q| [q, q]).collect();
         for _ in 0..MOST_PIECES {

@@ -148,7 +148,7 @@ fn a_hill_between_the_nodes_makes_a_defect() {
             "grid = {{ gamma_f = 2.0, n_gamma = {nodes} }}\nscheme = {{ sbp = \"GLL{nodes}\", form = \"weak\" }}"
         );
         let case = case(&text, &scheme);
-        let line: WorldLine = solve(&case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
+        let line: WorldLine = solve(case.setup()).unwrap_or_else(|failure| panic!("{failure}"));
         let defect = Diagnostics::new(&line).defect.map(|defect| defect.most).expect("it is an element");
         (reasons(&case, &line, &[1e-9, 1e-9]), defect)
     };

@@ -134,8 +134,8 @@ impl Adaptive<'_> {
     /// Returns true if the window that was solved misses the equations between its nodes, and can be shorter.
     fn misses(&mut self, rung: i32, length: f64, allowed: f64) -> bool {
         let error = self.defect.look(&self.lent.solver, length);
-        let misses = !(error <= allowed);
-        if misses && length > self.least() {
+        let is_small = error <= allowed;
+        if !is_small && length > self.least() {
             self.attempt.control.hides(rung);
             return true;
         }

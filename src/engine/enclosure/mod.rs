@@ -252,8 +252,8 @@ impl Enclosure {
         let hides = |(place, look): (usize, &Watched)| {
             let interval = self.enclosed.interval(look.register, k);
             let ends = [pair, pair + 1].map(|node| middle(self.seen[place][node]));
-            !look.is_gentle_between(interval, ends)
-                && !(matches!(look.kind, Kind::Side(_)) && self.shows_side(place, pair))
+            let is_seen = matches!(look.kind, Kind::Side(_)) && self.shows_side(place, pair);
+            !(is_seen || look.is_gentle_between(interval, ends))
         };
         self.watched.iter().enumerate().map(hides).collect()
     }

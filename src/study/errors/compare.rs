@@ -166,7 +166,7 @@ impl<'l, S: Real> Points<'l, S> {
 /// its way. Events may send it back, and its size is that of its range, however long its way is.
 pub(crate) fn sizes_of(pieces: &[Piece]) -> Vec<f64> {
     let lines = || pieces.iter().map(|piece| &piece.line);
-    let Some(last) = lines().last() else { return Vec::new() };
+    let Some(last) = lines().next_back() else { return Vec::new() };
     let size = |(a, &size): (usize, &f64)| {
         let is_active = last.geometry().active().contains(&a);
         if is_active { size } else { Extent::of(lines().flat_map(|line| line.q(a))).range() }
