@@ -19,7 +19,7 @@ struct Trial {
 impl Adaptive<'_> {
     /// Solves windows until one is accurate enough.
     pub(super) fn accept(&mut self) -> Result<Accepted, Failure> {
-        let (mut landing, mut landings) = (None, 0);
+        let (mut landing, mut landings, mut refusals) = (None, 0, 0);
         loop {
             let trial = self.trial(landing.take())?;
             let length = trial.length.unwrap_or_else(|| self.ladder.length(trial.rung));
@@ -30,7 +30,7 @@ impl Adaptive<'_> {
                 Some(tables) => (tables, None),
                 None => self.ladder.rung(&self.lent.solver.rule, trial.rung, self.attempt.previous),
             };
-            let Ok(swept) = self.lent.solver.solve(tables, continuation, LEFT * share) else {
+            let Ok(mut swept) = self.lent.solver.solve(tables, continuation, LEFT * share) else {
                 // Behind the value that ends the run there may be nothing: a table may end there.
                 let has_values = !self.lent.solver.system.is_broken();
                 let can_land = |rest: &f64| !has_values && *rest < length && landings < MOST_LANDINGS;
@@ -42,18 +42,17 @@ impl Adaptive<'_> {
                 continue;
             };
             self.sweeps += swept.sweeps;
-            let mut swept = swept;
             let seen = self.between.as_mut().map(|between| between.look(&self.lent.solver));
             if let Some(part) = seen.and_then(|seen| seen.knot).filter(|_| landings < MOST_LANDINGS) {
                 (landing, landings) = (Some(part * length), landings + 1);
                 continue;
             }
             let allowed = self.allowed(share, seen, length);
-            if self.begins_at_a_kink(seen, length) {
-                self.attempt.control.refuse();
-                continue;
+            if refusals > 1 || swept.local.roughness >= RESOLVED {
+                self.leave_out_noise(&mut swept.local, length);
             }
-            if !self.is_accurate(&mut swept.local, allowed, seen, length) {
+            if !self.is_accurate(swept.local, allowed, seen, length) {
+                refusals += 1;
                 continue;
             }
             if self.misses(trial.rung, length, allowed) {
@@ -113,13 +112,22 @@ impl Adaptive<'_> {
             && !is_at_one_place(solver, length)
     }
 
-    /// Returns true if the errors of the window that was solved are small enough, and adapts the step.
-    fn is_accurate(&mut self, local: &mut LocalErrors, allowed: f64, seen: Option<Seen>, length: f64) -> bool {
+    /// Measures the errors once more without what rounding makes of rates, where that matters: no window is short
+    /// enough for it.
+    fn leave_out_noise(&mut self, local: &mut LocalErrors, length: f64) {
         let solver = &mut self.lent.solver;
-        if local.roughness >= RESOLVED && !solver.is_noisy && solver.measure_noise(length) {
+        if !solver.is_noisy && solver.measure_noise(length) {
             *local = solver.measured(length);
         }
-        let mut local = *local;
+    }
+
+    /// Returns true if the errors of the window that was solved are small enough, and adapts the step.
+    fn is_accurate(&mut self, mut local: LocalErrors, allowed: f64, seen: Option<Seen>, length: f64) -> bool {
+        if self.begins_at_a_kink(seen, length) {
+            self.attempt.control.refuse();
+            return false;
+        }
+        let solver = &mut self.lent.solver;
         if let Some(Seen { decay, .. }) = seen {
             local.end = solver.with_unseen(local, decay.powi(POINTS as i32 - 1));
         }
