@@ -23,7 +23,7 @@ const GROSS: f64 = 10.0;
 /// A draw prints this when what follows is up to the references.
 pub(crate) const JUDGED: &str = "judged";
 
-/// What became of a draw.
+/// An outcome says what a verdict was worth, or that there was none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Outcome {
     /// Trusted, and right.
@@ -205,7 +205,7 @@ fn offs(
     (0..names.len()).filter(is_result).map(of).collect()
 }
 
-/// What the verdict is worth, and whether an error is too large by the own size of a coordinate.
+/// Returns the outcome of a draw, and true if an error is too large by the own size of a coordinate.
 fn outcome(scene: &Scene, verdict: &Verdict, offs: &[Off]) -> (Outcome, bool) {
     let is_trusted = verdict.grade == Grade::Trusted;
     let is_wrong = offs.iter().any(Off::is_wrong);

@@ -48,7 +48,7 @@ const LOOK: Duration = Duration::from_millis(2);
 /// The families, with their templates.
 type Families = BTreeMap<&'static str, Vec<&'static str>>;
 
-/// What a draw in a process of its own has printed.
+/// A draw as the process that made it has printed it.
 struct Drawn {
     family: &'static str,
     number: u64,

@@ -30,7 +30,7 @@ const MOST_PIECES: usize = 100_000;
 /// The most refinements of the place of a kink.
 const MOST_STEPS: usize = 60;
 
-/// What is known of the end.
+/// The end of a draw as two references know it.
 pub(crate) struct Truth {
     pub(crate) end: Vec<f64>,
     /// By how much the second reference differs there.
@@ -135,7 +135,7 @@ impl<'s> March<'s> {
         next.q.iter().all(|q| q.is_finite()).then_some(next)
     }
 
-    /// How far the coordinate of a feature may go.
+    /// Returns the distance that the coordinate of a feature may go before it is near it.
     fn room(&self, feature: usize) -> f64 {
         let of = &self.scene.features[feature];
         let distance = (self.here.q[self.features[feature]] - of.place).abs() - NEAR * of.width;
