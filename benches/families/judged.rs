@@ -13,6 +13,9 @@ use super::truth::Truth;
 
 /// A result without a promise may be off by so many times the error that it claims.
 const MOST: f64 = 10.0;
+/// A doubt about a result that is off by more than this share of its range is right, whatever it claims: it is what
+/// docs/trust.md says of results without a promise.
+const LARGE: f64 = 1e-2;
 /// Nothing decides below this error, relative to the size of a coordinate: both references and the run are rounded.
 const ROUNDING: f64 = 1e-12;
 /// The two references may differ by this share of what decides.
@@ -150,7 +153,12 @@ impl Judged {
         let setup = case.setup::<f64>();
         let run = match run(&case, &setup, Wanted { sums: true, ..Wanted::default() }).0 {
             Ok(run) => run,
-            Err(NoRun::Unsolved(failure, _)) => return refused(failure.status.to_string()),
+            Err(NoRun::Unsolved(failure, _)) => {
+                println!("{JUDGED}");
+                // Where the references have no end either, there is none.
+                let outcome = if Truth::of(&scene).is_none() { Outcome::Undecided } else { Outcome::Refused };
+                return Self { outcome, ..refused(failure.status.to_string()) };
+            }
             Err(NoRun::Unsampled(_)) => unreachable!("no samples are asked for"),
         };
         let judged = run.judged(&setup, false, false);
@@ -190,7 +198,7 @@ fn offs(
         let claimed = claims.as_ref().map_or(0.0, |claims| claims[a]);
         let [most, most_by_own, good] = match scheme.accuracy {
             Some(accuracy) => [accuracy * shared, accuracy * own, accuracy * shared],
-            None => [MOST * claimed, MOST * claimed, claimed],
+            None => [MOST * claimed, MOST * claimed, claimed.min(LARGE * shared)],
         };
         let at_least = |most: f64| most.max(ROUNDING * shared) + rounding;
         Off {

@@ -8,7 +8,7 @@ use super::source::EXCLUSIVE;
 use super::start::{self, NoStart};
 use super::{Case, bodies, metric, potential};
 use crate::geometry::{Geometry, Jump, Law, Observable, OutsideGeometry, Place, Start, Tau, jumps, value_of};
-use crate::number::Real;
+use crate::number::{Extended, Real};
 use crate::solve::Quantity;
 
 /// Refuses keys that exclude each other.
@@ -205,6 +205,28 @@ fn check_motion<S: Real>(
         return Err(initial.section.error(message).with_help(help));
     }
     scenery.tau(k, geometry.has_force())
+}
+
+/// Refuses formulas that in as many digits as are asked for depend on other coordinates than in 16, or have no value
+/// where they have one in 16: guesses are made in 16 digits.
+pub(super) fn digits(case: &Case, whole: &Field<'_>) -> Result<(), CaseError> {
+    let digits = case.settings.digits;
+    if digits <= 16 {
+        return Ok(());
+    }
+    let exact = scenery::compiled::<Extended>(&case.geometry_text, case.is_of_x).ok();
+    let tau = case.geometry_text.tau.map(|_| Extended::ZERO);
+    let q: Vec<Extended> = case.initial.q.iter().map(|q| case.value(q)).chain(tau).collect();
+    let exact = exact.and_then(|geometry| geometry.with_domain_of(&q).ok());
+    let rough: Geometry = case.geometry();
+    let message = match exact {
+        None => format!("in {digits} digits the formulas have no value at the start, where they have one in 16"),
+        Some(exact) if exact.active() != rough.active() => {
+            format!("in {digits} digits the formulas depend on other coordinates than in 16")
+        }
+        Some(_) => return Ok(()),
+    };
+    Err(whole.error(message).with_help("a number in them is 0 in 16 digits: write what it comes to"))
 }
 
 /// Refuses a metric or a potential that jumps, unless an event acts there.

@@ -83,6 +83,7 @@ impl Case {
         };
         check::acting(&case, &events)?;
         check::jumping(&case, &scenery.whole, &start.q)?;
+        check::digits(&case, &scenery.whole)?;
         Ok(case)
     }
 }

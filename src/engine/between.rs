@@ -37,6 +37,8 @@ pub(super) struct Between {
     is_all: bool,
     /// True if none of that changes much on all of the window that was looked at.
     is_gentle: bool,
+    /// True if a kink is between its first node and its last one.
+    has_kink: bool,
 }
 
 /// The smoothness of a window.
@@ -50,6 +52,25 @@ pub(super) struct Seen {
     pub(super) knot: Option<f64>,
 }
 
+/// The kink or jump that a window is at.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) enum Kink {
+    #[default]
+    Far,
+    /// Windows are cut to meet it, and this one ends before it.
+    Ahead,
+    Inside,
+    /// It is met to rounding of the place where it is: no shorter window knows more, and what it is off by is part of
+    /// the estimate.
+    Met,
+}
+
+impl Kink {
+    pub(super) fn is_inside(self) -> bool {
+        matches!(self, Self::Inside | Self::Met)
+    }
+}
+
 impl Between {
     /// For windows of a run; `None` where nothing can hide.
     pub(super) fn new(Solver { geometry, system, .. }: &Solver<'_, POINTS>) -> Option<Self> {
@@ -61,14 +82,14 @@ impl Between {
         let steps = system.passes.iter().map(|pass| &pass.steps).chain([&system.others]).flatten();
         let (watched, is_all) = watched_registers(steps, &depends);
         let can_hide = !is_all || !watched.is_empty();
-        can_hide.then_some(Self { enclosure: None, watched, is_all, is_gentle: false })
+        can_hide.then_some(Self { enclosure: None, watched, is_all, is_gentle: false, has_kink: false })
     }
 
     /// Looks at the solved window.
     pub(super) fn look(&mut self, solver: &Solver<'_, POINTS>) -> Seen {
         let registers = &solver.system.registers;
         let look = Level::Best.dispatch(On((&registers[..], &self.watched[..])));
-        self.is_gentle = look.is_gentle;
+        (self.is_gentle, self.has_kink) = (look.is_gentle, look.has_kink);
         let knot = if look.passes_knot { self.first_knot(solver) } else { None };
         Seen { decay: if look.has_kink || knot.is_some() { 1.0 } else { look.decay }, knot }
     }
@@ -111,7 +132,11 @@ impl Between {
         for row in 0..solver.system.iterated() {
             let variable = active[row % active.len()] + if row < active.len() { 0 } else { 2 * n };
             let slopes = &solver.slope_nodes(row).0;
-            enclosure.path.push(variable, &solver.unknown_nodes(row).0, |k| {
+            let mut values = solver.unknown_nodes(row).0;
+            if !self.has_kink {
+                leave_start(&mut values);
+            }
+            enclosure.path.push(variable, &values, |k| {
                 let distance = h * (nodes[k + 1] - nodes[k]);
                 match solver.system.order {
                     Order::First => distance * (slopes[k + 1] - slopes[k]),
@@ -161,10 +186,9 @@ impl WithSimd for On<(&[Nodes<POINTS>], &[Watched])> {
             if kind == Kind::Ratio && least * most > 0.0 {
                 ratio = ratio.max(most / least).max(least / most);
             }
-            match kind {
-                Kind::Side(_) => has_kink |= least < 0.0 && most > 0.0,
-                Kind::Table(table) => passes_knot |= table.passed([least, most]) != Some(0),
-                _ => {}
+            has_kink |= look.has_kink_between([least, most]);
+            if let Kind::Table(table) = kind {
+                passes_knot |= table.passed([least, most]) != Some(0);
             }
         }
         // What is linear and changes by this ratio has a zero so far away that Bernstein's ellipse through it has the
@@ -196,12 +220,28 @@ fn changes_little(look: &Watched, nodes: &[f64], values: &[f64]) -> bool {
 /// argument.
 const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
 
-/// Returns true if rounding hides where in a window of this length a function jumps, with the speed that coordinates
-/// have elsewhere: they may turn here. What begins to move in the window says nothing of its place.
-pub(super) fn is_at_one_place(solver: &Solver<'_, POINTS>, length: f64) -> bool {
-    let part = length / solver.scales.time;
-    let mut rows = solver.rows[..solver.system.positions.len()].iter().filter(|row| row.size.before > 0.0);
-    rows.all(|row| part <= ONE_PLACE * row.start.high.abs() * row.size.inverse)
+/// Moves the first node by the rounding of its place: what a window before has met there is behind.
+fn leave_start(values: &mut [f64; POINTS]) {
+    let (way, place) = (values[1] - values[0], ONE_PLACE * values[0].abs());
+    if way.abs() > place {
+        values[0] += place.copysign(way);
+    }
+}
+
+/// Returns true if rounding hides where in a window of this length a function jumps: places of clocks in it are one,
+/// and those of other coordinates would be with the speed that they have elsewhere, as they may turn here. What begins
+/// to move in the window, or has only just begun, says nothing of its place. Where γ itself has no digits, places have
+/// none.
+pub(super) fn is_at_one_place(solver: &Solver<'_, POINTS>, gamma: f64, length: f64) -> bool {
+    let Solver { scales, rows, system, .. } = solver;
+    if length <= ONE_PLACE * gamma {
+        return true;
+    }
+    let mut known = rows[..system.positions.len()].iter().zip(&scales.clocks).filter(|(row, _)| !row.size.grows());
+    known.all(|(row, &is_clock)| {
+        let part = if is_clock { row.increment.abs() * row.size.inverse } else { length / scales.time };
+        part <= ONE_PLACE * row.start.high.abs() * row.size.inverse
+    })
 }
 
 /// A knot in this first or last part of a window is at its end. What the force is off by there grows with the square

@@ -6,6 +6,7 @@
 //! window adds such that squares add up, as their signs are random.
 
 use super::POINTS;
+use super::between::Kink;
 use super::local::larger;
 use super::plane::Plane;
 use super::sizes::inverse;
@@ -65,8 +66,8 @@ impl<'g> ErrorEstimate<'g> {
     }
 
     /// Carries δ over a window that is finished, and adds the window's own error. `left` is what its sweeps left
-    /// undone, relative to sizes; `done` is the part of the run that is behind.
-    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, left: f64, done: f64) {
+    /// undone, relative to sizes; `done` is the part of the run that is behind, and the window is at this kink.
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, left: f64, done: f64, kink: Kink) {
         for (k, local) in self.local.iter_mut().enumerate() {
             let row = &window.rows[k];
             let left = LEFT_MARGIN * left * inverse(row.size.inverse);
@@ -90,7 +91,7 @@ impl<'g> ErrorEstimate<'g> {
                 self.total = Total { now, reached: reached + window.length, largest }.grown();
             }
             Method::Steps(steps) => {
-                steps.follow(window, &self.local, done);
+                steps.follow(window, &self.local, done, kink);
                 if done == 1.0 {
                     steps.finish(window);
                 }

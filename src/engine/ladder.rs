@@ -4,6 +4,7 @@
 
 use std::sync::OnceLock;
 
+use super::between::Kink;
 use super::rule::{Order, Rule, Tables};
 use super::tuning::{AIM, HIDDEN, LARGEST_CUT, LARGEST_GROWTH, MOST_IDLE, PATIENCE, UNSOLVED};
 use super::{MOST_POINTS, POINTS};
@@ -105,6 +106,10 @@ pub(super) struct Control {
     patience: u32,
     /// Number of windows in turn that are too short to be cut.
     idle: usize,
+    /// The rung before windows were cut to meet a kink, until they have.
+    before_kink: Option<i32>,
+    /// True once a window has passed it.
+    is_at_kink: bool,
 }
 
 impl Control {
@@ -135,6 +140,26 @@ impl Control {
         self.shorten(-UNSOLVED);
     }
 
+    /// A window of this rung was tried, and there may be a kink in it, which shorter ones are going to meet.
+    pub(super) fn meets_kink(&mut self, has_kink: bool, rung: i32) {
+        if has_kink && self.before_kink.is_none() {
+            self.before_kink = Some(rung);
+        }
+    }
+
+    /// A window was accepted, and may pass a kink, or meet the one place where rounding hides it. Behind the last one that does, the motion is as smooth as it was
+    /// before, so that the next window is as long as those were: in shorter ones that grow slowly, what begins to move
+    /// at the kink would be nothing but rounding. Returns `kink`, or that one is near.
+    pub(super) fn passes_kink(&mut self, kink: Kink, is_one_place: bool) -> Kink {
+        self.is_at_kink |= kink.is_inside() || is_one_place;
+        let Some(rung) = self.before_kink else { return kink };
+        if self.is_at_kink && !kink.is_inside() {
+            (self.before_kink, self.is_at_kink, self.patience) = (None, false, 0);
+            self.rung = self.rung.max(rung);
+        }
+        if kink == Kink::Far { Kink::Ahead } else { kink }
+    }
+
     /// True if too many windows in turn are as short as no more than one that passes a kink has to be: something holds
     /// the motion there.
     pub(super) fn is_stuck(&mut self, is_short: bool) -> bool {
@@ -163,6 +188,7 @@ fn log2(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::Control;
+    use crate::engine::between::Kink;
 
     /// By how many rungs the next window is longer, and whether this one is kept.
     fn judged(inside: f64, end: f64) -> (bool, i32) {
@@ -179,6 +205,24 @@ mod tests {
         assert_eq!(judged(2.0_f64.powi(15), 0.0), (false, -4));
         assert_eq!(judged(0.0, 2.0_f64.powi(29)), (false, -4));
         assert_eq!(judged(f64::NAN, 0.0), (false, -2));
+    }
+
+    #[test]
+    fn behind_a_kink_windows_are_as_long_as_before() {
+        let mut control = Control::default();
+        let mut try_at = |rung: i32, has_kink: bool, inside: f64| {
+            control.meets_kink(has_kink, rung);
+            if control.accepts(inside, 0.0) {
+                control.passes_kink(if has_kink { Kink::Inside } else { Kink::Far }, false);
+            }
+            control.rung
+        };
+        assert_eq!(try_at(0, true, 2.0_f64.powi(30)), -8);
+        assert_eq!(try_at(-8, true, 2.0_f64.powi(30)), -16);
+        assert_eq!(try_at(-16, false, 1e-9), -14);
+        assert_eq!(try_at(-14, true, 1e-9), -12);
+        assert_eq!(try_at(-12, true, 1e-9), -10);
+        assert_eq!(try_at(-10, false, 1e-9), 0);
     }
 
     #[test]

@@ -27,13 +27,15 @@ pub(super) struct Size {
     last: f64,
     /// The rounding error of its rate, where that may be more than the rate; 0 elsewhere.
     pub(super) noise: f64,
+    /// True if it began to move in the window before, or in one before that, and all since were the shortest ones.
+    is_young: bool,
 }
 
 impl Size {
     /// The size of an unknown that starts with this value, and counts as at least so large.
     pub(super) fn new(start: f64, origin: f64, least: f64) -> Self {
         let before = inverse((start - origin).abs().max(least));
-        Self { origin, before, inverse: before, last: before, noise: 0.0 }
+        Self { origin, before, inverse: before, last: before, ..Self::default() }
     }
 
     /// Takes in by how much the unknown moves in the window.
@@ -50,27 +52,34 @@ impl Size {
         self.inverse > 2.0 * self.last && self.last > 0.0
     }
 
-    /// Goes on to the next window, which starts with this value.
+    /// Goes on from a window, which may be the shortest that there is, to the next one, which starts with this value.
     #[inline(always)]
-    pub(super) fn advance(&mut self, start: f64) {
+    pub(super) fn advance(&mut self, start: f64, is_shortest: bool) {
+        self.is_young = is_shortest && (self.before == 0.0 || self.is_young);
         let value = (start - self.origin).abs();
         self.before = if value * self.inverse > 1.0 || self.inverse == 0.0 { inverse(value) } else { self.inverse };
         self.inverse = self.before;
     }
 
-    /// 1/size for the errors of a window, which may be the shortest that there is. What begins to move in that one may
-    /// do so like a high power of γ, which no window resolves that starts there, however short it is.
+    /// True if it begins to move in the window, has done so in the shortest of windows before it, or becomes more than
+    /// twice as large as it ever was: its size is not known yet.
     #[inline(always)]
-    pub(super) fn counted(self, is_shortest: bool) -> f64 {
-        if is_shortest && self.before == 0.0 { 0.0 } else { self.inverse }
+    pub(super) fn grows(self) -> bool {
+        self.before == 0.0 || self.is_young || self.before > 2.0 * self.inverse
     }
 
-    /// 1/size for errors that a run adds up, once this part of it is done. In a window in which an unknown begins to
-    /// move, or becomes more than twice as large as it ever was, its size is not known yet: its error may be as large
-    /// as its way, if that starts like a high power of γ. It counts in the windows behind, and in the last one.
+    /// 1/size for the errors of a window, which may be the shortest that there is. What grows in that one may do so
+    /// like a high power of γ, which no window resolves that starts there, however short it is.
+    #[inline(always)]
+    pub(super) fn counted(self, is_shortest: bool) -> f64 {
+        if is_shortest && self.grows() { 0.0 } else { self.inverse }
+    }
+
+    /// 1/size for errors that a run adds up, once this part of it is done. In a window in which an unknown grows, its
+    /// error may be as large as its way, if that starts like a high power of γ. It counts in the windows behind, and in
+    /// the last one.
     pub(super) fn for_sums(self, done: f64) -> f64 {
-        let grows = self.before == 0.0 || self.before > 2.0 * self.inverse;
-        if grows && done < 1.0 { 0.0 } else { self.inverse }
+        if self.grows() && done < 1.0 { 0.0 } else { self.inverse }
     }
 
     /// The same for the way of an ignorable coordinate, which is expected to go on as it did. The last window knows.
@@ -230,18 +239,29 @@ mod tests {
         // The window is solved again, shorter: its size is its own.
         size.take(0.0625);
         assert!(size.has_shrunk() && size.inverse == 16.0 && size.counted(true) == 0.0);
-        size.advance(-0.5);
+        size.advance(-0.5, false);
         assert_eq!((size.before, size.inverse), (2.0, 2.0));
         size.take(0.1);
-        size.advance(0.1);
+        size.advance(0.1, false);
         assert_eq!((size.inverse, size.for_sums(0.5), size.of_way(0.5)), (2.0, 2.0, 1.0));
         // In a tail that grows more than twofold in a window nothing is added up before the last one.
         size.take(1.5);
         assert_eq!((size.for_sums(0.5), size.for_sums(1.0)), (0.0, 1.0 / 1.5));
-        size.advance(0.1);
+        size.advance(0.1, false);
+        // What began in the shortest of windows is young until a longer one is behind.
+        let mut young = Size::default();
+        young.take(1e-30);
+        young.advance(1e-30, true);
+        young.take(1.5e-30);
+        assert!(young.grows() && young.for_sums(0.5) == 0.0);
+        young.advance(2.5e-30, true);
+        young.take(0.5);
+        young.advance(0.5, false);
+        young.take(0.6);
+        assert!(!young.grows() && young.for_sums(0.5) > 0.0);
         let mut clock = Size::new(2_450_000.5, 2_450_000.5, 0.0);
         clock.take(0.5);
-        clock.advance(2_450_001.5);
+        clock.advance(2_450_001.5, false);
         assert_eq!(clock.inverse, 1.0);
         assert_eq!(Size::new(0.0, 0.0, 0.5).inverse, 2.0);
         // A denormal size has no inverse, and is still one.

@@ -10,6 +10,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::POINTS;
+use super::between::Kink;
 use super::local::larger;
 use super::rule::Order;
 use super::transport::{AT_ONCE, Transport};
@@ -79,6 +80,8 @@ pub(super) struct Steps<'g> {
     /// The number of windows that a step is to have: 2, 3, … or 1/2, 1/3, … for parts of one.
     wanted: f64,
     has_begun: bool,
+    /// True if the window before had a kink in it.
+    is_behind_kink: bool,
     pub(super) total: Total,
 }
 
@@ -118,6 +121,7 @@ impl<'g> Steps<'g> {
             windows: 0.0,
             wanted: FIRST_STEPS,
             has_begun: false,
+            is_behind_kink: false,
             total: Total::default(),
         }
     }
@@ -132,7 +136,7 @@ impl<'g> Steps<'g> {
         self.most_ignorable.fill(0.0);
         (self.along, self.noise) = (0.0, Noise::default());
         (self.length, self.windows, self.wanted) = (0.0, 0.0, FIRST_STEPS);
-        (self.has_begun, self.total) = (false, Total::default());
+        (self.has_begun, self.is_behind_kink, self.total) = (false, false, Total::default());
     }
 
     /// The error of a coordinate, by [`Solver::place`].
@@ -140,9 +144,16 @@ impl<'g> Steps<'g> {
         size(place.map_or_else(|j| &self.ignorable[j], |place| &self.delta[place]))[0]
     }
 
-    /// Takes in a finished window with its local errors.
-    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, local: &[Errors], done: f64) {
+    /// Takes in a finished window with its local errors. One with a kink is a step of its own, and so are those that
+    /// come near to it: rates on both sides of it are no smooth function.
+    pub(super) fn follow(&mut self, window: &Solver<'g, POINTS>, local: &[Errors], done: f64, kink: Kink) {
         let h = window.length;
+        if kink.is_inside() && self.length > 0.0 {
+            self.finish_step(window, 0, self.windows);
+        }
+        if std::mem::replace(&mut self.is_behind_kink, kink.is_inside()) {
+            self.set_point(window, 0, self.transport.count);
+        }
         for (inverse_size, row) in self.inverse_sizes.iter_mut().zip(&window.rows) {
             *inverse_size = row.size.for_sums(done);
         }
@@ -176,7 +187,7 @@ impl<'g> Steps<'g> {
         for (sums, error) in self.local_ignorable.iter_mut().zip(&window.ignorable_errors) {
             sums[step] += MARGIN * error;
         }
-        if self.windows + 0.5 > self.wanted {
+        if self.windows + 0.5 > self.wanted || kink != Kink::Far {
             self.finish_step(window, self.nodes.len() - 1, part * self.windows);
         }
     }
@@ -312,6 +323,7 @@ fn size(deltas: &Deltas) -> Errors {
 #[cfg(test)]
 mod tests {
     use super::{SAMPLES, Steps};
+    use crate::engine::between::Kink;
     use crate::engine::tests::{Pair, advance, kerr, lifted};
 
     /// δ is what a second motion is off by, which begins a little beside the first one, in ignorable coordinates too.
@@ -323,7 +335,7 @@ mod tests {
             let mut steps = Steps::new(&pair.first);
             let beside = [1e-6, -2e-6, 1e-7, 3e-7];
             steps.delta = beside.map(|delta| [delta; 2 + SAMPLES]).to_vec();
-            pair.run(&beside, unit, 48, |pair, _| steps.follow(&pair.first, &[[0.0; 2]; 4], 0.5));
+            pair.run(&beside, unit, 48, |pair, _| steps.follow(&pair.first, &[[0.0; 2]; 4], 0.5, Kink::Far));
             steps.finish(&pair.first);
             let known = pair.deviation().chain(pair.ignorable.iter().copied());
             for ([found, ..], known) in steps.delta.iter().chain(&steps.ignorable).zip(known) {
@@ -341,7 +353,7 @@ mod tests {
             let mut steps = Steps::new(&pair.first);
             for _ in 0..count {
                 advance(&mut pair.first, 0.5);
-                steps.follow(&pair.first, &[[0.0, 1e-9]; 4], 0.5);
+                steps.follow(&pair.first, &[[0.0, 1e-9]; 4], 0.5, Kink::Far);
             }
             steps.finish(&pair.first);
             let error = [0, 1].map(|place| steps.error(Ok(place))).into_iter().fold(0.0, f64::max);

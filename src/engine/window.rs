@@ -52,9 +52,9 @@ impl<const N: usize> Row<N> {
     }
 
     /// Goes on to the next window.
-    fn advance(&mut self) {
+    fn advance(&mut self, is_shortest: bool) {
         self.start = self.end;
-        self.size.advance(self.start.high);
+        self.size.advance(self.start.high, is_shortest);
     }
 }
 
@@ -191,10 +191,10 @@ impl<'g, const N: usize> Solver<'g, N> {
 
     /// Goes on to the window that begins where this one ends.
     pub(super) fn advance(&mut self) {
-        self.rows.iter_mut().for_each(Row::advance);
+        self.rows.iter_mut().for_each(|row| row.advance(self.is_shortest));
         self.settle_sizes();
         for (way, &a) in self.ways.iter_mut().zip(&self.ignorable) {
-            way.advance(self.end.q[a].high);
+            way.advance(self.end.q[a].high, self.is_shortest);
         }
         std::mem::swap(&mut self.start, &mut self.end);
     }

@@ -91,6 +91,17 @@ impl Watched {
         }
     }
 
+    /// True if there is a kink or a jump between places where the value is the least and the most of these.
+    #[inline(always)]
+    pub(crate) fn has_kink_between(&self, [least, most]: [f64; 2]) -> bool {
+        match self.kind {
+            Kind::Side(Function::Step) => least < 0.0 && most >= 0.0,
+            Kind::Side(Function::Abs) => least < 0.0 && most > 0.0,
+            Kind::Side(_) => least <= 0.0 && most >= 0.0 && least < most,
+            _ => false,
+        }
+    }
+
     /// True if a value in that interval between two nodes, which show it at the `ends`, makes nothing steep. A power is
     /// small where its base is, and a quotient where its divisor is large, so that they hide nothing where these are
     /// hardly larger or smaller than on the nodes.

@@ -1,7 +1,7 @@
 //! The search for a window that is accurate enough, and that hides nothing.
 
 use super::{Accepted, Adaptive};
-use crate::engine::between::{Seen, is_at_one_place};
+use crate::engine::between::{Kink, Seen, is_at_one_place};
 use crate::engine::ladder::Ladder;
 use crate::engine::local::LocalErrors;
 use crate::engine::sizes::Size;
@@ -47,21 +47,22 @@ impl Adaptive<'_> {
                 (landing, landings) = (Some(part * length), landings + 1);
                 continue;
             }
-            let allowed = self.allowed(share, seen, length);
+            let (kink, allowed) = self.kink(seen, share, length);
+            self.attempt.control.meets_kink(kink.is_inside(), trial.rung);
             if refusals > 1 || swept.local.roughness >= RESOLVED {
                 self.leave_out_noise(&mut swept.local, length);
             }
-            if !self.is_accurate(swept.local, allowed, seen, length) {
+            if kink != Kink::Met && !self.is_accurate(swept.local, allowed, seen) {
                 refusals += 1;
                 continue;
             }
-            if self.misses(trial.rung, length, allowed) {
+            if kink != Kink::Met && self.misses(trial.rung, length, allowed) {
                 continue;
             }
             if self.attempt.control.is_stuck(length <= self.least()) {
                 return Err(self.reason(Failure::TooShort));
             }
-            if self.must_be_shorter(trial.rung, length) {
+            if kink != Kink::Met && self.must_be_shorter(trial.rung, length) {
                 continue;
             }
             let known = self.known();
@@ -70,9 +71,11 @@ impl Adaptive<'_> {
                 None => self.ladder.rung(&self.lent.solver.rule, trial.rung, None).0,
             };
             self.lent.solver.finish(tables, known);
+            let is_one_place = self.is_one_place(length);
+            let kink = self.attempt.control.passes_kink(kink, is_one_place);
             // A window of another length than that of its rung cannot be continued by matrices.
             self.attempt.previous = trial.length.is_none().then_some(trial.rung);
-            return Ok(Accepted { length, is_last: trial.is_last, swept });
+            return Ok(Accepted { length, is_last: trial.is_last, kink, swept });
         }
     }
 
@@ -89,27 +92,28 @@ impl Adaptive<'_> {
         Ok(Trial { rung, is_last: is_last && length.is_none_or(|length| length == rest), length })
     }
 
-    /// The error that the window that was solved may make at its end.
-    fn allowed(&self, share: f64, seen: Option<Seen>, length: f64) -> f64 {
-        let allowed = share.max(ROUNDED);
+    fn is_one_place(&self, length: f64) -> bool {
+        is_at_one_place(&self.lent.solver, self.attempt.gamma.high, length)
+    }
+
+    /// Looks whether the window that was solved has a kink in it, and what error it may make at its end.
+    fn kink(&self, seen: Option<Seen>, share: f64, length: f64) -> (Kink, f64) {
+        let (solver, allowed) = (&self.lent.solver, share.max(ROUNDED));
         if seen.is_none_or(|seen| seen.decay != 1.0) {
-            return allowed;
+            return (Kink::Far, allowed);
         }
-        // A jump is met to rounding of the place where it is. The estimate adds up what that does.
-        let is_at_one_place = is_at_one_place(&self.lent.solver, length);
-        let of_kink = allowed.max(KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
-        if is_at_one_place { f64::INFINITY } else { of_kink }
+        let has_moved = solver.rows[..solver.system.positions.len()].iter().any(|row| !row.size.grows());
+        let is_met = has_moved && self.is_one_place(length);
+        let of_kink = (KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
+        (if is_met { Kink::Met } else { Kink::Inside }, allowed.max(of_kink))
     }
 
     /// Returns true if something begins to move by a kink in the window, whose place is not known to rounding: its
     /// error is as large as its way in every window with the kink in it, and what it comes to depends on the place
     /// alone.
-    fn begins_at_a_kink(&self, seen: Option<Seen>, length: f64) -> bool {
-        let solver = &self.lent.solver;
+    fn begins_at_a_kink(&self, seen: Option<Seen>) -> bool {
         let begins = |size: Size| size.before == 0.0 && size.inverse > 0.0;
-        seen.is_some_and(|seen| seen.decay == 1.0)
-            && solver.rows.iter().any(|row| begins(row.size))
-            && !is_at_one_place(solver, length)
+        seen.is_some_and(|seen| seen.decay == 1.0) && self.lent.solver.rows.iter().any(|row| begins(row.size))
     }
 
     /// Measures the errors once more without what rounding makes of rates, where that matters: no window is short
@@ -122,8 +126,8 @@ impl Adaptive<'_> {
     }
 
     /// Returns true if the errors of the window that was solved are small enough, and adapts the step.
-    fn is_accurate(&mut self, mut local: LocalErrors, allowed: f64, seen: Option<Seen>, length: f64) -> bool {
-        if self.begins_at_a_kink(seen, length) {
+    fn is_accurate(&mut self, mut local: LocalErrors, allowed: f64, seen: Option<Seen>) -> bool {
+        if self.begins_at_a_kink(seen) {
             self.attempt.control.refuse();
             return false;
         }
@@ -157,7 +161,8 @@ impl Adaptive<'_> {
         let (run, accuracy, least) = (self.length, self.accuracy, self.least());
         let hides = self.between.as_mut().and_then(|it| it.hides(&self.lent.solver, length, run, accuracy));
         let Some(hidden) = hides else { return false };
-        let is_one_place = hidden.has_kink && is_at_one_place(&self.lent.solver, length);
+        self.attempt.control.meets_kink(hidden.has_kink, rung);
+        let is_one_place = hidden.has_kink && self.is_one_place(length);
         // What kinks do in a gap is less in a shorter one, until rounding hides where they are.
         let is_shrinking = hidden.has_kink && hidden.change.is_finite() && !is_one_place;
         // Where numbers overflow, intervals can tell nothing of windows of any length.

@@ -7,7 +7,7 @@
 
 mod accept;
 
-use super::between::Between;
+use super::between::{Between, Kink};
 use super::defect::Defect;
 use super::estimate::ErrorEstimate;
 use super::failure::edge;
@@ -104,6 +104,7 @@ impl Target {
 pub(super) struct Accepted {
     pub(super) length: f64,
     pub(super) is_last: bool,
+    kink: Kink,
     swept: Swept,
 }
 
@@ -185,7 +186,7 @@ impl<'g> Adaptive<'g> {
         let swept = swept?;
         self.sweeps += swept.sweeps;
         self.lent.solver.finish(&tables, self.known());
-        self.attempt.accepted = Accepted { length, is_last, swept };
+        self.attempt.accepted = Accepted { length, is_last, swept, ..self.attempt.accepted };
         Ok(())
     }
 
@@ -216,7 +217,7 @@ impl<'g> Adaptive<'g> {
         let part = (self.gamma_at_end() / self.length).clamp(0.0, 1.0 - f64::EPSILON);
         let done = if accepted.is_last { 1.0 } else { part };
         let Some(estimate) = &mut self.estimate else { return Ok(()) };
-        estimate.follow(&self.lent.solver, accepted.swept.left, done);
+        estimate.follow(&self.lent.solver, accepted.swept.left, done, accepted.kink);
         if let Some(target) = self.target.filter(|_| accepted.is_last) {
             estimate.judge_at_equal(&self.lent.solver, target.coordinate);
         }
@@ -301,7 +302,7 @@ impl Windows for Adaptive<'_> {
     }
 
     fn window(&mut self) -> Window<'_> {
-        let Accepted { length, is_last, swept: Swept { sweeps, .. } } = self.attempt.accepted;
+        let Accepted { length, is_last, swept: Swept { sweeps, .. }, .. } = self.attempt.accepted;
         let (index, gamma) = (self.attempt.windows - 1, self.attempt.gamma.high);
         Window { index, gamma, length, is_last, sweeps, solved: &mut self.lent }
     }

@@ -178,18 +178,21 @@ impl Evaluated {
         self.exact.at(q, p)
     }
 
-    /// The size of each rate with all that relative changes of its numbers make of it.
+    /// The size of each rate with all that relative changes of its numbers make of it: very small ones, and such as
+    /// rounding makes, which may pass a jump. The side of it that a place is on says nothing of a formula.
     fn scales(&mut self, seen: &Seen, rates: &[Extended]) -> Vec<f64> {
         let mut scales = vec![0.0_f64; rates.len()];
-        for pattern in 0..PATTERNS {
+        for (by, pattern) in
+            [CHANGE, ORDINARY].into_iter().flat_map(|by| (0..PATTERNS).map(move |pattern| (by, pattern)))
+        {
             let changed = |k: usize, value: f64| {
                 // The bits of multiples of the golden ratio are as good as random.
                 let is_up = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (40 + pattern) & 1 == 1;
-                let change = Extended::from(value) * Extended::from(CHANGE);
+                let change = Extended::from(value) * Extended::from(by);
                 Extended::from(value) + if is_up { change } else { -change }
             };
             for ((scale, &rate), other) in scales.iter_mut().zip(rates).zip(self.exact(seen, changed)) {
-                *scale = scale.max(((other - rate) / Extended::from(CHANGE)).to_f64().abs());
+                *scale = scale.max(((other - rate) / Extended::from(by)).to_f64().abs());
             }
         }
         scales.iter().zip(rates).map(|(scale, rate)| scale + rate.to_f64().abs()).collect()
