@@ -9,7 +9,6 @@ use super::approximate::combined;
 use super::equations::{Equations, number};
 use super::tables::{TABLES, UP};
 use crate::formula::run;
-use crate::number::Real;
 use crate::number::ball::Disc;
 
 /// Radii of polydiscs, in units of the discs on the ellipse: as wide as these makes both cost the same.

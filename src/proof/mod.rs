@@ -208,7 +208,7 @@ impl Run<'_> {
         if goal.is_ahead(&proved.bounds.sides) { Ok(proved) } else { Err(Reason::NotMonotone) }
     }
 
-    /// The window until just behind the end. A first try may leave its value out of reach by rounding.
+    /// The window until just behind the end.
     fn last(&mut self, goal: &Goal, h: f64) -> Result<End, Reason> {
         let proved = self.window(goal, h)?;
         self.end(goal, proved)
