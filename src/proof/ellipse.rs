@@ -51,8 +51,8 @@ impl Slope {
     }
 }
 
-/// A bound of what rounding does to Σ c_k P_k, by these bounds of |P_k|: a part of u for each of 33 roundings of sums and
-/// products and for the table.
+/// A bound of what rounding does to Σ c_k P_k, by these bounds of |P_k|: a part of u for each of 33 roundings of sums
+/// and products and for the table.
 fn room(modes: &Row, most: &Row) -> f64 {
     32.0 * f64::EPSILON * modes.iter().zip(most).map(|(mode, most)| mode.abs() * most).sum::<f64>() * UP
 }

@@ -1,7 +1,7 @@
 //! From the end of the last window back to the end of the motion, which lies just before it.
 //!
-//! At a distance τ ≥ 0 before the end of the window x(h − τ) = x(h) − τ f(x(h)) ± τ²/2 sup |J f|. To γ_f, τ is known. To
-//! where a coordinate t has a value, τ = (t(h) − value ± τ²/2 sup |ẗ|)/ṫ(h), so that with φ = f/ṫ at the end
+//! At a distance τ ≥ 0 before the end of the window x(h − τ) = x(h) − τ f(x(h)) ± τ²/2 sup |J f|. To γ_f, τ is known.
+//! To where a coordinate t has a value, τ = (t(h) − value ± τ²/2 sup |ẗ|)/ṫ(h), so that with φ = f/ṫ at the end
 //!
 //! ```text
 //! x = x(h) − φ (t(h) − value) ± τ²/2 (sup |ẍ| + |φ| sup |ẗ|),

@@ -1,8 +1,8 @@
 //! A proof of where a motion ends: the end of a run in 20 digits and more, with a bound of its error.
 //!
-//! A proof is an integration of its own, and believes nothing of the run. What it proves is a theorem about the decimals
-//! of the case, under the arithmetic of IEEE 754 and provided that this code is what it says; `docs/method.md` has the
-//! theorem on a page.
+//! A proof is an integration of its own, and believes nothing of the run. What it proves is a theorem about the
+//! decimals of the case, under the arithmetic of IEEE 754 and provided that this code is what it says; `docs/method.md`
+//! has the theorem on a page.
 //!
 //! ```text
 //! algebras     balls at the nodes and discs on the ellipse, as algebras of programs

@@ -122,7 +122,8 @@ impl Set {
     }
 
     /// The older columns g = F (F⁻¹ g) become columns of F times bounds of |F⁻¹ g|, where F is nearly orthonormal: with
-    /// N = FᵀF − I, F⁻¹ = (I + N)⁻¹ Fᵀ, and t ≥ |Fᵀg| + |N| t bounds Σ |F⁻¹ g|. Coordinates are scaled by powers of two.
+    /// N = FᵀF − I, F⁻¹ = (I + N)⁻¹ Fᵀ, and t ≥ |Fᵀg| + |N| t bounds Σ |F⁻¹ g|. Coordinates are scaled by powers of
+    /// two.
     fn reduce(&mut self) -> Option<()> {
         let d = self.start.len();
         let cut = self.columns[0].len() - MOST * d / 2;

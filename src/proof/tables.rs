@@ -1,9 +1,9 @@
 //! Legendre polynomials on the nodes of a window, and on an ellipse around it.
 //!
 //! A window is [−1, 1] here, and its ellipse the Bernstein ellipse E of ρ = 3, with the foci ±1 and half axes
-//! a = (ρ + 1/ρ)/2 and b = (ρ − 1/ρ)/2. Tables are computed in 71 digits. Their recurrences take some hundred operations
-//! and multiply rounding by less than 1e20 (the growth of P_32 on the ellipse), so that each entry is exact to its last
-//! digit but for the rounding to doubles or pairs.
+//! a = (ρ + 1/ρ)/2 and b = (ρ − 1/ρ)/2. Tables are computed in 71 digits. Their recurrences take some hundred
+//! operations and multiply rounding by less than 1e20 (the growth of P_32 on the ellipse), so that each entry is exact
+//! to its last digit but for the rounding to doubles or pairs.
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -103,7 +103,8 @@ fn integral(p: &[Complex], k: usize) -> Complex {
     ((p[k + 1].0 - p[k - 1].0) / by, (p[k + 1].1 - p[k - 1].1) / by)
 }
 
-/// Gauss' nodes from those to 30 digits, by Newton's method, which doubles the digits: P′ (1 − x²) = n (P_{n−1} − x P_n).
+/// Gauss' nodes from those to 30 digits, by Newton's method, which doubles the digits: P′ (1 − x²) = n (P_{n−1} − x
+/// P_n).
 fn gauss_nodes(rule: &Collocation) -> Vec<Extended> {
     let n = rule.points();
     let sharpened = |mut x: Extended| {

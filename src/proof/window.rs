@@ -139,8 +139,8 @@ impl Closing<'_, '_> {
         one.iter().zip(other).map(|(a, b)| (a + b) * UP).collect()
     }
 
-    /// ε with Ā (|e(0)| + h (Ē ε + B̄ (Q̄(ε) + d̄))) < ε. Then |e| < ε on all of the window, and the motion exists there:
-    /// at the first place where it fails some |e_k| would be ε_k, and also less.
+    /// ε with Ā (|e(0)| + h (Ē ε + B̄ (Q̄(ε) + d̄))) < ε. Then |e| < ε on all of the window, and the motion exists
+    /// there: at the first place where it fails some |e_k| would be ε_k, and also less.
     fn epsilon(&self, e_0: &[f64]) -> Option<Vec<f64>> {
         let next = |epsilon: &[f64]| {
             let q = Self::plus(&self.remainder(epsilon)?, &self.defect);

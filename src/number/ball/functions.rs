@@ -87,8 +87,8 @@ impl Ball {
         value.widened(value.size() * (self.rad + self.rad * self.rad))
     }
 
-    /// Sine and cosine. After n quarter turns are taken away |y| ≤ 1, where the terms of both series fall and alternate,
-    /// so that what is left out is at most the first term that is. No slope is above 1.
+    /// Sine and cosine. After n quarter turns are taken away |y| ≤ 1, where the terms of both series fall and
+    /// alternate, so that what is left out is at most the first term that is. No slope is above 1.
     #[inline(always)]
     pub(crate) fn sin_cos(self) -> [Self; 2] {
         let constants = &*CONSTANTS;
