@@ -159,8 +159,9 @@ fn inverse_bound(d: usize, h: f64, of: &Polynomials) -> Option<Vec<f64>> {
         if has_rows && next.iter().zip(&bound).all(|(next, bound)| next <= bound) {
             return Some(bound);
         }
-        let is_large = next.iter().any(|next| !(*next < 1e30));
-        if is_large {
+        // A comparison that is false for NaN.
+        let is_moderate = next.iter().all(|next| *next < 1e30);
+        if !is_moderate {
             return None;
         }
         bound = next.iter().map(|next| next * 1.02).collect();

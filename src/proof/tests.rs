@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::geometry::{GeometryText, Law, value_of};
+use crate::number::Real;
 
 /// A scene, where it starts, and the length of γ.
 struct Scene {

@@ -172,12 +172,12 @@ impl Closing<'_, '_> {
                     continue;
                 }
                 let (b, slack) = (&self.matrices.b[at], self.matrices.slack[at]);
-                for j in 0..LANES {
-                    let (weight, middle, radius) = (TABLES.weights[j], found.middle[k][j], found.radius[k][j]);
-                    sum += weight * b[j] * middle;
+                let nodes = b.iter().zip(&TABLES.weights).zip(found.middle[k].iter().zip(&found.radius[k]));
+                for ((b, weight), (middle, radius)) in nodes {
+                    sum += weight * b * middle;
                     // 36 roundings of each term, and of the table.
-                    let off = 40.0 * f64::EPSILON * b[j].abs() + slack;
-                    room += weight * (b[j].abs() * radius + off * (middle.abs() + radius));
+                    let off = 40.0 * f64::EPSILON * b.abs() + slack;
+                    room += weight * (b.abs() * radius + off * (middle.abs() + radius));
                 }
                 gain[i] -= half * sum;
                 // And those of the sum over k.

@@ -66,12 +66,6 @@ impl Disc {
         (Self { re: gap, ..self }.far() + U * gap.abs() + self.rad) * UP
     }
 
-    /// The same with a larger radius.
-    #[inline(always)]
-    pub(crate) fn widened(self, by: f64) -> Self {
-        Self { rad: (self.rad + by) * UP, ..self }
-    }
-
     /// Half of the plane on whose side all of it is: 1, −1, or 0 if it may meet the imaginary axis.
     #[inline(always)]
     pub(crate) fn side(self) -> f64 {
@@ -239,6 +233,7 @@ impl Div for Disc {
     type Output = Self;
 
     #[inline(always)]
+    #[allow(clippy::suspicious_arithmetic_impl, reason = "the inverse is what divides")]
     fn div(self, other: Self) -> Self {
         self * other.inverse()
     }

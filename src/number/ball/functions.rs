@@ -35,7 +35,7 @@ struct Constants {
 static CONSTANTS: LazyLock<Constants> = LazyLock::new(|| {
     let mut factorial = Extended::ONE;
     let factorials = std::array::from_fn(|n| {
-        factorial = factorial / Extended::from(n.max(1) as f64);
+        factorial /= Extended::from(n.max(1) as f64);
         Ball::of(factorial, OFF)
     });
     Constants {
