@@ -171,6 +171,9 @@ struct Back {
 impl Back {
     fn unknown(&self, set: &Set, k: usize, middle: Extended, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
         let curved = 0.5 * self.most * self.most;
+        if self.along == Some(k) {
+            return (middle - self.by, self.off);
+        }
         let Some(along) = self.along else {
             let slope = slopes[k];
             let rad = set.radii()[k] + self.most * slope.rad + slope.size() * self.off + curved * bends[k];
@@ -207,11 +210,16 @@ pub(super) fn coordinates(
     let gamma = if let Goal::Length(length) = goal { (*length, length.to_f64() * OFF) } else { gamma };
     let unknowns = end.iter().flat_map(|end| end.unknowns.iter().zip(&equations.of));
     let positions = unknowns.filter(|(_, (_, is_momentum))| !is_momentum);
-    let found = positions.map(|(&(value, radius), &(coordinate, _))| Coordinate { coordinate, value, radius });
+    let found = positions.map(|(&(value, radius), &(coordinate, _))| Coordinate {
+        coordinate,
+        value,
+        radius,
+        is_steady: false,
+    });
     let steady = equations.steady.iter().map(|&a| {
         let (start, rate) = (motion.start.q[a], motion.start.q_dot[a]);
         let off = (start.abs() + (rate * gamma.0).abs()).to_f64() * OFF + rate.abs().to_f64() * gamma.1;
-        Coordinate { coordinate: a, value: start + rate * gamma.0, radius: off * UP }
+        Coordinate { coordinate: a, value: start + rate * gamma.0, radius: off * UP, is_steady: true }
     });
     let mut all: Vec<Coordinate> = found.chain(steady).collect();
     all.sort_by_key(|coordinate| coordinate.coordinate);

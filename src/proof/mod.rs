@@ -34,7 +34,7 @@ use std::fmt;
 use std::time::Instant;
 
 use crate::geometry::{Geometry, Start};
-use crate::number::{Extended, Real};
+use crate::number::Extended;
 use approximate::Approximate;
 use defect::Defect;
 use ellipse::{Bounds, Ellipse};
@@ -50,6 +50,8 @@ const LONGER: f64 = 1.15;
 const SHORTER: f64 = 0.8;
 /// A window that is shorter than this share of the longest one so far is in front of something.
 const SHORTEST: f64 = 1e-4;
+/// Before any window is proved they are halved, down to this share of the first.
+const SHORTEST_FIRST: f64 = 1e-6;
 /// Beyond this share of its coordinate a bound says nothing any more.
 const LOST: f64 = 1e-3;
 
@@ -111,6 +113,8 @@ pub struct Coordinate {
     pub value: Extended,
     /// The bound, absolute.
     pub radius: f64,
+    /// True if it moves at a constant velocity.
+    pub is_steady: bool,
 }
 
 /// What is proved.
@@ -158,7 +162,7 @@ struct Run<'g> {
 
 /// Lengths of windows, but for the last one, are multiples of a power of two, so that sums of them are exact.
 fn on_grid(h: f64, unit: f64) -> f64 {
-    (h / unit).round().max(1.0) * unit
+    (h / unit).floor().max(1.0) * unit
 }
 
 impl Run<'_> {
@@ -187,11 +191,11 @@ impl Run<'_> {
                     }
                 },
                 Err(reason) => {
-                    let is_short = step <= longest * SHORTEST || step <= unit;
+                    let is_short = step <= longest * SHORTEST || step <= first * SHORTEST_FIRST;
                     if is_short {
                         return Err(reason);
                     }
-                    SHORTER
+                    if longest > 0.0 { SHORTER } else { 0.5 }
                 }
             };
             h = on_grid(step * factor, unit);
