@@ -1,5 +1,5 @@
-//! Interrupts: Ctrl-C and SIGTERM end every command with exit code 130 and within a second. Only a proof ends alone, and
-//! its run is kept.
+//! Interrupts: Ctrl-C and SIGTERM end every command with exit code 130 and within a second. Only a proof ends alone,
+//! and its run is kept.
 //!
 //! No file is left half-written, because unfinished files are not yet at their final names. A study is computed on a
 //! thread of its own, which hands over every result as soon as it is finished. The main thread writes the files. After

@@ -49,7 +49,7 @@ pub(super) const PROOF: &str = "solver.proof=true";
 impl JudgeArgs {
     /// Judges a run, with a proof if its case asks for one. An interrupt ends the proof, and not the run.
     pub(super) fn judged<S: Real>(&self, case: &Case, setup: &Setup<S>, run: &Run<S>, is_quiet: bool) -> Judged {
-        if self.enclose {
+        if self.enclose && !is_quiet {
             report::note("--enclose goes in the next version: --prove proves where the run ends");
         }
         let mut judged = run.judged(setup, self.reference, self.enclose);
@@ -78,7 +78,7 @@ impl JudgeArgs {
         let judged = self.judged(case, setup, run, is_quiet);
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
         if let Some(proof) = &judged.proof {
-            report::note(&format!("proof: {}", told(proof, case)));
+            report::note(&format!("proof: {}", told(proof, case)).replace('\u{a0}', " "));
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! A run is *trusted* if there is an estimate of its error, if that is at most a hundredth of the motion of every
 //! coordinate, and if nothing else speaks against it. Otherwise it is *doubtful*, and every reason has a remedy. It is
-//! *proved* if a proof of where the motion ends has shown that the error there is as small as was asked for. The program
-//! *refuses* where it has no result at all.
+//! *proved* if a proof of where the motion ends has shown that the error there is as small as was asked for. The
+//! program *refuses* where it has no result at all.
 
 use std::fmt;
 

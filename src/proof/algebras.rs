@@ -95,9 +95,9 @@ impl fmt::Display for Obstacle {
         match self {
             Self::Function(Function::Abs) => f.write_str("a kink of abs"),
             // The derivative of abs is sign.
-            Self::Function(Function::Sign) => f.write_str("a kink of abs, or a jump of sign,"),
+            Self::Function(Function::Sign) => f.write_str("a kink of abs or a jump of sign"),
             Self::Function(Function::Step) => f.write_str("a jump of step"),
-            Self::Function(Function::Table(_)) => f.write_str("a table, whose pieces are not one analytic function,"),
+            Self::Function(Function::Table(_)) => f.write_str("a table, which is not one analytic function"),
             Self::Function(function) => write!(f, "the edge of {}", name(function).unwrap_or_default()),
             Self::Divisor => f.write_str("a divisor that may be 0"),
             Self::Base => f.write_str("a power whose base may be 0"),

@@ -63,19 +63,21 @@ impl Approximate {
     pub(super) fn slopes(&mut self, equations: &Equations<'_>, start: &[f64], h: f64) -> Option<Vec<Row>> {
         self.guess(equations.active, start, h);
         let m = equations.active / 2;
+        let (mut most, mut sizes) = (vec![0.0; equations.unknowns], vec![0.0; equations.unknowns]);
         let mut last = f64::INFINITY;
         for _ in 0..MOST_SWEEPS {
-            let mut change = 0.0;
             for k in 0..2 * m {
                 self.registers[equations.variables[k]] = self.y[k];
             }
             for (steps, range) in [(&equations.forces, m..2 * m), (&equations.velocities, 0..m)] {
                 run_at(steps, &mut self.registers);
                 for k in range {
-                    change = larger(change, self.sweep(equations, k, start[k], h));
+                    (most[k], sizes[k]) = self.sweep(equations, k, start[k], h);
                     self.registers[equations.variables[k]] = self.y[k];
                 }
             }
+            let shares = most.iter().zip(equations.shared(&sizes)).map(|(most, size)| most / size.max(1e-300));
+            let change = shares.fold(0.0, larger);
             if !change.is_finite() {
                 return None;
             }
@@ -105,12 +107,12 @@ impl Approximate {
         }
     }
 
-    /// Integrates one slope. Returns by how much that changes the unknown, relative to its size.
+    /// Integrates one slope. Returns by how much that changes the unknown, and its size.
     #[inline(always)]
-    fn sweep(&mut self, equations: &Equations<'_>, k: usize, start: f64, h: f64) -> f64 {
+    fn sweep(&mut self, equations: &Equations<'_>, k: usize, start: f64, h: f64) -> (f64, f64) {
         let slope = self.registers[equations.slopes[k]];
         let way = combined(&TABLES.integrals, slope.iter().map(|slope| h * slope));
-        let (mut most, mut size) = (0.0_f64, 1e-300_f64);
+        let (mut most, mut size) = (0.0_f64, 0.0_f64);
         for i in 0..LANES {
             let new = start + way[i];
             most = larger(most, (new - self.y[k][i]).abs());
@@ -118,7 +120,7 @@ impl Approximate {
             self.y[k][i] = new;
         }
         self.v[k] = slope;
-        most / size
+        (most, size)
     }
 
     /// Coefficients of W for the slopes of a window: where B′ = W, B = I + ∫W, it solves W = −BJ. `None` if sweeps do

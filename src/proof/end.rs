@@ -11,9 +11,10 @@
 
 use super::ellipse::Bounds;
 use super::equations::Equations;
+use super::proved::Proved;
 use super::set::Set;
 use super::tables::UP;
-use super::window::{Proved, Prover};
+use super::window::Prover;
 use super::{Coordinate, Motion, Reason, Until};
 use crate::number::ball::{Ball, Disc};
 use crate::number::{Extended, Real};

@@ -206,7 +206,7 @@ pub(super) fn product(a: &[f64], b: &[f64], d: usize) -> Vec<f64> {
 }
 
 /// The inverse, by elimination with pivots, but for rounding.
-fn inverse(matrix: &[f64], d: usize) -> Option<Vec<f64>> {
+pub(super) fn inverse(matrix: &[f64], d: usize) -> Option<Vec<f64>> {
     let width = 2 * d;
     let mut rows = vec![0.0; d * width];
     for i in 0..d {

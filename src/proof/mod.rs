@@ -13,6 +13,7 @@
 //! ellipse      bounds on an ellipse around the window, and what formulas do there that is not analytic
 //! matrices     the adjoint matrix B, its defect E, a bound of its inverse
 //! window       what becomes of the errors over a window
+//! proved       what is kept of it
 //! set          the set of errors
 //! end          from the last window to γ_f, or to t_f
 //! ```
@@ -24,6 +25,7 @@ mod ellipse;
 mod end;
 mod equations;
 mod matrices;
+mod proved;
 mod set;
 mod tables;
 mod window;
@@ -40,8 +42,9 @@ use defect::Defect;
 use ellipse::{Bounds, Ellipse};
 use end::{End, Goal};
 use equations::Equations;
+use proved::Proved;
 use set::Set;
-use window::{Proved, Prover, Refused};
+use window::{Prover, Refused};
 
 /// The first window is this share of the length; windows become longer or shorter at once.
 const FIRST: f64 = 1.0 / 64.0;
@@ -240,5 +243,7 @@ impl Run<'_> {
     }
 }
 
+#[cfg(test)]
+mod lemmas;
 #[cfg(test)]
 mod tests;

@@ -5,8 +5,8 @@
 
 use super::equations::Equations;
 use super::matrices::applied;
+use super::proved::Proved;
 use super::tables::UP;
-use super::window::Proved;
 use crate::number::ball::{two_product, two_sum};
 
 /// The most columns for each unknown. Then the older half of them is covered by a box in a frame of its own. Fewer make
@@ -199,4 +199,50 @@ fn frame(vectors: &[Vec<f64>], d: usize) -> Vec<Vec<f64>> {
         frame.push(direction);
     }
     frame
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In every direction what is left of the columns reaches as far as they did, and not much further where they lie
+    /// along few directions.
+    #[test]
+    fn a_smaller_set_contains_the_larger_one() {
+        let d = 3;
+        let directions = [[1.0, 0.3, -0.2], [-0.3, 1.0, 0.4], [1e-6, 1e-3, 1.0]];
+        let mut seed = 1_u64;
+        let mut unit = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        let mut set = Set {
+            start: vec![0.0; d],
+            centre: vec![0.0; d],
+            columns: vec![Vec::new(); d],
+            rest: vec![0.0; d],
+            largest: vec![1.0; d],
+            of_kind: vec![1.0; d],
+        };
+        for k in 0..MOST * d + 10 {
+            let (size, own) = (1e-10 * unit(), directions[k % 3]);
+            (0..d).for_each(|i| set.columns[i].push(size * (own[i] + 0.01 * unit())));
+        }
+        let reach = |set: &Set, along: &[f64]| -> f64 {
+            let column = |k: usize| (0..d).map(|i| along[i] * set.columns[i][k]).sum::<f64>().abs();
+            let rest = (0..d).map(|i| (along[i] * set.rest[i]).abs()).sum::<f64>();
+            (0..set.columns[0].len()).map(column).sum::<f64>() + rest
+        };
+        let before = set.clone();
+        set.reduce().unwrap();
+        assert_eq!(set.columns[0].len(), MOST * d / 2 + d);
+        let mut largest = 0.0_f64;
+        for _ in 0..500 {
+            let along = [unit(), unit(), unit()];
+            let share = reach(&before, &along) / reach(&set, &along);
+            assert!(share <= 1.0 + 1e-12, "{along:?}: {share}");
+            largest = largest.max(share);
+        }
+        assert!(largest > 0.8, "{largest}");
+    }
 }

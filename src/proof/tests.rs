@@ -5,9 +5,9 @@ use crate::geometry::{GeometryText, Law, value_of};
 use crate::number::Real;
 
 /// A scene, where it starts, and the length of γ.
-struct Scene {
-    text: GeometryText,
-    q: &'static str,
+pub(super) struct Scene {
+    pub(super) text: GeometryText,
+    pub(super) q: &'static str,
     rates: &'static str,
     length: &'static str,
 }
@@ -21,7 +21,7 @@ impl Scene {
         Self { text, q, rates, length }
     }
 
-    fn numbers(&self, list: &str) -> Vec<Extended> {
+    pub(super) fn numbers(&self, list: &str) -> Vec<Extended> {
         list.split(',').map(|text| value_of(text.trim(), &self.text.parameters).unwrap()).collect()
     }
 
@@ -42,7 +42,7 @@ fn share(proof: &Proof, coordinate: usize, value: &str) -> (f64, f64) {
     (off / found.radius, found.radius)
 }
 
-fn henon_heiles(length: &'static str) -> Scene {
+pub(super) fn henon_heiles(length: &'static str) -> Scene {
     let text = potential(&["x", "y"], "(x^2 + y^2)/2 + x^2*y - y^3/3", Law::Newtonian);
     Scene::new(text, "0, 0.1, 0, 0", "1, 0, 0.5, 0", length)
 }

@@ -7,12 +7,13 @@
 //! w(h) = e(0) + g ± δ,      g = −∫ B d in the middle,      e(h) = A w(h) ± |I − A B(h)| ε,     |e| ≤ ε on the window.
 //! ```
 
-use super::algebras::{LANES, Obstacle, Row};
+use super::algebras::{LANES, Obstacle};
 use super::approximate::Approximate;
 use super::defect::{Defect, Found};
 use super::ellipse::{Bounds, Ellipse};
 use super::equations::Equations;
 use super::matrices::{Matrices, applied};
+use super::proved::Proved;
 use super::set::Set;
 use super::tables::{LEBESGUE, TABLES, UP};
 use crate::number::norm::larger;
@@ -25,22 +26,6 @@ const ADJOINT: f64 = 1e-6;
 const TOO_MUCH: f64 = 1e3;
 /// More than underflow takes away from products of bounds.
 const TINY: f64 = 1e-290;
-
-/// What is proved of a window.
-pub(super) struct Proved {
-    pub(super) h: f64,
-    /// The coefficients of v.
-    pub(super) modes: Vec<Row>,
-    pub(super) gain: Vec<f64>,
-    pub(super) delta: Vec<f64>,
-    pub(super) epsilon: Vec<f64>,
-    pub(super) matrices: Matrices,
-    pub(super) bounds: Bounds,
-    /// What is not rounding, as a part of what may be.
-    pub(super) quality: f64,
-    /// The largest |y| on the nodes.
-    pub(super) sizes: Vec<f64>,
-}
 
 /// Why a window is not proved.
 pub(super) enum Refused {

@@ -316,15 +316,8 @@ impl<S: Real> Run<S> {
             let finding = format!("{many} that acts was stepped over between two nodes");
             verdict.doubt(Reason::new(finding, SMALLER).remaining());
         }
-        let mut judged = Judged {
-            error: reference.or(estimate),
-            inherited: None,
-            left: None,
-            gaps,
-            proof: None,
-            verdict,
-            suspicions,
-        };
+        let error = reference.or(estimate);
+        let mut judged = Judged { error, inherited: None, left: None, gaps, proof: None, verdict, suspicions };
         self.add_further(setup, &facts, &mut judged);
         judged
     }
