@@ -97,10 +97,10 @@ fn proved(prover: &mut Prover<'_>, set: &Set) -> Proved {
 }
 
 /// y and v at a place, by their coefficients.
-fn motion(start: &[f64], modes: &[algebras::Row], z: Complex) -> ([Complex; 4], [Complex; 4]) {
+fn motion((start, h): (&[f64], f64), modes: &[algebras::Row], z: Complex) -> ([Complex; 4], [Complex; 4]) {
     let (p, integrals) = legendre(z);
     let sum = |k: usize, of: &[Complex]| modes[k].iter().zip(of).fold([0.0; 2], |sum, (c, p)| plus(sum, by(*p, *c)));
-    let y = std::array::from_fn(|k| plus([start[k], 0.0], by(sum(k, &integrals), 0.5 * H)));
+    let y = std::array::from_fn(|k| plus([start[k], 0.0], by(sum(k, &integrals), 0.5 * h)));
     (y, std::array::from_fn(|k| sum(k, &p)))
 }
 
@@ -114,7 +114,7 @@ fn bounds_hold_on_the_ellipse_and_within_it() {
             let angle = std::f64::consts::TAU * f64::from(i) / 600.0;
             let rho = if i % 3 == 0 { 1.0 + random.unit().abs() * 2.0 } else { 3.0 };
             let z = [0.5 * (rho + 1.0 / rho) * angle.cos(), 0.5 * (rho - 1.0 / rho) * angle.sin()];
-            let (y, v) = motion(&set.start, &modes, z);
+            let (y, v) = motion((&set.start, H), &modes, z);
             let defect = slopes(c, y).into_iter().zip(v).map(|(f, v)| size(plus(f, by(v, -1.0))));
             let e = bounds.reach.iter().map(|reach| {
                 let phase = 4.0 * random.unit();
@@ -156,7 +156,7 @@ fn the_adjoint_matrix_and_its_inverse_are_bounded_between_the_nodes() {
         let mut largest = [0.0_f64; 3];
         for i in 0..=400 {
             let z = [f64::from(i) / 200.0 - 1.0, 0.0];
-            let ((p, integrals), (y, _)) = (legendre(z), motion(&set.start, &modes, z));
+            let ((p, integrals), (y, _)) = (legendre(z), motion((&set.start, H), &modes, z));
             let sum = |at: usize, of: &[Complex]| coefficients[at].iter().zip(of).map(|(c, p)| c * p[0]).sum::<f64>();
             let one = |at: usize| if at.is_multiple_of(5) { 1.0 } else { 0.0 };
             let b: Vec<f64> = (0..16).map(|at| one(at) + 0.5 * H * sum(at, &integrals)).collect();
@@ -199,7 +199,7 @@ fn every_start_of_a_box_ends_in_its_image() {
             let mut x: [f64; 4] = std::array::from_fn(|k| set.start[k] + e_0[k]);
             for i in 1..=STEPS {
                 x = step(c, x, H / STEPS as f64);
-                let (y, _) = motion(&set.start, &modes, [2.0 * i as f64 / STEPS as f64 - 1.0, 0.0]);
+                let (y, _) = motion((&set.start, H), &modes, [2.0 * i as f64 / STEPS as f64 - 1.0, 0.0]);
                 for k in 0..4 {
                     let share = (x[k] - y[k][0]).abs() / epsilon[k];
                     assert!(share < 1.0, "{k} at {i}: {share}");
@@ -253,5 +253,42 @@ fn every_point_of_a_set_is_mapped_into_the_next() {
             }
         }
         assert!(largest > 0.02, "{largest}");
+    });
+}
+
+/// The largest |d| of all unknowns between the nodes of a window of length `h`, the bound of it, and the largest at the
+/// nodes. One coefficient of the slopes is off by `wrong`.
+fn defects(prover: &mut Prover<'_>, set: &Set, c: f64, (h, wrong): (f64, f64)) -> Option<[[f64; 3]; 4]> {
+    let Prover { equations, approximate, defect, ellipse } = prover;
+    let mut modes = approximate.slopes(equations, &set.start, h)?;
+    modes[0][3] += wrong;
+    let bounds = ellipse.bounds(equations, (&set.start, h), &modes).ok()?;
+    let found = defect.at_nodes(equations, &set.start, h, &modes);
+    let most = window::defect_most(&found, &bounds);
+    let mut largest = [0.0_f64; 4];
+    for i in 0..=500 {
+        let (y, v) = motion((&set.start, h), &modes, [f64::from(i) / 250.0 - 1.0, 0.0]);
+        let d = slopes(c, y).into_iter().zip(v).map(|(f, v)| (v[0] - f[0]).abs());
+        largest.iter_mut().zip(d).for_each(|(largest, d)| *largest = largest.max(d));
+    }
+    let at_nodes = |k: usize| found.middle[k].iter().fold(0.0_f64, |most, d| most.max(d.abs()));
+    Some(std::array::from_fn(|k| [largest[k], most[k], at_nodes(k)]))
+}
+
+/// Slopes that are wrong at the nodes, and those of windows so long that they are right at the nodes alone.
+#[test]
+fn the_defect_is_bounded_between_the_nodes() {
+    with_window(0.0, |prover, set, c| {
+        let wrong = defects(prover, set, c, (H, 1e-6)).unwrap();
+        let [largest, most, at_nodes] = wrong[0];
+        assert!(largest <= most && largest > 0.05 * most && at_nodes > 0.5e-6, "{wrong:?}");
+        let mut is_needed = false;
+        for h in [4.0, 5.0, 6.0, 7.0, 8.0] {
+            for [largest, most, at_nodes] in defects(prover, set, c, (h, 0.0)).into_iter().flatten() {
+                assert!(largest <= most + 1e-13, "{h}: {largest:e} {most:e}");
+                is_needed |= largest > tables::LEBESGUE * at_nodes + 1e-13;
+            }
+        }
+        assert!(is_needed, "between the nodes d is no larger than Λ times that at them");
     });
 }

@@ -82,7 +82,7 @@ fn sizes(found: &Found, start: &[f64]) -> Vec<f64> {
 }
 
 /// A bound of |d| on the window: Λ times that at the nodes, and what interpolation leaves.
-fn defect_most(found: &Found, bounds: &Bounds) -> Vec<f64> {
+pub(super) fn defect_most(found: &Found, bounds: &Bounds) -> Vec<f64> {
     let most = |k: usize| {
         let at_nodes = (0..LANES).fold(0.0, |most, i| larger(most, found.middle[k][i].abs() + found.radius[k][i]));
         (LEBESGUE * at_nodes + TABLES.interpolation * bounds.defect[k] + TINY) * UP
