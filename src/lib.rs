@@ -83,6 +83,7 @@
 //! | [`linalg`], [`sbp`] | elimination, and operators with exact coefficients, but no physics |
 //! | [`geometry`] | scenes of n coordinates: metric, one-form and force as programs; V and g00 of one coordinate |
 //! | [`engine`] | a fast march over windows of weak spectral elements; what formulas do between two nodes |
+//! | [`mod@proof`] | where a motion ends, with a proved bound of the error |
 //! | [`mod@reference`] | the trajectory to compare with, by a Taylor method |
 //! | [`methods`] | other integrators to compare with |
 //! | [`action`] | the doubled action E_IVP in both forms, its gradient and its sparse Hessian |
@@ -110,6 +111,7 @@ pub mod linalg;
 pub mod methods;
 pub mod number;
 pub mod output;
+pub mod proof;
 pub mod reference;
 pub mod sbp;
 pub mod solve;

@@ -1,4 +1,5 @@
-//! Interrupts: Ctrl-C and SIGTERM end every command with exit code 130 and within a second.
+//! Interrupts: Ctrl-C and SIGTERM end every command with exit code 130 and within a second. Only a proof ends alone,
+//! and its run is kept.
 //!
 //! No file is left half-written, because unfinished files are not yet at their final names. A study is computed on a
 //! thread of its own, which hands over every result as soon as it is finished. The main thread writes the files. After
@@ -51,6 +52,14 @@ fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
 #[cfg(not(unix))]
 fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
     Ok(ctrlc::set_handler(interrupted)?)
+}
+
+/// Does `work`, which can ask whether an interrupt has come. Such an interrupt does not end the program, but the next
+/// one does.
+pub(super) fn watched(work: impl FnOnce(&dyn Fn() -> bool)) {
+    STATE.store(WATCHED, Ordering::SeqCst);
+    work(&|| STATE.load(Ordering::SeqCst) == STOPPED);
+    STATE.store(IDLE, Ordering::SeqCst);
 }
 
 /// Runs `work` on another thread and passes everything that it reports to `hear` on this thread. Returns whether an

@@ -6,6 +6,7 @@ mod converge;
 mod init;
 mod input;
 mod interrupt;
+mod judge;
 mod lines;
 mod manual;
 mod memory;

@@ -22,6 +22,7 @@ use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
 
+use super::judge::{JudgeArgs, PROOF};
 use super::out::{OutArgs, RESULTS};
 use super::samples::SampleArgs;
 use super::share::VaryArgs;
@@ -60,18 +61,8 @@ pub(super) struct RunArgs {
     #[command(flatten)]
     pub(super) vary: VaryArgs,
 
-    /// Look between the nodes, too, for what they do not see
-    ///
-    /// The formulas are enclosed on the way from each node to the next, and the result is doubted where they may do
-    /// what the nodes do not see. With solver.accuracy every run does so.
-    #[arg(long, conflicts_with = "vary", help_heading = "How to judge the result")]
-    pub(super) enclose: bool,
-
-    /// Compare with the Taylor method
-    ///
-    /// It takes the place of a second solve by the engine of solver.accuracy.
-    #[arg(long, conflicts_with = "vary", help_heading = "How to judge the result")]
-    pub(super) reference: bool,
+    #[command(flatten)]
+    pub(super) judge: JudgeArgs,
 
     #[command(flatten)]
     pub(super) samples: SampleArgs,
@@ -109,8 +100,11 @@ fn whole(text: &str) -> Result<usize, String> {
 }
 
 impl RunArgs {
-    /// The same, in which the run that is continued is an override.
+    /// The same, in which the run that is continued and the wish for a proof are overrides.
     pub(super) fn continued(mut self) -> Self {
+        if self.judge.prove {
+            self.case.set.push(PROOF.to_owned());
+        }
         if let Some(from) = self.from.take() {
             self.case.set.push(format!("initial.from={}", Value::from(from.display().to_string())));
         }
@@ -181,14 +175,15 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     let drawn = if args.plot { pictures::names_of_run(case) } else { Vec::new() };
     let files = OutputSet::open(target, &[&tables[..], &[UNTIL_FAILURE, SUMMARY, CASE], &drawn].concat())?;
     // The expectations hold for the case as it is in its file.
-    let effective = if args.case.set.is_empty() { case.to_toml() } else { case.without_expectations().to_toml() };
+    let is_own = args.case.set.iter().all(|set| set == PROOF);
+    let effective = if is_own { case.to_toml() } else { case.without_expectations().to_toml() };
     files.write_text(CASE, &effective)?;
     let (result, solve_seconds) = solved(case, &setup, args, wanted);
     let run = match result {
         Ok(run) => run,
         Err(none) => return Err(failed(case, &setup, args, files, (none, solve_seconds))),
     };
-    let judged = run.judged(&setup, args.reference, args.enclose);
+    let judged = args.judge.judged(case, &setup, &run, args.case.quiet);
     // People read in the summary what is doubtful.
     if args.output.json || args.case.quiet {
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
@@ -264,7 +259,7 @@ fn until_failure<S: Real>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> a
 fn takes_windows<S: Real>(setup: &Setup<S>, args: &RunArgs) -> bool {
     let Setup { limit, until, settings, .. } = setup;
     let is_searched = !matches!(limit, Limit::Length(_)) || !until.is_empty();
-    !args.enclose && (settings.accuracy.is_some() || !is_searched && settings.windows > 1)
+    !args.judge.enclose && (settings.accuracy.is_some() || !is_searched && settings.windows > 1)
 }
 
 /// Writes one table to standard output: the samples, or everything on the nodes.
@@ -284,8 +279,7 @@ fn to_standard_output<S: Real>(
     let observer: Option<run::Observer<'_, S>> = if args.samples.samples_only { None } else { Some(&mut see) };
     let run =
         solved(case, setup, args, Wanted { observer, ..wanted }).0.map_err(|none| explained(none, args, setup))?;
-    let suspicions = if args.enclose { run.judged(setup, args.reference, true).suspicions } else { run.warnings() };
-    suspicions.iter().for_each(|warning| report::warn(warning));
+    args.judge.warn(case, setup, &run, args.case.quiet);
     let mut out = out::for_data()?;
     if args.samples.samples_only {
         write_samples(out, run.line.geometry().names(), &run.samples, run.line.digits)?;
@@ -298,11 +292,11 @@ fn to_standard_output<S: Real>(
 
 /// Refuses options that this case does not have.
 fn check_options(case: &Case, args: &RunArgs) -> anyhow::Result<()> {
-    if args.enclose && case.settings.accuracy.is_none() && args.samples.samples_only {
+    if args.judge.enclose && case.settings.accuracy.is_none() && args.samples.samples_only {
         let help = "leave one of them out, or ask for solver.accuracy, which looks between the nodes on the way";
         return Err(report::refused("--samples-only keeps no nodes that --enclose could look between", help));
     }
-    if case.has_acting_events() && args.reference {
+    if case.has_acting_events() && args.judge.reference {
         let help = "leave --reference out: such a run is compared with a second one in any case";
         return Err(report::refused("the Taylor method of --reference knows no events that act", help));
     }

@@ -12,6 +12,7 @@ use geodesic_ivp::solve::{InitialGuess, Iterations, WorldLine};
 use geodesic_ivp::study::errors::{Judge, RunError};
 use geodesic_ivp::study::run::{Judged, Run};
 
+use super::judge;
 use super::lines::{is_readable, listed, row, short, unbroken, wrapped};
 
 /// A number with more digits that are right needs no error beside it.
@@ -41,6 +42,7 @@ impl<S: Real> Told<'_, S> {
             ("growth", self.growth()),
             ("events", self.events()),
             ("between", self.between()),
+            ("proved", self.proved()),
             ("written", Some(written)),
         ];
         self.verdict() + &rows.into_iter().filter_map(|(name, text)| Some(row(name, &text?))).collect::<String>()
@@ -177,6 +179,11 @@ impl<S: Real> Told<'_, S> {
         let count = |watch: usize| self.run.events.iter().filter(|crossing| crossing.watch == watch).count();
         let told = names.iter().enumerate().map(|(watch, name)| format!("{name} {}", count(watch)));
         (!names.is_empty()).then(|| listed(told))
+    }
+
+    /// The end that is proved, if a proof was asked for.
+    fn proved(&self) -> Option<String> {
+        self.judged.proof.as_ref().map(|proof| judge::told(proof, self.case))
     }
 
     /// The findings between the nodes, if the run looked there.

@@ -206,11 +206,12 @@ fn varied(runs: &ManyRuns) -> String {
 /// The lines for people: first how many rows have which verdict, then how many have which status. The line `varied` is
 /// between them.
 pub(super) fn summary_text(title: &str, summary: &RunsSummary, varied: &str) -> String {
-    let RunsSummary { rows, solved, doubtful, .. } = summary;
-    let (trusted, refused) = (solved - doubtful, rows - solved);
+    let RunsSummary { rows, solved, doubtful, proved, .. } = summary;
+    let (trusted, refused) = (solved - doubtful - proved, rows - solved);
+    let proved = if *proved > 0 { format!("{proved} proved, ") } else { String::new() };
     let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
     let part = summary.part.as_ref().map_or(String::new(), |part| format!(", part {part} of {}", summary.runs));
-    wrapped(&format!("{title}: {trusted} trusted, {doubtful} doubtful, {refused} refused"), 2)
+    wrapped(&format!("{title}: {proved}{trusted} trusted, {doubtful} doubtful, {refused} refused"), 2)
         + varied
         + &row("rows", &format!("{rows}{part}: {}", counts.join(", ")))
 }

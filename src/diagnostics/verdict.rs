@@ -1,7 +1,8 @@
 //! One verdict on a run, from what was measured on it and how far it is from a second solve.
 //!
 //! A run is *trusted* if there is an estimate of its error, if that is at most a hundredth of the motion of every
-//! coordinate, and if nothing else speaks against it. Otherwise it is *doubtful*, and every reason has a remedy. The
+//! coordinate, and if nothing else speaks against it. Otherwise it is *doubtful*, and every reason has a remedy. It is
+//! *proved* if a proof of where the motion ends has shown that the error there is as small as was asked for. The
 //! program *refuses* where it has no result at all.
 
 use std::fmt;
@@ -15,9 +16,9 @@ use crate::number::norm::larger;
 const LARGE_ERROR: f64 = 1e-2;
 /// An error below this share of the size of its coordinate is never large: what hardly moves has hardly a range.
 const NEGLIGIBLE_ERROR: f64 = 1e-9;
-/// The rounding error, relative to the size of a coordinate, that an estimate may lack before a reference contradicts
-/// it.
-const ROUNDING: f64 = 1e-12;
+/// The rounding error, relative to the size of a coordinate, that an estimate may lack before a reference, or a proof,
+/// contradicts it.
+pub(crate) const ROUNDING: f64 = 1e-12;
 /// A share of the way below which nothing was stepped over, and the share of an estimate that contradicts it.
 const SEEN: f64 = 1e-8;
 const CONTRADICTED: f64 = 0.1;
@@ -29,6 +30,8 @@ pub(super) const SMALLER_ACCURACY: &str = "ask for a smaller solver.accuracy";
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Grade {
+    /// It is proved that the error of the end is small.
+    Proved,
     /// The error is known and small, and nothing speaks against it.
     Trusted,
     /// There is a reason not to believe the result.
@@ -41,6 +44,7 @@ impl Grade {
     /// The name used in files.
     pub fn as_str(self) -> &'static str {
         match self {
+            Self::Proved => "proved",
             Self::Trusted => "trusted",
             Self::Doubtful => "doubtful",
             Self::Refused => "refused",
@@ -61,12 +65,20 @@ pub struct Reason {
     /// True if it is only a sign that a grid is too coarse, which a known small error outweighs.
     #[serde(skip)]
     pub(super) is_sign: bool,
+    /// True if it is not about the error of the motion that was computed, so that no proof of its end answers it.
+    #[serde(skip)]
+    pub(super) remains: bool,
 }
 
 impl Reason {
     /// A reason with its remedy.
     pub fn new(reason: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { reason: reason.into(), remedy: remedy.into(), link: "; ", is_sign: false }
+        Self { reason: reason.into(), remedy: remedy.into(), link: "; ", is_sign: false, remains: false }
+    }
+
+    /// The same reason, which a proof of the end does not answer.
+    pub(crate) fn remaining(self) -> Self {
+        Self { remains: true, ..self }
     }
 
     /// A sign that a grid is too coarse.
@@ -236,6 +248,16 @@ impl Verdict {
             self.grade = Grade::Doubtful;
             self.reasons.splice(0..0, reasons);
         }
+    }
+
+    /// Takes in that the errors at the end are proved to be at most these, and small enough: reasons that are about the
+    /// error fall. Returns the reasons that have fallen.
+    pub(crate) fn prove(&mut self, errors: &[CoordinateError], digits: u32) -> Vec<Reason> {
+        let (left, fallen) = std::mem::take(&mut self.reasons).into_iter().partition(|reason| reason.remains);
+        self.reasons = left;
+        self.grade = if self.reasons.is_empty() { Grade::Proved } else { Grade::Doubtful };
+        self.digits = Some(good_digits(errors, digits));
+        fallen
     }
 
     /// Adds a reason to doubt the result.

@@ -214,7 +214,7 @@ impl<S: Real> OfX<S> {
             let spacing = place.next_up() - place;
             (spacing * rate > accuracy * size).then(|| {
                 let finding = format!("{name} is near {place:.1e}, where numbers are {spacing:.1e} apart: {what}");
-                Reason::new(finding, format!("choose {key} nearer to 0"))
+                Reason::new(finding, format!("choose {key} nearer to 0")).remaining()
             })
         };
         numbers.into_iter().zip(&line.sizes).filter_map(told).collect()

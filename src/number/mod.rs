@@ -15,6 +15,7 @@
 //! assert!((tenth::<Extended>() * three - Extended::from_decimal("0.3").expect("a number")).to_f64().abs() < 1e-70);
 //! ```
 
+pub(crate) mod ball;
 mod compensated;
 mod decimal;
 mod function;

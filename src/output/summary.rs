@@ -62,6 +62,7 @@ pub fn run_summary<S: Real>(
         end,
         present(further),
         json!(judged.gaps),
+        present(json!({"proof": judged.proof})),
         json!({"diagnostics_seconds": run.seconds, "write_seconds": write_seconds}),
         // The iterations are those of the window that took most.
         json!({"warnings": warnings, "history": line.iterations.history}),

@@ -6,6 +6,7 @@ pub mod convergence;
 pub mod errors;
 pub mod many;
 mod method;
+pub mod proof;
 pub mod run;
 pub mod stability;
 mod subject;

@@ -13,6 +13,7 @@ use crate::number::norm::larger;
 use crate::solve::{NoSolution, Off, Setup, WorldLine, solve, solve_window_by_window};
 use crate::study::acting::{Piece, Pieces, Stopped, solve_acting};
 use crate::study::errors::{Further, Places, RunError, reference_error, run_error};
+use crate::study::proof::ProofOfRun;
 use crate::study::subject::timed;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
 
@@ -91,6 +92,8 @@ pub struct Judged {
     pub left: Option<Off>,
     /// The findings between the nodes, if the run looked there.
     pub gaps: Option<Gaps>,
+    /// The proof of its end, if one was asked for.
+    pub proof: Option<ProofOfRun>,
     /// The verdict.
     pub verdict: Verdict,
     /// The warnings.
@@ -311,10 +314,10 @@ impl<S: Real> Run<S> {
         if self.missed > 0 {
             let many = if self.missed == 1 { "once an event" } else { "several times an event" };
             let finding = format!("{many} that acts was stepped over between two nodes");
-            verdict.doubt(Reason::new(finding, SMALLER));
+            verdict.doubt(Reason::new(finding, SMALLER).remaining());
         }
-        let mut judged =
-            Judged { error: reference.or(estimate), inherited: None, left: None, gaps, verdict, suspicions };
+        let error = reference.or(estimate);
+        let mut judged = Judged { error, inherited: None, left: None, gaps, proof: None, verdict, suspicions };
         self.add_further(setup, &facts, &mut judged);
         judged
     }

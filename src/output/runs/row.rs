@@ -35,8 +35,9 @@ impl Columns {
         let keys = runs.axes.iter().map(|axis| axis.key.clone()).collect();
         let ending = texts(&["status", "exit_code", "ended_by"]);
         let estimate = first.settings.accuracy.map(|_| "error_estimate".to_owned()).into_iter().collect();
+        let proof = if first.proof { texts(&["proof_status", "proof_radius"]) } else { Vec::new() };
         let verdict = texts(&["verdict", "message"]);
-        let row = [texts(&["row"]), keys, ending, state.clone(), maxima.clone(), estimate, verdict].concat();
+        let row = [texts(&["row"]), keys, ending, state.clone(), maxima.clone(), estimate, proof, verdict].concat();
         let event = (!first.events.is_empty()).then(|| [texts(&["row", "event"]), state].concat());
         Self { headers: [row].into_iter().chain(event).collect(), maxima }
     }
@@ -56,6 +57,10 @@ impl Columns {
             let value = |name: &String| end.maxima.iter().find(|(other, _)| other == name);
             cells.extend(self.maxima.iter().map(|name| value(name).map_or_else(String::new, |(_, v)| v.clone())));
             cells.extend(end.error_estimate.map(|estimate| estimate.to_decimal(f64::MOST_DIGITS)));
+            cells.extend(end.proof.iter().flat_map(|proof| {
+                let radius = proof.radius.map_or_else(String::new, |radius| radius.to_decimal(f64::MOST_DIGITS));
+                [proof.status.as_str().to_owned(), radius]
+            }));
         }
         // What is not there is empty, and what only this run has is not in the table.
         cells.resize(self.headers[0].len() - 2, String::new());

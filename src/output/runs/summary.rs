@@ -32,8 +32,15 @@ pub struct RunsSummary {
     pub solved: usize,
     /// The number of those whose verdict is doubtful.
     pub doubtful: usize,
+    /// The number of those whose end is proved; absent if there is none.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub proved: usize,
     /// The number of rows with each status.
     pub statuses: BTreeMap<String, usize>,
+}
+
+fn is_none(count: &usize) -> bool {
+    *count == 0
 }
 
 impl RunsSummary {
@@ -49,13 +56,14 @@ impl RunsSummary {
             rows: 0,
             solved: 0,
             doubtful: 0,
+            proved: 0,
             statuses: BTreeMap::new(),
         }
     }
 
     /// The same table without rows.
     pub(super) fn without_rows(&self) -> Self {
-        Self { rows: 0, solved: 0, doubtful: 0, statuses: BTreeMap::new(), ..self.clone() }
+        Self { rows: 0, solved: 0, doubtful: 0, proved: 0, statuses: BTreeMap::new(), ..self.clone() }
     }
 
     /// Counts a row with this status and verdict.
@@ -63,6 +71,7 @@ impl RunsSummary {
         self.rows += 1;
         self.solved += usize::from(status == Status::Converged.as_str());
         self.doubtful += usize::from(verdict == Grade::Doubtful.as_str());
+        self.proved += usize::from(verdict == Grade::Proved.as_str());
         *self.statuses.entry(status.to_owned()).or_default() += 1;
     }
 

@@ -89,9 +89,9 @@ impl Further {
         let along = |off: &Off| carried(case, setup, &extent, off);
         let inherited = match setup.carried.as_ref().map(|carried| &carried.error) {
             None => Part::Nothing,
-            Some(None) => Part::Unknown(Reason::new(NOT_HANDED_ON, AGAIN)),
+            Some(None) => Part::Unknown(Reason::new(NOT_HANDED_ON, AGAIN).remaining()),
             Some(Some(off)) if off.is_none() => Part::Nothing,
-            Some(Some(off)) => Part::new(along(off), || Reason::new(NO_END, AGAIN)),
+            Some(Some(off)) => Part::new(along(off), || Reason::new(NO_END, AGAIN).remaining()),
         };
         let (lost, of_formula) = match formulas {
             Formulas::Conditioned => (Part::Nothing, Default::default()),
@@ -145,7 +145,7 @@ impl Further {
         if inherited.is_to_blame(lost, own, all) {
             let of = inherited.most(own).map(|(one, error)| format!(" to {error:.1e} in {}", one.name));
             let finding = format!("the error of the run that it continues grows{}", of.unwrap_or_default());
-            reasons.push(Reason::new(finding, SMALLER));
+            reasons.push(Reason::new(finding, SMALLER).remaining());
         }
         reasons
     }

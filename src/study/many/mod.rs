@@ -31,6 +31,7 @@ use crate::engine::Sensitivity;
 use crate::geometry::Geometry;
 use crate::number::{Extended, Real};
 use crate::solve::{NoSolution, WorldLine};
+use crate::study::proof::{ProofOfRun, prove_run};
 use crate::study::run::{NoRun, Wanted, run};
 use crate::trajectory::Crossing;
 
@@ -132,6 +133,8 @@ pub struct End {
     pub maxima: Vec<(String, String)>,
     /// The estimated error, if an accuracy was asked for.
     pub error_estimate: Option<f64>,
+    /// The proof of it, if one was asked for.
+    pub proof: Option<ProofOfRun>,
     /// The verdict on the result.
     pub verdict: Verdict,
     /// The events of the case, in the order of γ: the name, then the state.
@@ -167,7 +170,10 @@ fn outcome<S: Real>(case: &Case) -> Result<End, NoSolution> {
         Err(NoRun::Unsolved(failure, _)) => return Err(failure),
         Err(NoRun::Unsampled(_)) => unreachable!("a row has no samples"),
     };
-    let (line, verdict) = (&found.line, found.judged(&setup, false, false).verdict);
+    let (line, mut judged) = (&found.line, found.judged(&setup, false, false));
+    if case.proof {
+        prove_run(case, &found, &mut judged, &mut |_| true);
+    }
     let state = |gamma: S, q: &[S], q_dot: &[S]| -> Vec<String> {
         std::iter::once(&gamma).chain(q).chain(q_dot).map(|value| value.to_decimal(line.digits)).collect()
     };
@@ -180,7 +186,8 @@ fn outcome<S: Real>(case: &Case) -> Result<End, NoSolution> {
         state: state(line.gamma_f(), &end.q, &end.q_dot),
         maxima: maxima(case, line, &found.diagnostics),
         error_estimate: line.error_estimate,
-        verdict,
+        proof: judged.proof,
+        verdict: judged.verdict,
         events: events.collect(),
     })
 }

@@ -13,6 +13,7 @@ mod formulas;
 mod methods;
 mod orbits;
 mod presets;
+mod proof;
 mod published;
 mod reference;
 mod rounding;

@@ -8,6 +8,7 @@ mod folders;
 mod interrupts;
 mod limits;
 mod malformed;
+mod prove;
 mod restart;
 mod run;
 mod samples;

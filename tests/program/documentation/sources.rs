@@ -9,13 +9,14 @@ use super::pages::{Page, Part};
 use crate::common::ROOT;
 
 /// The rooms of the library, from low to high. The command layer stands above all of them.
-const LAYERS: [&str; 15] = [
+const LAYERS: [&str; 16] = [
     "number",
     "formula",
     "linalg",
     "sbp",
     "geometry",
     "engine",
+    "proof",
     "reference",
     "methods",
     "action",

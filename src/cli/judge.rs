@@ -1,0 +1,127 @@
+//! How `run` judges a result: by the estimates that every run has, and on demand by further means.
+
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use geodesic_ivp::Case;
+use geodesic_ivp::number::Real;
+use geodesic_ivp::number::norm::larger;
+use geodesic_ivp::solve::Setup;
+use geodesic_ivp::study::proof::{ProofOfRun, ProvedEnd, prove_run};
+use geodesic_ivp::study::run::{Judged, Run};
+
+use super::lines::{listed, short};
+use super::{interrupt, report, study};
+
+/// A proof that takes longer shows how far it is.
+const SHOWN: Duration = Duration::from_secs(1);
+/// The steps of its bar.
+const STEPS: f64 = 1000.0;
+
+const HEADING: &str = "How to judge the result";
+
+#[derive(Debug, Clone, Args)]
+pub(super) struct JudgeArgs {
+    /// Prove where the motion ends, and how far the run is from it
+    ///
+    /// A computation of its own encloses the end of the motion, of the decimals of the case, in 15 digits and more. It
+    /// is the same as solver.proof=true. What cannot be proved is told with its reason, and changes nothing else.
+    #[arg(long, help_heading = HEADING)]
+    pub(super) prove: bool,
+
+    /// Look between the nodes, too; --prove says more [goes in the next version]
+    ///
+    /// The formulas are enclosed on the way from each node to the next, and the result is doubted where they may do
+    /// what the nodes do not see. With solver.accuracy every run does so. --prove takes its place.
+    #[arg(long, conflicts_with = "vary", help_heading = HEADING)]
+    pub(super) enclose: bool,
+
+    /// Compare with the Taylor method
+    ///
+    /// It takes the place of a second solve by the engine of solver.accuracy.
+    #[arg(long, conflicts_with = "vary", help_heading = HEADING)]
+    pub(super) reference: bool,
+}
+
+/// The override that `--prove` stands for.
+pub(super) const PROOF: &str = "solver.proof=true";
+
+impl JudgeArgs {
+    /// Judges a run, with a proof if its case asks for one. An interrupt ends the proof, and not the run.
+    pub(super) fn judged<S: Real>(&self, case: &Case, setup: &Setup<S>, run: &Run<S>, is_quiet: bool) -> Judged {
+        if self.enclose && !is_quiet {
+            report::note("--enclose goes in the next version: --prove proves where the run ends");
+        }
+        let mut judged = run.judged(setup, self.reference, self.enclose);
+        if case.proof {
+            let (begun, mut bar) = (Instant::now(), None);
+            interrupt::watched(|is_stopped| {
+                prove_run(case, run, &mut judged, &mut |share| {
+                    if begun.elapsed() > SHOWN {
+                        let new = || study::bar(is_quiet, STEPS as usize, "proof {bar:30} {eta} left");
+                        bar.get_or_insert_with(new).set_position((STEPS * share) as u64);
+                    }
+                    !is_stopped()
+                });
+            });
+            bar.into_iter().for_each(|bar| bar.finish_and_clear());
+        }
+        judged
+    }
+
+    /// Warns of what speaks against a run whose table goes to standard output, and notes what is proved of it.
+    pub(super) fn warn<S: Real>(&self, case: &Case, setup: &Setup<S>, run: &Run<S>, is_quiet: bool) {
+        if !self.enclose && !case.proof {
+            run.warnings().iter().for_each(|warning| report::warn(warning));
+            return;
+        }
+        let judged = self.judged(case, setup, run, is_quiet);
+        judged.suspicions.iter().for_each(|warning| report::warn(warning));
+        if let Some(proof) = &judged.proof {
+            report::note(&format!("proof: {}", told(proof, case)).replace('\u{a0}', " "));
+        }
+    }
+}
+
+/// The end that is proved, or why it is not.
+pub(super) fn told(proof: &ProofOfRun, case: &Case) -> String {
+    if let Some(reason) = &proof.reason {
+        return match proof.windows {
+            0 => format!("the end is not proved: {reason}"),
+            _ => format!("the end is not proved: {reason} at gamma = {}", short(proof.reached)),
+        };
+    }
+    let place = case.t_f::<f64>().unwrap_or(proof.reached);
+    let told = |end: &&ProvedEnd| !end.is_plain;
+    let one = |end: &ProvedEnd| format!("{}({}) = {} ± {}", end.name, short(place), end.end, above(end.radius));
+    let ends = listed(proof.ends.iter().filter(told).map(one));
+    let off = proof.ends.iter().map(|end| end.run_off_by).fold(0.0, larger);
+    let ends = if ends.is_empty() { "nothing varies".to_owned() } else { ends };
+    format!("{ends}; this run is off by {}", above(off))
+}
+
+/// A number that is not negative in two digits, rounded up.
+fn above(number: f64) -> String {
+    if number.is_nan() || number <= 0.0 {
+        return format!("{number}");
+    }
+    let read = |text: &str| text.parse::<f64>().unwrap_or(f64::INFINITY);
+    let unit = 10.0_f64.powi(number.log10().floor() as i32 - 1);
+    let texts = [0.0, 1.0, 2.0].map(|more| format!("{:.1e}", number + more * 0.5 * unit));
+    let above = texts.iter().find(|text| read(text) >= number);
+    above.unwrap_or(&texts[2]).clone()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::above;
+
+    #[test]
+    fn radii_are_rounded_up() {
+        for (number, text) in
+            [(1.01e-17, "1.1e-17"), (9.95e-5, "1.0e-4"), (2e-9, "2.0e-9"), (0.0, "0"), (9.91, "1.0e1")]
+        {
+            assert_eq!(above(number), text);
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! From the end of the last window back to the end of the motion, which lies just before it.
+//!
+//! At a distance τ ≥ 0 before the end of the window x(h − τ) = x(h) − τ f(x(h)) ± τ²/2 sup |J f|. To γ_f, τ is known.
+//! To where a coordinate t has a value, τ = (t(h) − value ± τ²/2 sup |ẗ|)/ṫ(h), so that with φ = f/ṫ at the end
+//!
+//! ```text
+//! x = x(h) − φ (t(h) − value) ± τ²/2 (sup |ẍ| + |φ| sup |ẗ|),
+//! ```
+//!
+//! which keeps what errors of x and t have in common.
+
+use super::ellipse::Bounds;
+use super::equations::Equations;
+use super::proved::Proved;
+use super::set::Set;
+use super::tables::UP;
+use super::window::Prover;
+use super::{Coordinate, Motion, Reason, Until};
+use crate::number::ball::{Ball, Disc};
+use crate::number::{Extended, Real};
+
+/// A value is looked for up to this share of a window behind its end, so that no window is left in front of it.
+const BEHIND: f64 = 1e-6;
+
+/// Numbers of a motion in 71 digits are off by less, relative to them.
+const OFF: f64 = 1e-60;
+
+/// Where a proof ends.
+pub(super) enum Goal {
+    /// After a length of γ.
+    Length(Extended),
+    /// Where an unknown has a value, in this direction and after about this length.
+    Value { unknown: usize, value: Extended, sign: f64, about: f64 },
+}
+
+impl Goal {
+    /// Where a coordinate moves at a constant velocity, it has its value after a length.
+    pub(super) fn new(motion: &Motion<'_>, equations: &Equations<'_>) -> Self {
+        match motion.until {
+            Until::Length(length) => Self::Length(length),
+            Until::Value(a, value) => {
+                let (way, rate) = (value - motion.start.q[a], motion.start.q_dot[a]);
+                let unknown = equations.of.iter().position(|of| *of == (a, false));
+                match unknown.filter(|_| !equations.is_steady(a)) {
+                    Some(unknown) => {
+                        let about = (way / rate).abs().to_f64();
+                        Self::Value { unknown, value, sign: way.to_f64().signum(), about }
+                    }
+                    None => Self::Length((way / rate).abs()),
+                }
+            }
+        }
+    }
+
+    /// About how long the motion is.
+    pub(super) fn length(&self) -> f64 {
+        match self {
+            Self::Length(length) => length.to_f64(),
+            Self::Value { about, .. } => *about,
+        }
+    }
+
+    /// Returns true if slopes on these sides lead to the value.
+    pub(super) fn is_ahead(&self, sides: &[f64]) -> bool {
+        match self {
+            Self::Length(_) => true,
+            Self::Value { unknown, sign, .. } => sides[*unknown] == *sign,
+        }
+    }
+
+    /// The length of the window that begins at `reached` and should be `h` long, and whether it is the last one.
+    pub(super) fn step(&self, reached: f64, h: f64) -> (f64, bool) {
+        let Self::Length(length) = self else { return (h, false) };
+        let left = *length - Extended::from(reached);
+        let near = left.to_f64();
+        if h < near * (1.0 - BEHIND) {
+            return (h, false);
+        }
+        (if Extended::from(near) < left { near.next_up() } else { near }, true)
+    }
+
+    /// The length of the window until just behind the value, if this window passes it.
+    pub(super) fn passed(&self, set: &Set, proved: &Proved) -> Option<f64> {
+        let Self::Value { unknown: k, value, sign, .. } = *self else { return None };
+        let left = (value - Extended::from(set.start[k]) - Extended::from(set.centre[k])).to_f64();
+        // What is missing after a length of the window.
+        let missing = |h: f64| sign * (left - way(&proved.modes[k], proved.h, h));
+        let (mut low, mut high) = (0.0, proved.h * (1.0 + BEHIND));
+        if missing(high) > 0.0 {
+            return None;
+        }
+        while high - low > 2.0 * f64::EPSILON * high {
+            let middle = 0.5 * (low + high);
+            (low, high) = if missing(middle) > 0.0 { (middle, high) } else { (low, middle) };
+        }
+        let size = set.size(k, proved.sizes[k]);
+        let rate = (way(&proved.modes[k], proved.h, high) - way(&proved.modes[k], proved.h, 0.99 * high)).abs();
+        let margin = (2.0 * proved.epsilon[k] + 8.0 * f64::EPSILON * size) * 0.01 * high / rate;
+        Some(high * (1.0 + 4.0 * f64::EPSILON) + 2.0 * margin)
+    }
+}
+
+/// The way of an unknown after a part `h` of a window of this length, but for rounding.
+fn way(modes: &[f64], length: f64, h: f64) -> f64 {
+    let x = 2.0 * h / length - 1.0;
+    let (mut before, mut here, mut sum) = (1.0, x, modes[0] * (1.0 + x));
+    for (k, mode) in modes.iter().enumerate().skip(1) {
+        let next = ((2 * k + 1) as f64 * x * here - k as f64 * before) / (k + 1) as f64;
+        sum += mode * (next - before) / (2 * k + 1) as f64;
+        (before, here) = (here, next);
+    }
+    0.5 * length * sum
+}
+
+/// The unknowns at the end of the motion, and γ − γ_i there, with their radii.
+pub(super) struct End {
+    unknowns: Vec<(Extended, f64)>,
+    gamma: (Extended, f64),
+}
+
+impl End {
+    /// From the set at the end of the last window, which ends after `reached` and has these bounds on its ellipse.
+    pub(super) fn new(
+        prover: &mut Prover<'_>,
+        set: &Set,
+        goal: &Goal,
+        (reached, h): (Extended, f64),
+        bounds: &Bounds,
+    ) -> Result<Self, Reason> {
+        let slopes = prover.ellipse.slopes_around(&prover.equations, &set.start, &set.sizes());
+        let mut bends = vec![0.0; set.start.len()];
+        for (entry, jacobian) in prover.equations.entries.iter().zip(&bounds.jacobian) {
+            bends[entry.row] += jacobian * bounds.slope[entry.column] * UP;
+        }
+        let middle = |k: usize| Extended::from(set.start[k]) + Extended::from(set.centre[k]);
+        let back = match *goal {
+            Goal::Length(length) => {
+                let tau = reached - length;
+                // The length of the case is off, too.
+                let most = (tau.abs() + length * Extended::from(OFF)).to_f64() * UP + 1e-300;
+                Back { along: None, by: tau, most, off: length.to_f64() * OFF }
+            }
+            Goal::Value { unknown, value, sign, .. } => {
+                let by = middle(unknown) - value;
+                let rate = slopes[unknown].re.abs() - slopes[unknown].rad;
+                let beyond = by.to_f64() * sign - set.radii()[unknown] * UP;
+                let most = 2.0 * (by.to_f64().abs() + set.radii()[unknown]) / rate * UP;
+                // Over so long ṫ stays above half of what it is at the end.
+                let is_passed = beyond >= 0.0 && most <= h && most * bends[unknown] <= 0.5 * rate;
+                if !is_passed {
+                    return Err(Reason::Short);
+                }
+                Back { along: Some(unknown), by, most, off: (value.abs().to_f64()) * OFF }
+            }
+        };
+        let unknowns = (0..set.start.len()).map(|k| back.unknown(set, k, middle(k), &slopes, &bends)).collect();
+        Ok(Self { unknowns, gamma: back.gamma(set, reached, &slopes, &bends) })
+    }
+}
+
+/// The way back.
+struct Back {
+    /// The unknown that has a value at the end, if it is one.
+    along: Option<usize>,
+    /// τ, or t(h) − value in the middle; and a bound of τ.
+    by: Extended,
+    most: f64,
+    /// What the decimals of the end are off by.
+    off: f64,
+}
+
+impl Back {
+    fn unknown(&self, set: &Set, k: usize, middle: Extended, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
+        let curved = 0.5 * self.most * self.most;
+        if self.along == Some(k) {
+            return (middle - self.by, self.off);
+        }
+        let Some(along) = self.along else {
+            let slope = slopes[k];
+            let rad = set.radii()[k] + self.most * slope.rad + slope.size() * self.off + curved * bends[k];
+            return (middle - Extended::from(slope.re) * self.by, rad * UP);
+        };
+        let phi = slopes[k] / slopes[along];
+        let columns = set.columns[k].iter().zip(&set.columns[along]);
+        let of_columns: f64 = columns.clone().map(|(own, other)| (own - phi.re * other).abs()).sum();
+        let rounded: f64 = columns.map(|(own, other)| own.abs() + (phi.re * other).abs()).sum::<f64>() * f64::EPSILON;
+        let gap = self.by.to_f64().abs() + set.radii()[along];
+        let of_box = set.rest[k] + phi.size() * set.rest[along] + phi.rad * gap * UP;
+        let rest = phi.size() * self.off + curved * (bends[k] + phi.size() * bends[along]);
+        (middle - Extended::from(phi.re) * self.by, (of_columns + rounded + of_box + rest) * UP)
+    }
+
+    fn gamma(&self, set: &Set, reached: Extended, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
+        let Some(along) = self.along else { return (reached - self.by, self.off) };
+        let inverse = Disc::of(Ball::exact(1.0)) / slopes[along];
+        let gap = self.by.to_f64().abs() + set.radii()[along];
+        let curved = 0.5 * self.most * self.most * bends[along];
+        let rad = inverse.size() * (set.radii()[along] + self.off + curved) + inverse.rad * gap;
+        (reached - self.by * Extended::from(inverse.re), rad * UP)
+    }
+}
+
+/// The coordinates at the end, in their order.
+pub(super) fn coordinates(
+    motion: &Motion<'_>,
+    equations: &Equations<'_>,
+    goal: &Goal,
+    end: Option<End>,
+) -> Vec<Coordinate> {
+    let gamma = end.as_ref().map_or((Extended::ZERO, 0.0), |end| end.gamma);
+    let gamma = if let Goal::Length(length) = goal { (*length, length.to_f64() * OFF) } else { gamma };
+    let unknowns = end.iter().flat_map(|end| end.unknowns.iter().zip(&equations.of));
+    let positions = unknowns.filter(|(_, (_, is_momentum))| !is_momentum);
+    let found = positions.map(|(&(value, radius), &(coordinate, _))| Coordinate {
+        coordinate,
+        value,
+        radius,
+        is_steady: false,
+    });
+    let steady = equations.steady.iter().map(|&a| {
+        let (start, rate) = (motion.start.q[a], motion.start.q_dot[a]);
+        let off = (start.abs() + (rate * gamma.0).abs()).to_f64() * OFF + rate.abs().to_f64() * gamma.1;
+        Coordinate { coordinate: a, value: start + rate * gamma.0, radius: off * UP, is_steady: true }
+    });
+    let mut all: Vec<Coordinate> = found.chain(steady).collect();
+    all.sort_by_key(|coordinate| coordinate.coordinate);
+    all
+}

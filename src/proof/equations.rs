@@ -1,0 +1,157 @@
+//! The equations of a scene for a proof: x′ = f(x) with x = (q and p of active coordinates, q of the others).
+//!
+//! Nothing depends on the others, so their columns of J = Df are zero. Those among them whose velocity is constant, as
+//! that of t without a force on it, are left out of x, and so is s, by which Newton's law is lifted.
+
+use crate::formula::{Program, Register, Step};
+use crate::geometry::{Geometry, Hamiltonian, Source, Start};
+use crate::number::Extended;
+use crate::number::ball::Ball;
+
+/// Numbers of a case are decimals, or formulas of few of them, in 71 digits. This bounds what they are off by, relative
+/// to them.
+const OFF: f64 = 1e-60;
+
+/// A number of the case.
+pub(super) fn number(value: Extended) -> Ball {
+    Ball::of(value, OFF)
+}
+
+/// An entry of J that is not zero.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    pub(super) row: usize,
+    pub(super) column: usize,
+    pub(super) value: Source<Extended>,
+}
+
+/// f and J as programs.
+#[derive(Debug)]
+pub(super) struct Equations<'g> {
+    hamiltonian: &'g Hamiltonian<Extended>,
+    pub(super) jacobian: &'g Program<Extended>,
+    /// The number of unknowns, of which the first `active` are q and p of active coordinates.
+    pub(super) unknowns: usize,
+    pub(super) active: usize,
+    /// The coordinate of every unknown, and whether it is its momentum.
+    pub(super) of: Vec<(usize, bool)>,
+    /// The first unknown that has the same unit: coordinates with the same g_aa at the start, and their momenta.
+    kinds: Vec<usize>,
+    /// The registers of the active unknowns, in both programs, and of f.
+    pub(super) variables: Vec<Register>,
+    pub(super) slopes: Vec<Register>,
+    /// The steps to all of f, to ṗ and to q̇ of active coordinates, and to J.
+    pub(super) all: Box<[Step]>,
+    pub(super) forces: Box<[Step]>,
+    pub(super) velocities: Box<[Step]>,
+    pub(super) of_jacobian: Box<[Step]>,
+    pub(super) entries: Vec<Entry>,
+    /// Momenta of ignorable coordinates, which are constants.
+    momenta: Vec<(Register, Extended)>,
+    /// The values of the unknowns at the start.
+    pub(super) start: Vec<Extended>,
+    /// Coordinates that move at a constant velocity.
+    pub(super) steady: Vec<usize>,
+}
+
+impl<'g> Equations<'g> {
+    /// From a start. The coordinate `unused` is no result.
+    pub(super) fn new(geometry: &'g Geometry<Extended>, start: &Start<Extended>, unused: Option<usize>) -> Self {
+        let hamiltonian = &*geometry.hamiltonian;
+        let (n, active, program) = (geometry.dimension(), geometry.active(), &hamiltonian.program);
+        let is_variable = |register: Register| active.iter().any(|&a| register == a || register == 2 * n + a);
+        let varies = program.depends_on(is_variable);
+        let is_steady = |a: usize| !varies[hamiltonian.velocities[a]];
+        let ignorable: Vec<usize> = geometry.ignorable().collect();
+        let is_kept: Vec<bool> = ignorable.iter().map(|&a| !is_steady(a) && unused != Some(a)).collect();
+        let kept: Vec<usize> = ignorable.iter().zip(&is_kept).filter(|(_, kept)| **kept).map(|(&a, _)| a).collect();
+        let of: Vec<(usize, bool)> = (active.iter().map(|&a| (a, false)))
+            .chain(active.iter().map(|&a| (a, true)))
+            .chain(kept.iter().map(|&a| (a, false)))
+            .collect();
+        let diagonal = geometry.diagonal(&start.q);
+        let is_alike = |one: &(usize, bool), other: &(usize, bool)| {
+            one == other || one.1 == other.1 && diagonal[one.0] == diagonal[other.0]
+        };
+        let kinds = of.iter().map(|own| of.iter().position(|other| is_alike(own, other)).unwrap_or_default());
+        let velocities = hamiltonian.active_velocities();
+        let others = kept.iter().map(|&a| hamiltonian.velocities[a]);
+        let slopes: Vec<Register> = velocities.iter().chain(&hamiltonian.forces).copied().chain(others).collect();
+        let linear = hamiltonian.linearised();
+        // Rows of J count all ignorable coordinates.
+        let row_of = |row: usize| match row.checked_sub(2 * active.len()) {
+            None => Some(row),
+            Some(place) => is_kept[place].then(|| 2 * active.len() + is_kept[..place].iter().filter(|k| **k).count()),
+        };
+        let entries = linear
+            .entries
+            .iter()
+            .filter_map(|entry| row_of(entry.row).map(|row| Entry { row, column: entry.column, value: entry.value }));
+        let entries: Vec<Entry> = entries.collect();
+        let wanted = entries.iter().filter_map(|entry| match entry.value {
+            Source::Row(output) => Some(linear.jacobian.output(output)),
+            Source::Constant(_) => None,
+        });
+        Self {
+            all: program.schedule(slopes.iter().copied(), |_| false),
+            forces: program.schedule(hamiltonian.forces.iter().copied(), |_| false),
+            velocities: program.schedule(velocities.iter().copied(), |_| false),
+            of_jacobian: linear.jacobian.schedule(wanted.collect::<Vec<_>>(), |_| false),
+            jacobian: &linear.jacobian,
+            entries,
+            momenta: ignorable.iter().map(|&a| (2 * n + a, start.p[a])).collect(),
+            variables: active.iter().copied().chain(active.iter().map(|&a| 2 * n + a)).collect(),
+            start: of.iter().map(|&(a, is_momentum)| if is_momentum { start.p[a] } else { start.q[a] }).collect(),
+            steady: (ignorable.into_iter()).filter(|&a| is_steady(a) && unused != Some(a)).collect(),
+            unknowns: slopes.len(),
+            active: 2 * active.len(),
+            kinds: kinds.collect(),
+            of,
+            slopes,
+            hamiltonian,
+        }
+    }
+
+    /// Returns true if a coordinate moves at a constant velocity, whether something depends on it or not.
+    pub(super) fn is_steady(&self, a: usize) -> bool {
+        let n = self.hamiltonian.velocities.len();
+        let active = &self.hamiltonian.active;
+        let is_variable = |register: Register| active.iter().any(|&b| register == b || register == 2 * n + b);
+        !self.hamiltonian.program.depends_on(is_variable)[self.hamiltonian.velocities[a]]
+    }
+
+    /// Registers of the program of f, or of J, with constants in place.
+    pub(super) fn registers<V: Clone>(&self, of_jacobian: bool, constant: impl Fn(Extended) -> V) -> Vec<V> {
+        let program = if of_jacobian { self.jacobian } else { &self.hamiltonian.program };
+        let mut registers = program.registers(&constant);
+        self.momenta.iter().for_each(|&(register, p)| registers[register] = constant(p));
+        registers
+    }
+
+    /// The value of an entry of J among registers of its program.
+    pub(super) fn value<V: Copy>(&self, entry: &Entry, registers: &[V], constant: impl Fn(Extended) -> V) -> V {
+        match entry.value {
+            Source::Constant(value) => constant(value),
+            Source::Row(output) => registers[self.jacobian.output(output)],
+        }
+    }
+
+    /// The start in doubles, what that leaves of it, and a bound of the rest.
+    pub(super) fn split_start(&self) -> [Vec<f64>; 3] {
+        let balls: Vec<Ball> = self.start.iter().map(|&value| number(value)).collect();
+        [
+            balls.iter().map(|ball| ball.hi).collect(),
+            balls.iter().map(|ball| ball.lo).collect(),
+            balls.iter().map(|ball| ball.rad).collect(),
+        ]
+    }
+
+    /// For every unknown the largest of the sizes of its kind.
+    pub(super) fn shared(&self, sizes: &[f64]) -> Vec<f64> {
+        let most = |kind: &usize| {
+            let same = self.kinds.iter().zip(sizes).filter(|(other, _)| *other == kind);
+            same.fold(0.0_f64, |most, (_, size)| most.max(*size))
+        };
+        self.kinds.iter().map(most).collect()
+    }
+}

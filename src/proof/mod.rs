@@ -1,0 +1,249 @@
+//! A proof of where a motion ends: the end of a run in 20 digits and more, with a bound of its error.
+//!
+//! A proof is an integration of its own, and believes nothing of the run. What it proves is a theorem about the
+//! decimals of the case, under the arithmetic of IEEE 754 and provided that this code is what it says; `docs/method.md`
+//! has the theorem on a page.
+//!
+//! ```text
+//! algebras     balls at the nodes and discs on the ellipse, as algebras of programs
+//! tables       Legendre polynomials on nodes and ellipse, constants of interpolation and quadrature
+//! equations    f and Df of a scene, without what nothing depends on
+//! approximate  the motion in a window and its adjoint matrix, of which nothing is proved
+//! defect       v − f(y) at the nodes, in balls
+//! ellipse      bounds on an ellipse around the window, and what formulas do there that is not analytic
+//! matrices     the adjoint matrix B, its defect E, a bound of its inverse
+//! window       what becomes of the errors over a window
+//! proved       what is kept of it
+//! set          the set of errors
+//! end          from the last window to γ_f, or to t_f
+//! ```
+
+mod algebras;
+mod approximate;
+mod defect;
+mod ellipse;
+mod end;
+mod equations;
+mod matrices;
+mod proved;
+mod set;
+mod tables;
+mod window;
+
+pub use algebras::Obstacle;
+
+use std::fmt;
+use std::time::Instant;
+
+use crate::geometry::{Geometry, Start};
+use crate::number::Extended;
+use approximate::Approximate;
+use defect::Defect;
+use ellipse::{Bounds, Ellipse};
+use end::{End, Goal};
+use equations::Equations;
+use proved::Proved;
+use set::Set;
+use window::{Prover, Refused};
+
+/// The first window is this share of the length; windows become longer or shorter at once.
+const FIRST: f64 = 1.0 / 64.0;
+/// A window may be that much longer than the one before, or shorter.
+const LONGER: f64 = 1.15;
+const SHORTER: f64 = 0.8;
+/// A window that is shorter than this share of the longest one so far is in front of something.
+const SHORTEST: f64 = 1e-4;
+/// Before any window is proved they are halved, down to this share of the first.
+const SHORTEST_FIRST: f64 = 1e-6;
+/// Beyond this share of its coordinate a bound says nothing any more.
+const LOST: f64 = 1e-3;
+
+/// The end of a motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Until {
+    /// After this length of γ.
+    Length(Extended),
+    /// Where a coordinate has a value.
+    Value(usize, Extended),
+}
+
+/// The motion of which something is to be proved.
+#[derive(Debug)]
+pub struct Motion<'m> {
+    /// The space-time.
+    pub geometry: &'m Geometry<Extended>,
+    /// The start.
+    pub start: &'m Start<Extended>,
+    /// A coordinate that is no result.
+    pub unused: Option<usize>,
+    /// The end.
+    pub until: Until,
+}
+
+/// Why a proof ends before the motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Reason {
+    /// What formulas do ahead.
+    Obstacle(Obstacle),
+    /// Windows become ever shorter, as in front of a pole or a very narrow feature.
+    Short,
+    /// The bound has become too large to be of use.
+    Lost,
+    /// The coordinate that the motion ends by does not grow, or fall, all the way.
+    NotMonotone,
+    /// It was asked to stop.
+    Stopped,
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Obstacle(obstacle) => write!(f, "{obstacle}"),
+            Self::Short => f.write_str("windows that become ever shorter"),
+            Self::Lost => f.write_str("a bound that has become too large"),
+            Self::NotMonotone => f.write_str("a coordinate that is to reach a value and turns back"),
+            Self::Stopped => f.write_str("an interrupt"),
+        }
+    }
+}
+
+/// A coordinate at the end: a number, and a bound of its distance from the true one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coordinate {
+    /// Its place among the coordinates.
+    pub coordinate: usize,
+    /// The number, in extended precision.
+    pub value: Extended,
+    /// The bound, absolute.
+    pub radius: f64,
+    /// True if it moves at a constant velocity.
+    pub is_steady: bool,
+}
+
+/// What is proved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proof {
+    /// The coordinates at the end, or why there is no proof of them.
+    pub end: Result<Vec<Coordinate>, Reason>,
+    /// γ − γ_i until where windows are proved.
+    pub reached: f64,
+    /// The number of windows.
+    pub windows: usize,
+    /// The seconds that it took.
+    pub seconds: f64,
+}
+
+/// Proves where a motion ends. `goes_on` hears after every window how far it came, and may stop the proof.
+pub fn prove(motion: &Motion<'_>, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof {
+    let begun = Instant::now();
+    let equations = Equations::new(motion.geometry, motion.start, motion.unused);
+    let goal = Goal::new(motion, &equations);
+    let mut run = Run {
+        set: Set::new(&equations),
+        prover: Prover {
+            approximate: Approximate::new(&equations),
+            defect: Defect::new(&equations),
+            ellipse: Ellipse::new(&equations),
+            equations,
+        },
+        reached: 0.0,
+        windows: 0,
+    };
+    let end = run.to(&goal, goes_on);
+    let end = end.map(|end| end::coordinates(motion, &run.prover.equations, &goal, end));
+    Proof { end, reached: run.reached, windows: run.windows, seconds: begun.elapsed().as_secs_f64() }
+}
+
+/// A proof on its way.
+struct Run<'g> {
+    prover: Prover<'g>,
+    set: Set,
+    /// Exact, as lengths of windows are.
+    reached: f64,
+    windows: usize,
+}
+
+/// Lengths of windows, but for the last one, are multiples of a power of two, so that sums of them are exact.
+fn on_grid(h: f64, unit: f64) -> f64 {
+    (h / unit).floor().max(1.0) * unit
+}
+
+impl Run<'_> {
+    /// To the end, which is `None` of a motion that does not vary.
+    fn to(&mut self, goal: &Goal, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Option<End>, Reason> {
+        if self.prover.equations.unknowns == 0 {
+            return Ok(None);
+        }
+        let first = goal.length() * FIRST;
+        let unit = (first.log2().floor() - 30.0).exp2();
+        let (mut h, mut longest) = (on_grid(first, unit), 0.0_f64);
+        loop {
+            if !goes_on(self.reached) {
+                return Err(Reason::Stopped);
+            }
+            let (step, is_last) = goal.step(self.reached, h);
+            let factor = match self.window(goal, step) {
+                Ok(proved) => match goal.passed(&self.set, &proved) {
+                    Some(step) => return self.last(goal, step).map(Some),
+                    None if is_last => return self.end(goal, proved).map(Some),
+                    None => {
+                        longest = longest.max(step);
+                        let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
+                        self.take(proved)?;
+                        factor
+                    }
+                },
+                Err(reason) => {
+                    let is_short = step <= longest * SHORTEST || step <= first * SHORTEST_FIRST;
+                    if is_short {
+                        return Err(reason);
+                    }
+                    if longest > 0.0 { SHORTER } else { 0.5 }
+                }
+            };
+            h = on_grid(step * factor, unit);
+        }
+    }
+
+    /// Proves a window, on which the coordinate of the end has to come nearer to its value.
+    fn window(&mut self, goal: &Goal, h: f64) -> Result<Proved, Reason> {
+        let proved = pulp::Arch::new().dispatch(|| self.prover.window(&self.set, h));
+        let proved = proved.map_err(|refused| match refused {
+            Refused::Obstacle(obstacle) => Reason::Obstacle(obstacle),
+            Refused::Unbounded => Reason::Short,
+        })?;
+        if goal.is_ahead(&proved.bounds.sides) { Ok(proved) } else { Err(Reason::NotMonotone) }
+    }
+
+    /// The window until just behind the end.
+    fn last(&mut self, goal: &Goal, h: f64) -> Result<End, Reason> {
+        let proved = self.window(goal, h)?;
+        self.end(goal, proved)
+    }
+
+    fn end(&mut self, goal: &Goal, proved: Proved) -> Result<End, Reason> {
+        let (before, h) = (self.reached, proved.h);
+        let bounds = self.take(proved)?;
+        let reached = Extended::from(before) + Extended::from(h);
+        End::new(&mut self.prover, &self.set, goal, (reached, h), &bounds)
+    }
+
+    /// Goes to the end of a window.
+    fn take(&mut self, proved: Proved) -> Result<Bounds, Reason> {
+        self.set.advance(&self.prover.equations, &proved).ok_or(Reason::Lost)?;
+        self.reached += proved.h;
+        self.windows += 1;
+        self.prover.approximate.keep(proved.h, proved.modes);
+        // What rests at 0 with all of its kind has no size.
+        let is_kept = |(i, radius): (usize, &f64)| {
+            let size = self.set.size_of_kind(i);
+            *radius <= LOST * size || size == 0.0 && radius.is_finite()
+        };
+        if self.set.radii().iter().enumerate().all(is_kept) { Ok(proved.bounds) } else { Err(Reason::Lost) }
+    }
+}
+
+#[cfg(test)]
+mod lemmas;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,248 @@
+//! The set of errors: e = c + Gξ + r for all |ξ_k| ≤ 1 and |r_i| ≤ rest_i, a zonotope and a small box.
+//!
+//! Columns of G keep the correlations of errors from window to window. What rounds them goes into the box, which the
+//! next window takes into its own columns.
+
+use super::equations::Equations;
+use super::matrices::applied;
+use super::proved::Proved;
+use super::tables::UP;
+use crate::number::ball::{two_product, two_sum};
+
+/// The most columns for each unknown. Then the older half of them is covered by a box in a frame of its own. Fewer make
+/// windows cheaper, and the box grow faster as it turns. Any number is valid.
+const MOST: usize = 200;
+
+/// Directions shorter than this share of the longest are rounding.
+const SHORT: f64 = 1e-13;
+
+/// The set at the start of a window.
+#[derive(Debug, Clone)]
+pub(super) struct Set {
+    /// The start of the approximation y, exactly.
+    pub(super) start: Vec<f64>,
+    /// c, small beside it, and the rows of G.
+    pub(super) centre: Vec<f64>,
+    pub(super) columns: Vec<Vec<f64>>,
+    pub(super) rest: Vec<f64>,
+    /// The largest sizes so far, and those of all of a kind.
+    largest: Vec<f64>,
+    of_kind: Vec<f64>,
+}
+
+/// Σ |a|.
+fn sum_of_sizes(a: &[f64]) -> f64 {
+    // Eight sums, side by side.
+    let mut sums = [0.0; 8];
+    let chunks = a.chunks_exact(8);
+    let rest: f64 = chunks.remainder().iter().map(|a| a.abs()).sum();
+    chunks.for_each(|chunk| (0..8).for_each(|k| sums[k] += chunk[k].abs()));
+    (rest + sums.iter().sum::<f64>()) * UP * (1.0 + a.len() as f64 * f64::EPSILON)
+}
+
+/// What sums of so many products are off by, relative to Σ |terms|.
+fn rounding(terms: usize) -> f64 {
+    (terms + 4) as f64 * f64::EPSILON
+}
+
+fn norm(a: &[f64]) -> f64 {
+    a.iter().map(|a| a * a).sum::<f64>().sqrt()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Set {
+    /// That of the start of a run.
+    pub(super) fn new(equations: &Equations<'_>) -> Self {
+        let [start, centre, rest] = equations.split_start();
+        let largest: Vec<f64> = start.iter().map(|z| z.abs()).collect();
+        let of_kind = equations.shared(&largest);
+        Self { columns: vec![Vec::new(); start.len()], start, centre, rest, largest, of_kind }
+    }
+
+    /// Radii of the unknowns around start + c.
+    pub(super) fn radii(&self) -> Vec<f64> {
+        self.columns.iter().zip(&self.rest).map(|(row, rest)| (sum_of_sizes(row) + rest) * UP).collect()
+    }
+
+    /// Bounds of |e|.
+    pub(super) fn sizes(&self) -> Vec<f64> {
+        self.radii().iter().zip(&self.centre).map(|(radius, c)| (radius + c.abs()) * UP).collect()
+    }
+
+    /// The largest size of an unknown so far, also that in the window at hand.
+    pub(super) fn size(&self, i: usize, here: f64) -> f64 {
+        self.largest[i].max(here)
+    }
+
+    /// The largest size of all unknowns of that unit.
+    pub(super) fn size_of_kind(&self, i: usize) -> f64 {
+        self.of_kind[i]
+    }
+
+    /// Goes to the end of a window. `None` if the older columns find no frame.
+    pub(super) fn advance(&mut self, equations: &Equations<'_>, proved: &Proved) -> Option<()> {
+        let d = self.start.len();
+        let a = &proved.matrices.a_end;
+        let size_of_a: Vec<f64> = a.iter().map(|a| a.abs()).collect();
+        let shift: Vec<f64> = self.centre.iter().zip(&proved.gain).map(|(c, g)| c + g).collect();
+        let own: Vec<f64> = proved.delta.iter().zip(&self.rest).map(|(delta, rest)| (delta + rest) * UP).collect();
+        // |shift| and radii with what the window adds are multiplied by A, and rounded.
+        let radii: Vec<f64> = self.columns.iter().map(|row| sum_of_sizes(row)).collect();
+        let moved: Vec<f64> = (0..d).map(|i| 2.0 * shift[i].abs() + (radii[i] + own[i]) * UP).collect();
+        let of_miss = applied(&proved.matrices.miss, &proved.epsilon);
+        let rounded = applied(&size_of_a, &moved);
+        let mut rest: Vec<f64> = (0..d).map(|i| (of_miss[i] + rounding(d) * rounded[i]) * UP).collect();
+        let centre: Vec<f64> = (0..d).map(|i| dot(&a[i * d..][..d], &shift)).collect();
+        self.columns = (0..d).map(|i| self.moved_row(&a[i * d..][..d], &own)).collect();
+        for k in 0..d {
+            // y at the end is start + h times the first coefficient, exactly; c takes up what the next start leaves.
+            let (product, error) = two_product(proved.h, proved.modes[k][0]);
+            let (high, low) = two_sum(self.start[k], product);
+            let small = low + error + centre[k];
+            rest[k] = (rest[k] + f64::EPSILON * (low.abs() + error.abs() + centre[k].abs()) + 1e-290) * UP;
+            (self.start[k], self.centre[k]) = two_sum(high, small);
+            self.largest[k] = self.largest[k].max(proved.sizes[k]).max(high.abs());
+        }
+        self.rest = rest;
+        self.of_kind = equations.shared(&self.largest);
+        if self.columns[0].len() > MOST * d { self.reduce() } else { Some(()) }
+    }
+
+    /// Row i of A G, and then of A times the new columns.
+    fn moved_row(&self, a: &[f64], own: &[f64]) -> Vec<f64> {
+        let mut row = vec![0.0; self.columns[0].len()];
+        for (factor, column) in a.iter().zip(&self.columns).filter(|(factor, _)| **factor != 0.0) {
+            row.iter_mut().zip(column).for_each(|(to, g)| *to += factor * g);
+        }
+        row.extend(a.iter().zip(own).map(|(a, own)| a * own));
+        row
+    }
+
+    /// The older columns g = F (F⁻¹ g) become columns of F times bounds of |F⁻¹ g|, where F is nearly orthonormal: with
+    /// N = FᵀF − I, F⁻¹ = (I + N)⁻¹ Fᵀ, and t ≥ |Fᵀg| + |N| t bounds Σ |F⁻¹ g|. Coordinates are scaled by powers of
+    /// two.
+    fn reduce(&mut self) -> Option<()> {
+        let d = self.start.len();
+        let cut = self.columns[0].len() - MOST * d / 2;
+        let scales: Vec<f64> = (0..d).map(|i| power_of_two(sum_of_sizes(&self.columns[i][..cut]))).collect();
+        let older: Vec<Vec<f64>> = (0..cut).map(|k| (0..d).map(|i| self.columns[i][k] / scales[i]).collect()).collect();
+        let frame = frame(&older, d);
+        let mut radius = vec![0.0; d];
+        for g in &older {
+            for (radius, direction) in radius.iter_mut().zip(&frame) {
+                let room: f64 = direction.iter().zip(g).map(|(f, g)| (f * g).abs()).sum();
+                *radius += dot(direction, g).abs() + rounding(d) * room;
+            }
+        }
+        let of_sums = UP * (1.0 + older.len() as f64 * f64::EPSILON);
+        let radius: Vec<f64> = radius.iter().map(|radius| radius * of_sums + 1e-290).collect();
+        let near = |at: usize| {
+            let (one, other) = (&frame[at / d], &frame[at % d]);
+            let ideal = if at / d == at % d { 1.0 } else { 0.0 };
+            (dot(one, other) - ideal).abs() + rounding(d)
+        };
+        let near: Vec<f64> = (0..d * d).map(near).collect();
+        let first = applied(&near, &radius);
+        let total: Vec<f64> = radius.iter().zip(&first).map(|(radius, more)| radius * 1.001 + 2.0 * more).collect();
+        let needed = applied(&near, &total);
+        if !(0..d).all(|i| (radius[i] + needed[i]) * UP <= total[i]) {
+            return None;
+        }
+        for i in 0..d {
+            let newer = self.columns[i].split_off(cut);
+            self.columns[i] = (0..d).map(|k| frame[k][i] * total[k] * scales[i]).collect();
+            let rounded = sum_of_sizes(&self.columns[i]);
+            self.rest[i] = (self.rest[i] + 2.0 * f64::EPSILON * rounded) * UP;
+            self.columns[i].extend(newer);
+        }
+        Some(())
+    }
+}
+
+/// The power of two below a size, or 1.
+fn power_of_two(size: f64) -> f64 {
+    let power = size.log2().floor().exp2();
+    if power.is_normal() { power } else { 1.0 }
+}
+
+/// d nearly orthonormal directions, of the longest vectors first (Gram and Schmidt with pivots).
+fn frame(vectors: &[Vec<f64>], d: usize) -> Vec<Vec<f64>> {
+    let mut left = vectors.to_vec();
+    let longest = vectors.iter().map(|g| norm(g)).fold(0.0, f64::max);
+    let mut frame: Vec<Vec<f64>> = Vec::new();
+    while frame.len() < d {
+        let next = left.iter().max_by(|a, b| norm(a).total_cmp(&norm(b)));
+        let mut direction = match next {
+            Some(next) if norm(next) > SHORT * longest => next.clone(),
+            _ => {
+                // The axis that is furthest from the others.
+                let within = |k: &usize| frame.iter().map(|f| f[*k] * f[*k]).sum::<f64>();
+                let axis = (0..d).min_by(|a, b| within(a).total_cmp(&within(b))).unwrap_or(0);
+                (0..d).map(|i| if i == axis { 1.0 } else { 0.0 }).collect()
+            }
+        };
+        for _ in 0..3 {
+            for other in &frame {
+                let part = dot(&direction, other);
+                direction.iter_mut().zip(other).for_each(|(to, other)| *to -= part * other);
+            }
+            let size = norm(&direction);
+            direction.iter_mut().for_each(|to| *to /= size);
+        }
+        for g in &mut left {
+            let part = dot(&direction, g);
+            g.iter_mut().zip(&direction).for_each(|(g, direction)| *g -= part * direction);
+        }
+        frame.push(direction);
+    }
+    frame
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In every direction what is left of the columns reaches as far as they did, and not much further where they lie
+    /// along few directions.
+    #[test]
+    fn a_smaller_set_contains_the_larger_one() {
+        let d = 3;
+        let directions = [[1.0, 0.3, -0.2], [-0.3, 1.0, 0.4], [1e-6, 1e-3, 1.0]];
+        let mut seed = 1_u64;
+        let mut unit = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        let mut set = Set {
+            start: vec![0.0; d],
+            centre: vec![0.0; d],
+            columns: vec![Vec::new(); d],
+            rest: vec![0.0; d],
+            largest: vec![1.0; d],
+            of_kind: vec![1.0; d],
+        };
+        for k in 0..MOST * d + 10 {
+            let (size, own) = (1e-10 * unit(), directions[k % 3]);
+            (0..d).for_each(|i| set.columns[i].push(size * (own[i] + 0.01 * unit())));
+        }
+        let reach = |set: &Set, along: &[f64]| -> f64 {
+            let column = |k: usize| (0..d).map(|i| along[i] * set.columns[i][k]).sum::<f64>().abs();
+            let rest = (0..d).map(|i| (along[i] * set.rest[i]).abs()).sum::<f64>();
+            (0..set.columns[0].len()).map(column).sum::<f64>() + rest
+        };
+        let before = set.clone();
+        set.reduce().unwrap();
+        assert_eq!(set.columns[0].len(), MOST * d / 2 + d);
+        let mut largest = 0.0_f64;
+        for _ in 0..500 {
+            let along = [unit(), unit(), unit()];
+            let share = reach(&before, &along) / reach(&set, &along);
+            assert!(share <= 1.0 + 1e-12, "{along:?}: {share}");
+            largest = largest.max(share);
+        }
+        assert!(largest > 0.8, "{largest}");
+    }
+}

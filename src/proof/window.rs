@@ -1,0 +1,194 @@
+//! One window: what becomes of a set of errors from its start to its end.
+//!
+//! With e = x − y, w = B e and d = v − f(y)
+//!
+//! ```text
+//! w′ = E e + B (Q − d),     E = W + B J(y),     Q = f(y + e) − f(y) − J(y) e,
+//! w(h) = e(0) + g ± δ,      g = −∫ B d in the middle,      e(h) = A w(h) ± |I − A B(h)| ε,     |e| ≤ ε on the window.
+//! ```
+
+use super::algebras::{LANES, Obstacle};
+use super::approximate::Approximate;
+use super::defect::{Defect, Found};
+use super::ellipse::{Bounds, Ellipse};
+use super::equations::Equations;
+use super::matrices::{Matrices, applied};
+use super::proved::Proved;
+use super::set::Set;
+use super::tables::{LEBESGUE, TABLES, UP};
+use crate::number::norm::larger;
+
+/// What a window may add to the error besides rounding, relative to sizes.
+const AIM: f64 = 1e-22;
+/// The size of E over a window that is worth its length.
+const ADJOINT: f64 = 1e-6;
+/// A window that adds so many times more than it may is tried again with a shorter one.
+const TOO_MUCH: f64 = 1e3;
+/// More than underflow takes away from products of bounds.
+const TINY: f64 = 1e-290;
+
+/// Why a window is not proved.
+pub(super) enum Refused {
+    /// What formulas do on its ellipse.
+    Obstacle(Obstacle),
+    /// No bound follows.
+    Unbounded,
+}
+
+/// Room to prove windows in.
+pub(super) struct Prover<'g> {
+    pub(super) equations: Equations<'g>,
+    pub(super) approximate: Approximate,
+    pub(super) defect: Defect,
+    pub(super) ellipse: Ellipse,
+}
+
+impl Prover<'_> {
+    /// Proves the window of length `h` from a set.
+    #[inline(always)]
+    pub(super) fn window(&mut self, set: &Set, h: f64) -> Result<Proved, Refused> {
+        let Self { equations, approximate, defect, ellipse } = self;
+        let start = &set.start;
+        let modes = approximate.slopes(equations, start, h).ok_or(Refused::Unbounded)?;
+        let bounds = ellipse.bounds(equations, (start, h), &modes);
+        let bounds = bounds.map_err(|obstacle| obstacle.map_or(Refused::Unbounded, Refused::Obstacle))?;
+        let coefficients = approximate.adjoint(equations, start, h, &modes).ok_or(Refused::Unbounded)?;
+        let found = defect.at_nodes(equations, start, h, &modes);
+        let jacobian = ellipse.jacobian_at(equations, &found.places);
+        let matrices = Matrices::new(equations, h, &coefficients, &jacobian, &bounds).ok_or(Refused::Unbounded)?;
+        let closing =
+            Closing { equations, h, bounds: &bounds, matrices: &matrices, defect: defect_most(&found, &bounds) };
+        let epsilon = closing.epsilon(&set.sizes()).ok_or(Refused::Unbounded)?;
+        let (gain, parts) = closing.gain(&found, &epsilon).ok_or(Refused::Unbounded)?;
+        let sizes = sizes(&found, start);
+        let quality = closing.quality(&parts, &sizes, set).ok_or(Refused::Unbounded)?;
+        let delta = (0..gain.len()).map(|i| (parts.iter().map(|part| part[i]).sum::<f64>() + TINY) * UP).collect();
+        // A comparison that is false for NaN.
+        if quality < TOO_MUCH {
+            return Ok(Proved { h, modes, gain, delta, epsilon, matrices, bounds, quality, sizes });
+        }
+        Err(Refused::Unbounded)
+    }
+}
+
+/// The largest |y| of every unknown on the nodes.
+fn sizes(found: &Found, start: &[f64]) -> Vec<f64> {
+    let of = |(k, start): (usize, &f64)| {
+        let nodes =
+            found.places.get(k).map_or(0.0, |place| place.re.iter().fold(0.0, |most: f64, y| most.max(y.abs())));
+        nodes.max(start.abs())
+    };
+    start.iter().enumerate().map(of).collect()
+}
+
+/// A bound of |d| on the window: Λ times that at the nodes, and what interpolation leaves.
+pub(super) fn defect_most(found: &Found, bounds: &Bounds) -> Vec<f64> {
+    let most = |k: usize| {
+        let at_nodes = (0..LANES).fold(0.0, |most, i| larger(most, found.middle[k][i].abs() + found.radius[k][i]));
+        (LEBESGUE * at_nodes + TABLES.interpolation * bounds.defect[k] + TINY) * UP
+    };
+    (0..found.middle.len()).map(most).collect()
+}
+
+/// The bounds that close a window.
+struct Closing<'w, 'g> {
+    equations: &'w Equations<'g>,
+    h: f64,
+    bounds: &'w Bounds,
+    matrices: &'w Matrices,
+    defect: Vec<f64>,
+}
+
+impl Closing<'_, '_> {
+    /// A bound of |Q| for |e| ≤ ε. With s = max ε_k/R_k < ½, by Schwarz' lemma on the disc of all ζ e′, |ζ| < 1, where
+    /// e = s e′ has |e′_k| ≤ R_k: |J(y + θe) − J(y)| ≤ 2 S θ s, if J is no further than S from a constant. Then
+    /// |Q| ≤ ∫_0^1 2 S θ s dθ ε = S s ε.
+    fn remainder(&self, epsilon: &[f64]) -> Option<Vec<f64>> {
+        let active = epsilon.iter().zip(&self.bounds.reach).take(self.equations.active);
+        let share = active.fold(0.0, |most, (e, reach)| larger(most, e / reach)) * UP;
+        let is_within = share < 0.5;
+        let mut q = vec![0.0; epsilon.len()];
+        for (entry, spread) in self.equations.entries.iter().zip(&self.bounds.spread) {
+            q[entry.row] += spread * share * epsilon[entry.column] * UP + TINY;
+        }
+        is_within.then_some(q)
+    }
+
+    /// h (Ē ε + B̄ q).
+    fn way(&self, epsilon: &[f64], q: &[f64]) -> Vec<f64> {
+        let (of_e, of_b) = (applied(&self.matrices.e_most, epsilon), applied(&self.matrices.b_most, q));
+        of_e.iter().zip(of_b).map(|(e, b)| self.h * (e + b) * UP).collect()
+    }
+
+    fn plus(one: &[f64], other: &[f64]) -> Vec<f64> {
+        one.iter().zip(other).map(|(a, b)| (a + b) * UP).collect()
+    }
+
+    /// ε with Ā (|e(0)| + h (Ē ε + B̄ (Q̄(ε) + d̄))) < ε. Then |e| < ε on all of the window, and the motion exists
+    /// there: at the first place where it fails some |e_k| would be ε_k, and also less.
+    fn epsilon(&self, e_0: &[f64]) -> Option<Vec<f64>> {
+        let next = |epsilon: &[f64]| {
+            let q = Self::plus(&self.remainder(epsilon)?, &self.defect);
+            Some(applied(&self.matrices.a_most, &Self::plus(e_0, &self.way(epsilon, &q))))
+        };
+        let first = Self::plus(e_0, &self.way(&vec![0.0; e_0.len()], &self.defect));
+        let enlarged: fn(&f64) -> f64 = |e| e * 1.1 + TINY;
+        let mut epsilon: Vec<f64> = applied(&self.matrices.a_most, &first).iter().map(enlarged).collect();
+        for _ in 0..10 {
+            let found = next(&epsilon)?;
+            if found.iter().zip(&epsilon).all(|(found, epsilon)| found < epsilon) {
+                return Some(epsilon);
+            }
+            epsilon = found.iter().map(enlarged).collect();
+        }
+        None
+    }
+
+    /// g, and the parts of δ: radii of the sum, what the quadrature leaves, and E ε + B Q.
+    #[inline(always)]
+    fn gain(&self, found: &Found, epsilon: &[f64]) -> Option<(Vec<f64>, [Vec<f64>; 3])> {
+        let (d, half) = (self.matrices.d, 0.5 * self.h);
+        let q = self.remainder(epsilon)?;
+        let (mut gain, mut radii, mut left) = (vec![0.0; d], vec![0.0; d], vec![0.0; d]);
+        for i in 0..d {
+            for k in 0..d {
+                let (at, mut sum, mut room) = (i * d + k, 0.0, 0.0);
+                if self.matrices.b_most[at] == 0.0 {
+                    continue;
+                }
+                let (b, slack) = (&self.matrices.b[at], self.matrices.slack[at]);
+                let nodes = b.iter().zip(&TABLES.weights).zip(found.middle[k].iter().zip(&found.radius[k]));
+                for ((b, weight), (middle, radius)) in nodes {
+                    sum += weight * b * middle;
+                    // 36 roundings of each term, and of the table.
+                    let off = 40.0 * f64::EPSILON * b.abs() + slack;
+                    room += weight * (b.abs() * radius + off * (middle.abs() + radius));
+                }
+                gain[i] -= half * sum;
+                // And those of the sum over k.
+                let of_sum = (d + 4) as f64 * f64::EPSILON * self.matrices.b_most[at] * 2.0 * self.defect[k];
+                radii[i] += half * (room + of_sum) * UP;
+                left[i] += half * TABLES.quadrature * self.matrices.b_there[at] * self.bounds.defect[k] * UP;
+            }
+        }
+        Some((gain, [radii, left, self.way(epsilon, &q)]))
+    }
+
+    /// What the window adds besides rounding, as a part of what it may.
+    fn quality(&self, [radii, left, _]: &[Vec<f64>; 3], sizes: &[f64], set: &Set) -> Option<f64> {
+        // What a shorter window makes smaller: its own share of the error within.
+        let none = vec![0.0; sizes.len()];
+        let own = applied(&self.matrices.a_most, &self.way(&none, &self.defect));
+        let own_way = self.way(&own, &self.remainder(&own)?);
+        let share = |i: usize| (own_way[i] + left[i]) / (0.3 * radii[i] + AIM * set.size(i, sizes[i]) + TINY);
+        let worst = (0..self.equations.active).map(share).fold(0.0, larger);
+        let d = self.matrices.d;
+        let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k));
+        // Unknowns that rest at 0 with all of their kind have no scale.
+        let counts = |k: usize| k < self.equations.active && scale(k) > 0.0;
+        let e = (0..d * d).filter(|at| counts(at % d) && counts(at / d));
+        let e = e.map(|at| self.matrices.e_most[at] * self.h * scale(at % d) / scale(at / d)).fold(0.0, larger);
+        // E falls like h^16, the rest like h^64.
+        Some(larger(worst, (e / ADJOINT).powi(4)))
+    }
+}

@@ -1,0 +1,281 @@
+//! The proof of where the motion of a run ends, and what it makes of the verdict.
+//!
+//! A proof is about the decimals of the case: the geometry, the start and the end are those of the case in 71 digits,
+//! whatever the run was computed in. Of the run it takes nothing but the numbers at its end, to compare with.
+
+use std::collections::BTreeMap;
+
+use serde::{Serialize, Serializer};
+
+use crate::case::Case;
+use crate::diagnostics::verdict::{CoordinateError, Grade, ROUNDING, Reason};
+use crate::number::norm::larger;
+use crate::number::{Extended, Real};
+use crate::proof::{Coordinate, Motion, Proof, Reason as Unproved, Until, prove};
+use crate::solve::{Limit, Setup};
+use crate::study::errors::{Judge, RunError};
+use crate::study::run::{Judged, Run, facts_of_run};
+
+/// No number at the end is written with more digits.
+const MOST_DIGITS: i32 = 40;
+/// So many doubles hold all digits of a number of any precision.
+const PARTS: usize = 6;
+
+/// The words for how a proof ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Status {
+    /// The end is proved.
+    Proved,
+    /// Something is in the way.
+    Unproved,
+    /// It was asked to stop.
+    Interrupted,
+}
+
+impl Status {
+    /// The name used in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Proved => "proved",
+            Self::Unproved => "unproved",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// A coordinate at the end.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProvedEnd {
+    /// Its name.
+    pub name: String,
+    /// A decimal with all digits that are proved, and one or two more.
+    pub end: String,
+    /// A bound of the distance of the true end from this decimal.
+    pub radius: f64,
+    /// The distance of the run's number from this decimal.
+    pub run_off_by: f64,
+    /// True if its end needs no proof: it moves at a constant velocity, or its value is where the motion ends.
+    pub is_plain: bool,
+}
+
+/// What is proved of a run. Its key in `summary.json` is `proof`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ProofOfRun {
+    /// How it ended.
+    pub status: Status,
+    /// Why it ended before the motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// The coordinates at the end, none if it is not reached.
+    #[serde(flatten, serialize_with = "by_name")]
+    pub ends: Vec<ProvedEnd>,
+    /// γ until where windows are proved.
+    pub reached: f64,
+    /// The number of windows.
+    pub windows: usize,
+    /// The seconds that it took.
+    pub seconds: f64,
+    /// The largest radius relative to the size of its coordinate, or of its kind.
+    #[serde(skip)]
+    pub radius: Option<f64>,
+}
+
+/// Three objects with a member for each coordinate.
+fn by_name<S: Serializer>(ends: &[ProvedEnd], serializer: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct ByName<'p> {
+        end: BTreeMap<&'p str, &'p str>,
+        radius: BTreeMap<&'p str, f64>,
+        run_off_by: BTreeMap<&'p str, f64>,
+    }
+    let numbers = |of: fn(&ProvedEnd) -> f64| ends.iter().map(|one| (one.name.as_str(), of(one))).collect();
+    let by_name = (!ends.is_empty()).then(|| ByName {
+        end: ends.iter().map(|one| (one.name.as_str(), one.end.as_str())).collect(),
+        radius: numbers(|one| one.radius),
+        run_off_by: numbers(|one| one.run_off_by),
+    });
+    by_name.serialize(serializer)
+}
+
+/// All digits of a number.
+fn extended<S: Real>(number: S) -> Extended {
+    let (mut sum, mut left) = (Extended::ZERO, number);
+    for _ in 0..PARTS {
+        let part = left.to_f64();
+        sum += Extended::from(part);
+        left -= S::from(part);
+    }
+    sum
+}
+
+/// The decimal with the digits above `radius` and one more, and a bound of the distance of the true number from it.
+fn decimal(value: Extended, radius: f64) -> (String, f64) {
+    let size = value.abs().to_f64();
+    let place = |number: f64| number.log10().floor() as i32;
+    // A number that may be 0 has the digits of its radius.
+    let significant = if size > 0.0 && radius > 0.0 { place(size) - place(radius) + 2 } else { MOST_DIGITS };
+    let text = value.to_decimal(significant.clamp(1, MOST_DIGITS) as u32);
+    let read = Extended::from_decimal(&text).unwrap_or(value);
+    // The difference is exact to its last digits, and the sum rounds once.
+    let radius = (radius + (value - read).abs().to_f64()) * (1.0 + 8.0 * f64::EPSILON);
+    (text, radius)
+}
+
+/// The limit of the run for a proof, which counts coordinates from their origins; or why there is none.
+fn until(case: &Case, setup: &Setup<Extended>) -> Result<Until, &'static str> {
+    if case.has_acting_events() {
+        return Err("an event that acts");
+    }
+    if !setup.until.is_empty() {
+        return Err("an event, or a formula, that may end the run");
+    }
+    Ok(match setup.limit {
+        Limit::Length(length) => Until::Length(length),
+        Limit::Value { coordinate, value } => Until::Value(coordinate, value - setup.origin_of(coordinate)),
+    })
+}
+
+/// Proves where the run of `case` ends, and takes that into what was judged of it. `goes_on` hears after every window
+/// which part of the motion is done, and may stop the proof.
+pub fn prove_run<S: Real>(case: &Case, run: &Run<S>, judged: &mut Judged, goes_on: &mut dyn FnMut(f64) -> bool) {
+    let setup: Setup<Extended> = case.setup();
+    let length = run.line.signed(run.line.gamma_f() - S::from(setup.gamma_i.to_f64())).to_f64();
+    let found = until(case, &setup).map(|until| {
+        let (geometry, start) = (&*setup.place.geometry, &*setup.place.start);
+        let unused = case.is_lifted().then(|| start.q.len() - 1);
+        prove(&Motion { geometry, start, unused, until }, &mut |reached| goes_on(reached / length))
+    });
+    let of_run = match &found {
+        Ok(proof) => of_run(&setup, run, proof),
+        Err(reason) => ProofOfRun {
+            status: Status::Unproved,
+            reason: Some((*reason).to_owned()),
+            ends: Vec::new(),
+            reached: setup.gamma_i.to_f64(),
+            windows: 0,
+            seconds: 0.0,
+            radius: None,
+        },
+    };
+    judged.proof = Some(of_run);
+    judge(run, judged);
+}
+
+/// What is proved, in the words of the case.
+fn of_run<S: Real>(setup: &Setup<Extended>, run: &Run<S>, proof: &Proof) -> ProofOfRun {
+    let geometry = &setup.place.geometry;
+    let sign = if setup.is_backward { -1.0 } else { 1.0 };
+    let position = run.line.end().q;
+    let ends_at = |a: usize| matches!(setup.limit, Limit::Value { coordinate, .. } if coordinate == a);
+    let of = |found: &Coordinate| {
+        let a = found.coordinate;
+        let value = found.value + setup.origin_of(a);
+        let (end, radius) = decimal(value, found.radius);
+        let read = Extended::from_decimal(&end).unwrap_or(value);
+        let run_off_by = (extended(position[a]) - read).abs().to_f64();
+        ProvedEnd {
+            name: geometry.names()[a].clone(),
+            end,
+            radius,
+            run_off_by,
+            is_plain: found.is_steady || ends_at(a),
+        }
+    };
+    let (status, reason) = match &proof.end {
+        Ok(_) => (Status::Proved, None),
+        Err(Unproved::Stopped) => (Status::Interrupted, Some(Unproved::Stopped.to_string())),
+        Err(reason) => (Status::Unproved, Some(reason.to_string())),
+    };
+    ProofOfRun {
+        status,
+        reason,
+        ends: proof.end.iter().flatten().map(of).collect(),
+        reached: setup.gamma_i.to_f64() + sign * proof.reached,
+        windows: proof.windows,
+        seconds: proof.seconds,
+        radius: None,
+    }
+}
+
+/// Errors at the end, one for each coordinate that has a proof, as the verdict sees them.
+fn errors<S: Real>(run: &Run<S>, ends: &[ProvedEnd], of: impl Fn(&ProvedEnd) -> f64) -> Vec<CoordinateError> {
+    let names = run.line.geometry().names();
+    let error = |name: &String| ends.iter().find(|end| end.name == *name).map_or(0.0, &of);
+    let end: Vec<f64> = names.iter().map(error).collect();
+    let own = vec![0.0; end.len()];
+    let error = RunError { largest: end.clone(), end, own, judge: Judge::OwnEstimate, stepped_over: 0.0 };
+    facts_of_run(&run.line, &run.diagnostics, Some(&error), None).errors.unwrap_or_default()
+}
+
+/// The verdict with the proof: proved where the end is as near to the proved one as was asked for, doubtful where it is
+/// further away than the run says.
+fn judge<S: Real>(run: &Run<S>, judged: &mut Judged) {
+    let Some(proof) = judged.proof.as_mut().filter(|proof| proof.status == Status::Proved) else { return };
+    let line = &run.line;
+    let most = errors(run, &proof.ends, |end| end.run_off_by + end.radius);
+    let radii = errors(run, &proof.ends, |end| end.radius);
+    proof.radius = Some(radii.iter().map(|error| error.share(error.end)).fold(0.0, larger));
+    // A number is printed to its last digit.
+    let position = line.end().q;
+    let printed = |name: &String| {
+        let a = line.geometry().names().iter().position(|other| other == name);
+        a.map_or(0.0, |a| if S::IS_EXTENDED { 0.0 } else { f64::EPSILON * position[a].to_f64().abs() })
+    };
+    let least = errors(run, &proof.ends, |end| end.run_off_by - end.radius - printed(&end.name));
+    if let Some(reason) = judged.error.as_ref().and_then(|error| contradiction(&least, &error.at_most_at_end())) {
+        judged.suspicions.push(reason.to_string());
+        judged.verdict.doubt_first(vec![reason]);
+        return;
+    }
+    let is_small = |error: &CoordinateError| match line.accuracy.filter(|accuracy| accuracy.is_promised()) {
+        Some(accuracy) => error.share(error.end) <= accuracy.value(),
+        None => error.is_small(),
+    };
+    // The proof is about the motion from the start of this run, and not from that of the run before it.
+    if judged.inherited.is_none() && most.iter().all(is_small) {
+        let told = |reason: &Reason| reason.to_string();
+        let fallen: Vec<String> = judged.verdict.prove(&most, line.digits).iter().map(told).collect();
+        judged.suspicions.retain(|told| !fallen.contains(told));
+    } else if judged.verdict.grade == Grade::Trusted && !least.iter().all(is_small) {
+        let finding = "the proved end is further away than is asked for";
+        judged.verdict.doubt(Reason::new(finding, "ask for a smaller accuracy, or take more nodes"));
+    }
+}
+
+/// The reason for doubt if a coordinate is further from the proved end than the run says it may be.
+fn contradiction(least: &[CoordinateError], estimate: &[f64]) -> Option<Reason> {
+    let is_within =
+        |(error, estimate): &(&CoordinateError, &f64)| error.share(error.end) <= error.share(**estimate) + ROUNDING;
+    let (error, estimate) = least.iter().zip(estimate).find(|pair| !is_within(pair))?;
+    let finding = format!(
+        "the proved end is {:.1e} away in {}, more than the estimate of the run, {estimate:.1e}",
+        error.end, error.name
+    );
+    Some(Reason::new(finding, "report this run: one of both is wrong"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_keep_what_is_proved_and_radii_hold_what_they_drop() {
+        let third = Extended::ONE / Extended::from(3.0);
+        for radius in [1e-3, 2.5e-17, 9.9e-30, 1e-60] {
+            let (text, more) = decimal(third, radius);
+            let off = (Extended::from_decimal(&text).unwrap() - third).abs().to_f64();
+            assert!(radius + off <= more && more <= 1.11 * radius.max(1e-40), "{text} {more}");
+        }
+        assert_eq!(decimal(third, 3e-5).0, "0.333333");
+        assert_eq!(decimal(Extended::ZERO, 3e-5).0, Extended::ZERO.to_decimal(1));
+        assert_eq!(decimal(third, 1.0).0, "0.3");
+    }
+
+    #[test]
+    fn all_digits_of_a_number_are_compared() {
+        let third = Extended::ONE / Extended::from(3.0);
+        assert_eq!(extended(third), third);
+        assert_eq!(extended(1.0_f64 / 3.0), Extended::from(1.0 / 3.0));
+    }
+}

@@ -1,0 +1,142 @@
+//! `run --prove`: the proof of where a motion ends.
+
+use serde_json::Value;
+
+use crate::common::{Folder, stderr, succeeded};
+
+/// Returns what a run tells, and its summary.
+fn run(folder: &Folder, arguments: &str) -> (String, Value) {
+    (folder.succeeds(&format!("run {arguments} --out out --force")), folder.summary("out"))
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| value.as_str().unwrap().parse().unwrap())
+}
+
+#[test]
+fn a_proof_has_the_end_a_radius_and_how_far_the_run_is_from_it() {
+    let folder = Folder::new();
+    // Ends that are known to 45 digits, rounded to doubles, or by Kepler's laws.
+    for (arguments, coordinate, end, most) in [
+        ("henon-heiles", "y", 0.679_016_921_772_021_6, 1e-18),
+        ("kepler", "x", 0.4, 1e-19),
+        ("kepler-levi-civita", "u", -0.1_f64.sqrt(), 1e-20),
+        ("pendulum --set grid.t_f=10 --set particle.c=10", "x", 2.454_073_165_169_335_9, 1e-20),
+        ("satellite-backward", "z", 19_379.109_195_700_287, 1e-15),
+        ("three-bodies", "x1", 0.970_004_357_544_238_9, 1e-18),
+    ] {
+        let (told, summary) = run(&folder, &format!("{arguments} --prove"));
+        let proof = &summary["proof"];
+        assert_eq!((&summary["verdict"], &proof["status"]), (&"proved".into(), &"proved".into()), "{summary}");
+        assert!(told.lines().next().unwrap().contains(": proved, good to "), "{told}");
+        assert!(told.contains("  proved   ") && told.contains("this run is off by"), "{told}");
+        let (found, radius) = (number(&proof["end"][coordinate]), number(&proof["radius"][coordinate]));
+        assert!((found - end).abs() <= 2.0 * f64::EPSILON * end.abs(), "{arguments}: {found} {end}");
+        assert!(radius > 0.0 && radius < most, "{arguments}: {radius:e}");
+        let own = summary.get("final").map_or(&summary["x_final"], |all| &all[coordinate]);
+        let off = (number(own) - found).abs();
+        assert!((number(&proof["run_off_by"][coordinate]) - off).abs() <= 2e-16 * end.abs(), "{arguments}: {off:e}");
+        assert!((number(&proof["reached"]) - number(&summary["gamma_final"])).abs() < 1e-6, "{arguments}");
+        assert!(number(&proof["windows"]) >= 5.0 && number(&proof["seconds"]) > 0.0);
+    }
+}
+
+#[test]
+fn what_is_not_proved_is_told_and_changes_nothing_else() {
+    let folder = Folder::new();
+    for (case, reason, reached) in [
+        ("kick", "an event that acts", 0.0),
+        ("light-capture", "an event, or a formula, that may end the run", 0.0),
+        ("dry-friction", "a kink of abs or a jump of sign", 0.0),
+        ("bouncing-ball", "a jump of step", 0.447),
+        ("molecule-table", "a table, which is not one analytic function", 0.0),
+        ("horizon-near", "a divisor that may be 0", 1.571),
+    ] {
+        let (_, without) = run(&folder, case);
+        let files = folder.names("out");
+        let (told, with) = run(&folder, &format!("{case} --prove"));
+        let proof = &with["proof"];
+        assert_eq!((&proof["status"], &proof["reason"]), (&"unproved".into(), &reason.into()), "{case}");
+        assert!((number(&proof["reached"]) - reached).abs() < 1e-3 && proof.get("end").is_none(), "{proof}");
+        let words = told.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains(&format!("proved the end is not proved: {reason}")), "{told}");
+        assert_eq!(folder.names("out"), files);
+        for (key, value) in without.as_object().unwrap() {
+            assert!(key.ends_with("_seconds") || *value == with[key], "{case}: {key}");
+        }
+    }
+}
+
+#[test]
+fn the_key_is_the_option_and_the_case_keeps_its_expectations() {
+    let folder = Folder::new();
+    let (_, by_key) = run(&folder, "quartic --set solver.proof=true");
+    let effective = folder.read("out/case.toml");
+    let (_, by_option) = run(&folder, "quartic --prove");
+    assert_eq!(by_key["proof"]["end"], by_option["proof"]["end"]);
+    let with = folder.read("out/case.toml");
+    assert!(effective.contains("proof = true") && effective.contains("[expect]"), "{effective}");
+    assert_eq!(with, effective);
+    let (_, without) = run(&folder, "quartic");
+    assert!(without.get("proof").is_none() && without["verdict"] == "trusted");
+}
+
+/// A grid of which signs of coarseness are told, and the end is right all the same; one whose end is wrong; and a run
+/// that begins with the error of another one.
+#[test]
+fn a_proof_lifts_doubts_about_the_error_and_no_others() {
+    let folder = Folder::new();
+    let coarse = "quartic --set scheme.sbp=SBP42 --set grid.n_gamma=32 --set solver.system=doubled";
+    let (_, summary) = run(&folder, &format!("{coarse} --prove"));
+    assert_eq!(summary["verdict"], "proved", "{summary}");
+    let (_, summary) = run(&folder, "linear-unregularised --prove");
+    assert_eq!((&summary["verdict"], &summary["proof"]["status"]), (&"doubtful".into(), &"proved".into()));
+    folder.succeeds("run henon-heiles --out first --set grid.gamma_f=50.0 --set grid.windows=50");
+    let continued = "henon-heiles --from first --set grid.gamma_f=100.0 --set grid.windows=50";
+    let (told, summary) = run(&folder, &format!("{continued} --prove"));
+    assert_eq!((&summary["verdict"], &summary["proof"]["status"]), (&"trusted".into(), &"proved".into()), "{told}");
+}
+
+#[test]
+fn rows_have_the_status_and_the_largest_radius() {
+    let folder = Folder::new();
+    let told = folder.succeeds("run kepler --prove --vary initial.x=0.4,0.5,-0.3 --out out");
+    assert!(told.contains(": 3 proved, 0 trusted, 0 doubtful, 0 refused"), "{told}");
+    let table = folder.table("out/runs.csv");
+    assert_eq!(table.column("proof_status"), ["proved"; 3]);
+    assert!(table.numbers("proof_radius").iter().all(|radius| *radius > 0.0 && *radius < 1e-15), "{table:?}");
+    folder.succeeds("run dry-friction --prove --vary initial.x=0.4,0.5 --out other");
+    let table = folder.table("other/runs.csv");
+    assert_eq!((table.column("proof_status"), table.column("proof_radius")), (vec!["unproved"; 2], vec![""; 2]));
+}
+
+#[test]
+fn a_table_to_standard_output_has_a_note() {
+    let folder = Folder::new();
+    let output = folder.run("run kepler --prove --stdout");
+    assert!(succeeded(&output).lines().count() > 10);
+    assert!(stderr(&output).contains("note: proof: x(6.283185) = 0.4"), "{}", stderr(&output));
+}
+
+/// A proof of sixteen thousand periods takes seconds; the run is kept, and the program ends well. On a busy machine the
+/// first interrupts may come before the proof.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_the_proof_and_keeps_the_run() {
+    let arguments = "run long-run --set solver.tolerance=1e-10 --set grid.gamma_f=100000 --prove --quiet --out out";
+    for seconds in [2, 4, 8, 16] {
+        let folder = Folder::new();
+        let child = folder.program(arguments).spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_secs(seconds));
+        let kill = ["-INT".to_owned(), child.id().to_string()];
+        let _ = std::process::Command::new("kill").args(kill).status();
+        if child.wait_with_output().unwrap().status.code() == Some(130) {
+            continue;
+        }
+        let summary = folder.summary("out");
+        assert_eq!((&summary["verdict"], &summary["proof"]["status"]), (&"trusted".into(), &"interrupted".into()));
+        assert!(number(&summary["proof"]["reached"]) > 0.0 && folder.has("out/trajectory.csv"));
+        return;
+    }
+    panic!("every interrupt came before the proof");
+}
