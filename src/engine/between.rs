@@ -109,7 +109,9 @@ impl Between {
     pub(super) fn hides(&mut self, solver: &Solver<'_, POINTS>, h: f64, length: f64, accuracy: f64) -> Option<Hidden> {
         let (registers, nodes) = (&solver.system.registers, solver.fractions());
         let mut watched = self.watched.iter();
+        // The values of an argument that has a kink in it tell nothing of it between the nodes.
         let is_seen = self.is_all
+            && !self.has_kink
             && (self.is_gentle || watched.all(|look| changes_little(look, nodes, &registers[look.register].0)));
         if is_seen { None } else { self.hides_in_intervals(solver, h, length, accuracy) }
     }

@@ -252,24 +252,36 @@ impl Enclosure {
         let hides = |(place, look): (usize, &Watched)| {
             let interval = self.enclosed.interval(look.register, k);
             let ends = [pair, pair + 1].map(|node| middle(self.seen[place][node]));
-            let is_seen = matches!(look.kind, Kind::Side(_)) && self.shows_side(place, pair);
+            let is_seen = matches!(look.kind, Kind::Side(_)) && self.shows_side(place, pair, k);
             !(is_seen || look.is_gentle_between(interval, ends))
         };
         self.watched.iter().enumerate().map(hides).collect()
     }
 
     /// Returns true if the nodes show whatever a change of sign of this argument makes on the way from node `pair` to
-    /// the next: there is none, or one and no other argument changes its sign.
-    fn shows_side(&self, place: usize, pair: usize) -> bool {
-        let others = (0..self.watched.len()).filter(|&other| {
+    /// the next, which box `k` is: there is none, or one and no other argument changes its sign. The nodes tell only of
+    /// arguments that are smooth: one may have another one's kink in it, as in step(w − |t|), and where that is on the
+    /// way its interval tells.
+    fn shows_side(&self, place: usize, pair: usize, k: usize) -> bool {
+        let mut others = (0..self.watched.len()).filter(|&other| {
             let is_side = matches!(self.watched[other].kind, Kind::Side(_));
             is_side && other != place && !self.is_multiple(place, other, pair)
         });
         match self.sign_changes(place, pair) {
-            Some(0) => true,
-            Some(_) => others.into_iter().all(|other| self.sign_changes(other, pair) == Some(0)),
-            None => false,
+            Some(0) => {
+                let has_no_kink = |other| self.keeps_side(other, k) || self.sign_changes(other, pair) == Some(0);
+                self.keeps_side(place, k) || others.all(has_no_kink)
+            }
+            Some(_) => others.all(|other| self.keeps_side(other, k)),
+            None => self.keeps_side(place, k),
         }
+    }
+
+    /// True if all of box `k` is on one side of a kink or a jump, or if its argument has one value there.
+    fn keeps_side(&self, place: usize, k: usize) -> bool {
+        let look = &self.watched[place];
+        let interval = self.enclosed.interval(look.register, k);
+        look.is_gentle(interval) || interval[0] == interval[1]
     }
 
     /// How often an argument changes its sign on the way from node `pair` to the next, if it does not turn there.

@@ -32,7 +32,7 @@ pub(super) struct Change {
 struct Watch {
     formula: Observable,
     direction: Direction,
-    /// True if what lies between nodes may not be missed, as the formula belongs to an event that acts.
+    /// True if the formula belongs to an event that acts.
     acts: bool,
     /// The sign at the start of the run, 0 if it is not known, and the bound that values exceed before changes count.
     begin: [f64; 2],
@@ -165,11 +165,9 @@ impl<'g> Watches<'g> {
                     }
                     break;
                 }
-                if self.watches[place].acts {
-                    let dip = Dip { place, points: [earlier, [from, before], [to, here]], side };
-                    dips.extend((!is_change && dip.comes_near()).then_some(dip));
-                    earlier = [from, before];
-                }
+                let dip = Dip { place, points: [earlier, [from, before], [to, here]], side };
+                dips.extend((!is_change && dip.comes_near()).then_some(dip));
+                earlier = [from, before];
                 before = here;
                 if here != 0.0 {
                     side = here.signum();

@@ -65,6 +65,45 @@ fn pulses_of_steps_push() {
     }
 }
 
+/// A kink inside of another one: neither shows the other on the nodes.
+#[test]
+fn pulses_around_a_kink_push() {
+    let mut random = Random(0x1234_5678_9abc_def1);
+    for number in 0..60 {
+        let (at, width) = (random.between(3.0, 25.0), random.scale(1e-6, 1.0));
+        let push = random.between(-0.5, 0.5);
+        let force = match number % 3 {
+            0 => format!("{:?}*step({width:?} - abs(t - {at:?}))", 0.5 * push / width),
+            1 => format!("{:?}*max(0, 1 - abs(t - {at:?})/{width:?})", push / width),
+            _ => format!(
+                "{:?}*step(sign(t - {at:?} + {width:?}) - sign(t - {at:?} - {width:?}) - 1)",
+                0.5 * push / width
+            ),
+        };
+        let line = flight("0", &force);
+        assert_ends_at(&line, LENGTH + push * (LENGTH - at), &force);
+    }
+}
+
+/// A throw is one window, and its height is passed on the way up and down between two nodes of that.
+#[test]
+fn an_end_that_is_passed_there_and_back_is_met() {
+    let up = (2.4 - (2.4_f64 * 2.4 - 17.0 * 0.285).sqrt()) / 8.5;
+    for (length, end) in [1.0, 5.0, 50.0, 200.0].into_iter().flat_map(|length| {
+        ["grid.until = \"z - 0.285\"", "events.e = { when = \"z - 0.285\", direction = \"up\", until = true }"]
+            .map(|end| (length, end))
+    }) {
+        let line: WorldLine = line_of(&parsed(
+            &format!(
+                "potential = {{ coordinates = [\"z\"], formula = \"8.5*z\" }}\nparticle.law = \"newtonian\"\n\
+                 initial = {{ z = 0.0, z_dot = 2.4 }}\ngrid.t_f = {length:?}\nsolver.accuracy = 1e-9\n{end}\n"
+            ),
+            &[],
+        ));
+        assert!((line.end().q[0] - up).abs() < 1e-9, "{length} {end}: {}", line.end().q[0]);
+    }
+}
+
 #[test]
 fn hats_of_kinks_are_hills() {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
