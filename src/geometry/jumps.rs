@@ -7,6 +7,7 @@
 use super::parts::Parts;
 use super::text::GeometryText;
 use crate::formula::{Function, Graph, NodeId, Program};
+use crate::number::root::root;
 
 /// A place where a metric or a one-form jumps.
 #[derive(Debug, Clone, PartialEq)]
@@ -111,7 +112,8 @@ impl Sides {
             let at_after = self.evaluate(&on_line(after));
             if (at_before < 0.0) != (at_after < 0.0) && at_before.is_finite() && at_after.is_finite() {
                 let ends = [[before, at_before], [after, at_after]];
-                let root = crate::number::root::root(ends[0], ends[1], 0.0, |s| self.evaluate(&on_line(s)));
+                let zero = ends.iter().find(|[_, value]| *value == 0.0).map(|[at, _]| *at);
+                let root = zero.unwrap_or_else(|| root(ends[0], ends[1], 0.0, |s| self.evaluate(&on_line(s))));
                 let mut near = vec![0.0_f64; self.count];
                 for s in [before, after] {
                     self.evaluate(&on_line(s));
@@ -153,7 +155,17 @@ mod tests {
         assert_eq!(found("y*step(x - 1)"), ["step"]);
         assert_eq!(found("sign(x + y - 2)"), ["sign"]);
         assert_eq!(found("exp(step(t - 7))"), ["step"]);
-        let smooth = ["max(x^2/2, 0)", "min(x, y)", "abs(x - 1)", "step(x - 1)*(x - 1)^2", "x*sign(x)", "x^2 + y"];
+        // The place of a kink may be looked at itself.
+        let smooth = [
+            "max(0, t - 1)",
+            "max(1 - t, 0)",
+            "max(x^2/2, 0)",
+            "min(x, y)",
+            "abs(x - 1)",
+            "step(x - 1)*(x - 1)^2",
+            "x*sign(x)",
+            "x^2 + y",
+        ];
         for formula in smooth {
             assert!(found(formula).is_empty(), "{formula}");
         }

@@ -102,8 +102,10 @@ impl Adaptive<'_> {
         if seen.is_none_or(|seen| seen.decay != 1.0) {
             return (Kink::Far, allowed);
         }
+        // A run that starts at a kink leaves it in a window which is as nothing to the first one.
         let has_moved = solver.rows[..solver.system.positions.len()].iter().any(|row| !row.size.grows());
-        let is_met = has_moved && self.is_one_place(length);
+        let is_nothing = length <= f64::EPSILON * self.ladder.length(0);
+        let is_met = if has_moved { self.is_one_place(length) } else { is_nothing };
         let of_kink = (KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
         (if is_met { Kink::Met } else { Kink::Inside }, allowed.max(of_kink))
     }
