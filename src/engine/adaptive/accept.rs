@@ -62,7 +62,7 @@ impl Adaptive<'_> {
             if self.attempt.control.is_stuck(length <= self.least()) {
                 return Err(self.reason(Failure::TooShort));
             }
-            if kink != Kink::Met && self.must_be_shorter(trial.rung, length) {
+            if self.must_be_shorter(trial.rung, length, kink) {
                 continue;
             }
             let known = self.known();
@@ -159,21 +159,23 @@ impl Adaptive<'_> {
     }
 
     /// Returns true if something may hide in a window that can be shorter.
-    fn must_be_shorter(&mut self, rung: i32, length: f64) -> bool {
+    fn must_be_shorter(&mut self, rung: i32, length: f64, kink: Kink) -> bool {
         let (run, accuracy, least) = (self.length, self.accuracy, self.least());
         let hides = self.between.as_mut().and_then(|it| it.hides(&self.lent.solver, length, run, accuracy));
         let Some(hidden) = hides else { return false };
         self.attempt.control.meets_kink(hidden.has_kink, rung);
-        let is_one_place = hidden.has_kink && self.is_one_place(length);
+        let is_one_place = hidden.has_kink && (kink == Kink::Met || self.is_one_place(length));
+        // A pole at the place is none of what a jump is off by.
+        let is_harmless = is_one_place && hidden.is_kink_alone;
         // What kinks do in a gap is less in a shorter one, until rounding hides where they are.
         let is_shrinking = hidden.has_kink && hidden.change.is_finite() && !is_one_place;
         // Where numbers overflow, intervals can tell nothing of windows of any length.
         let is_known = hidden.change.is_finite() || !self.lent.solver.is_mended;
-        let can_be_shorter = (length > least || is_shrinking) && is_known;
+        let can_be_shorter = !is_harmless && (length > least || is_shrinking) && is_known;
         if can_be_shorter {
             self.attempt.control.hides(rung);
         } else {
-            self.attempt.unresolved += usize::from(!is_one_place);
+            self.attempt.unresolved += usize::from(!is_harmless);
         }
         can_be_shorter
     }

@@ -176,7 +176,7 @@ impl<'g> Adaptive<'g> {
     /// Solves the accepted window again with another length, which is no longer.
     ///
     /// # Errors
-    /// If it has no solution.
+    /// If it has no solution, or if a kink is in it that was not.
     pub(super) fn again(&mut self, length: f64, is_last: bool) -> Result<(), Failure> {
         let tables = self.ladder.odd(&self.lent.solver.rule, length);
         let share = self.share_of(length);
@@ -185,8 +185,14 @@ impl<'g> Adaptive<'g> {
         self.lent.solver.is_patient = false;
         let swept = swept?;
         self.sweeps += swept.sweeps;
+        // Where the window begins at a jump, rounding may put its first node on the other side.
+        let kink = self.attempt.accepted.kink;
+        let has_kink = self.between.as_mut().is_some_and(|between| between.look(&self.lent.solver).decay == 1.0);
+        if has_kink && !kink.is_inside() {
+            return Err(Failure::NotConverged);
+        }
         self.lent.solver.finish(&tables, self.known());
-        self.attempt.accepted = Accepted { length, is_last, swept, ..self.attempt.accepted };
+        self.attempt.accepted = Accepted { length, is_last, kink, swept };
         Ok(())
     }
 

@@ -240,8 +240,10 @@ impl Enclosure {
             let steep: Vec<Vec<bool>> = some.iter().enumerate().map(|(k, &pair)| self.steep_between(pair, k)).collect();
             let changes = self.influence.largest(&self.enclosed, &steep, tolerances);
             found.extend(some.iter().zip(&steep).zip(changes).map(|((&pair, steep), change)| {
-                let is_kink = |(look, is_steep): (&Watched, &bool)| *is_steep && matches!(look.kind, Kind::Side(_));
-                Hidden { pair, change, has_kink: self.watched.iter().zip(steep).any(is_kink) }
+                let mut steep = self.watched.iter().zip(steep).filter(|(_, is_steep)| **is_steep);
+                let is_kink = |(look, _): (&Watched, &bool)| matches!(look.kind, Kind::Side(_));
+                let (is_kink_alone, has_kink) = (steep.clone().all(is_kink), steep.any(is_kink));
+                Hidden { pair, change, has_kink, is_kink_alone }
             }));
         }
         found
@@ -313,6 +315,8 @@ pub(crate) struct Hidden {
     pub(crate) change: f64,
     /// True if an argument of abs, sign or step may change its sign unseen there.
     pub(crate) has_kink: bool,
+    /// True if that is all.
+    pub(crate) is_kink_alone: bool,
 }
 
 fn middle([lo, hi]: [f64; 2]) -> f64 {
