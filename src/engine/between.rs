@@ -220,7 +220,9 @@ fn changes_little(look: &Watched, nodes: &[f64], values: &[f64]) -> bool {
 
 /// Places that differ by this part of them are one: their rounding, and that of what they are compared with in an
 /// argument.
-const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
+pub(super) const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
+/// The same where a jump is met: it may be high, and what it is off by is as large as the window.
+pub(super) const MET: f64 = f64::EPSILON;
 
 /// Moves the first node by the rounding of its place: what a window before has met there is behind.
 fn leave_start(values: &mut [f64; POINTS]) {
@@ -230,19 +232,20 @@ fn leave_start(values: &mut [f64; POINTS]) {
     }
 }
 
-/// Returns true if rounding hides where in a window of this length a function jumps: places of clocks in it are one,
-/// and those of other coordinates would be with the speed that they have elsewhere, as they may turn here. What begins
-/// to move in the window, or has only just begun, says nothing of its place. Where γ itself has no digits, places have
-/// none.
-pub(super) fn is_at_one_place(solver: &Solver<'_, POINTS>, gamma: f64, length: f64) -> bool {
+/// Returns true if places in a window of this length differ by no more than `place` of them, so that rounding hides
+/// where a function jumps: by what they differ, and by what they would with the speed that coordinates other than clocks
+/// have elsewhere, as they may turn here. What begins to move in the window, or has only just begun, says nothing of
+/// its place. Where γ itself has no digits, places have none.
+pub(super) fn is_at_one_place(solver: &Solver<'_, POINTS>, gamma: f64, length: f64, place: f64) -> bool {
     let Solver { scales, rows, system, .. } = solver;
     if length <= ONE_PLACE * gamma {
         return true;
     }
     let mut known = rows[..system.positions.len()].iter().zip(&scales.clocks).filter(|(row, _)| !row.size.grows());
     known.all(|(row, &is_clock)| {
-        let part = if is_clock { row.increment.abs() * row.size.inverse } else { length / scales.time };
-        part <= ONE_PLACE * row.start.high.abs() * row.size.inverse
+        let (now, elsewhere) = (row.increment.abs() * row.size.inverse, length / scales.time);
+        let part = if is_clock { now } else { now.max(elsewhere) };
+        part <= place * row.start.high.abs() * row.size.inverse
     })
 }
 

@@ -147,9 +147,10 @@ impl Control {
         }
     }
 
-    /// A window was accepted, and may pass a kink, or meet the one place where rounding hides it. Behind the last one that does, the motion is as smooth as it was
-    /// before, so that the next window is as long as those were: in shorter ones that grow slowly, what begins to move
-    /// at the kink would be nothing but rounding. Returns `kink`, or that one is near.
+    /// A window was accepted, and may pass a kink, or meet the one place where rounding hides it. Behind the last one
+    /// that does, the motion is as smooth as it was before, so that the next window is as long as those were: in
+    /// shorter ones that grow slowly, what begins to move at the kink would be nothing but rounding. Returns `kink`, or
+    /// that one is near.
     pub(super) fn passes_kink(&mut self, kink: Kink, is_one_place: bool) -> Kink {
         self.is_at_kink |= kink.is_inside() || is_one_place;
         let Some(rung) = self.before_kink else { return kink };

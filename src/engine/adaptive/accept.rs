@@ -1,7 +1,7 @@
 //! The search for a window that is accurate enough, and that hides nothing.
 
 use super::{Accepted, Adaptive};
-use crate::engine::between::{Kink, Seen, is_at_one_place};
+use crate::engine::between::{Kink, MET, ONE_PLACE, Seen, is_at_one_place};
 use crate::engine::ladder::Ladder;
 use crate::engine::local::LocalErrors;
 use crate::engine::sizes::Size;
@@ -71,7 +71,7 @@ impl Adaptive<'_> {
                 None => self.ladder.rung(&self.lent.solver.rule, trial.rung, None).0,
             };
             self.lent.solver.finish(tables, known);
-            let is_one_place = self.is_one_place(length);
+            let is_one_place = self.is_one_place(length, ONE_PLACE);
             let kink = self.attempt.control.passes_kink(kink, is_one_place);
             // A window of another length than that of its rung cannot be continued by matrices.
             self.attempt.previous = trial.length.is_none().then_some(trial.rung);
@@ -92,22 +92,29 @@ impl Adaptive<'_> {
         Ok(Trial { rung, is_last: is_last && length.is_none_or(|length| length == rest), length })
     }
 
-    fn is_one_place(&self, length: f64) -> bool {
-        is_at_one_place(&self.lent.solver, self.attempt.gamma.high, length)
+    /// True if places in a window of this length differ by no more than this part of them. Where nothing is known to have moved, that
+    /// is a window which is as nothing to the first one.
+    fn is_one_place(&self, length: f64, place: f64) -> bool {
+        if self.has_moved() {
+            is_at_one_place(&self.lent.solver, self.attempt.gamma.high, length, place)
+        } else {
+            length <= f64::EPSILON * self.ladder.length(0)
+        }
+    }
+
+    fn has_moved(&self) -> bool {
+        let solver = &self.lent.solver;
+        solver.rows[..solver.system.positions.len()].iter().any(|row| !row.size.grows())
     }
 
     /// Looks whether the window that was solved has a kink in it, and what error it may make at its end.
     fn kink(&self, seen: Option<Seen>, share: f64, length: f64) -> (Kink, f64) {
-        let (solver, allowed) = (&self.lent.solver, share.max(ROUNDED));
+        let allowed = share.max(ROUNDED);
         if seen.is_none_or(|seen| seen.decay != 1.0) {
             return (Kink::Far, allowed);
         }
-        // A run that starts at a kink leaves it in a window which is as nothing to the first one.
-        let has_moved = solver.rows[..solver.system.positions.len()].iter().any(|row| !row.size.grows());
-        let is_nothing = length <= f64::EPSILON * self.ladder.length(0);
-        let is_met = if has_moved { self.is_one_place(length) } else { is_nothing };
         let of_kink = (KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
-        (if is_met { Kink::Met } else { Kink::Inside }, allowed.max(of_kink))
+        (if self.is_one_place(length, MET) { Kink::Met } else { Kink::Inside }, allowed.max(of_kink))
     }
 
     /// Returns true if something begins to move by a kink in the window, whose place is not known to rounding: its
@@ -164,7 +171,9 @@ impl Adaptive<'_> {
         let hides = self.between.as_mut().and_then(|it| it.hides(&self.lent.solver, length, run, accuracy));
         let Some(hidden) = hides else { return false };
         self.attempt.control.meets_kink(hidden.has_kink, rung);
-        let is_one_place = hidden.has_kink && (kink == Kink::Met || self.is_one_place(length));
+        // A run that starts at a kink leaves it, and nothing is known of sizes there.
+        let is_left = !self.has_moved() && length <= least;
+        let is_one_place = hidden.has_kink && (kink == Kink::Met || self.is_one_place(length, ONE_PLACE) || is_left);
         // A pole at the place is none of what a jump is off by.
         let is_harmless = is_one_place && hidden.is_kink_alone;
         // What kinks do in a gap is less in a shorter one, until rounding hides where they are.
