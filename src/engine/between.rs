@@ -233,9 +233,9 @@ fn leave_start(values: &mut [f64; POINTS]) {
 }
 
 /// Returns true if places in a window of this length differ by no more than `place` of them, so that rounding hides
-/// where a function jumps: by what they differ, and by what they would with the speed that coordinates other than clocks
-/// have elsewhere, as they may turn here. What begins to move in the window, or has only just begun, says nothing of
-/// its place. Where γ itself has no digits, places have none.
+/// where a function jumps: by what they differ, and by what they would with the speed that coordinates other than
+/// clocks have elsewhere, as they may turn here. What begins to move in the window, or has only just begun, says
+/// nothing of its place. Where γ itself has no digits, places have none.
 pub(super) fn is_at_one_place(solver: &Solver<'_, POINTS>, gamma: f64, length: f64, place: f64) -> bool {
     let Solver { scales, rows, system, .. } = solver;
     if length <= ONE_PLACE * gamma {

@@ -92,8 +92,8 @@ impl Adaptive<'_> {
         Ok(Trial { rung, is_last: is_last && length.is_none_or(|length| length == rest), length })
     }
 
-    /// True if places in a window of this length differ by no more than this part of them. Where nothing is known to have moved, that
-    /// is a window which is as nothing to the first one.
+    /// True if places in a window of this length differ by no more than this part of them. Where nothing is known to
+    /// have moved, that is a window which is as nothing to the first one.
     fn is_one_place(&self, length: f64, place: f64) -> bool {
         if self.has_moved() {
             is_at_one_place(&self.lent.solver, self.attempt.gamma.high, length, place)
