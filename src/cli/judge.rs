@@ -1,4 +1,4 @@
-//! How `run` judges a result: by the estimates that every run has, and on demand by further means.
+//! The command `run` judges a result by the estimates that every run has, and on demand by further means.
 
 use std::time::{Duration, Instant};
 

@@ -104,8 +104,8 @@ impl Between {
         knots.min_by(f64::total_cmp)
     }
 
-    /// What may hide in the window that was looked at, of length `h`, in a run of this length to an accuracy: its
-    /// change is in units of what may hide there.
+    /// Looks for something that may hide in the window that was looked at, of length `h`, in a run of this length to an
+    /// accuracy. Its change is in units of the most that is tolerated there.
     pub(super) fn hides(&mut self, solver: &Solver<'_, POINTS>, h: f64, length: f64, accuracy: f64) -> Option<Hidden> {
         let (registers, nodes) = (&solver.system.registers, solver.fractions());
         let mut watched = self.watched.iter();

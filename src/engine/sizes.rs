@@ -248,7 +248,7 @@ mod tests {
         size.take(1.5);
         assert_eq!((size.for_sums(0.5), size.for_sums(1.0)), (0.0, 1.0 / 1.5));
         size.advance(0.1, false);
-        // What began in the shortest of windows is young until a longer one is behind.
+        // A size that began in the shortest of windows is young until a longer one is behind.
         let mut young = Size::default();
         young.take(1e-30);
         young.advance(1e-30, true);

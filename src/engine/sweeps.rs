@@ -103,7 +103,7 @@ impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, &Tables<N>, Option<&Ma
     }
 }
 
-/// What one sweep changed.
+/// The changes that one sweep made.
 struct Sweep {
     /// The largest change, relative to sizes.
     change: f64,

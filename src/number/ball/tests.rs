@@ -25,7 +25,7 @@ impl Random {
     }
 }
 
-/// How many expressions are tried.
+/// The number of expressions that are tried.
 fn count() -> usize {
     std::env::var("BALL_EXPRESSIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(20_000)
 }
