@@ -90,7 +90,7 @@ pub(super) fn placed(
     is_double: bool,
 ) -> Result<(Start, Geometry), CaseError> {
     let geometry = if scenery.text.tau.is_some() { scenery.geometry()? } else { geometry };
-    let start = scenery::start(&scenery.text, &geometry, &initial.data, rounding, is_double);
+    let start = scenery::start(&scenery.text, &geometry, &initial.data, rounding, Some(is_double));
     let start = start.map_err(|none| no_start(none, initial))?;
     if start.q_dot.iter().any(|u| !u.is_finite()) {
         return Err(no_start(NoStart::not_finite(), initial));

@@ -62,7 +62,7 @@ pub use source::{key_of, overridden};
 pub use start_data::{Rate, Sign, StartData};
 
 use crate::geometry::{Geometry, GeometryText, Start, value_of};
-use crate::number::Real;
+use crate::number::{Extended, Real};
 use crate::solve::{Carried, Continuation, Limit, Settings};
 
 /// The most Newton iterations of a window, where a case does not say.
@@ -179,12 +179,28 @@ impl Case {
             return start;
         }
         let (text, rounding) = (&self.geometry_text, rounding(self.settings.digits));
-        let start = scenery::start(text, geometry, &self.initial, rounding, self.is_double);
+        let start = scenery::start(text, geometry, &self.initial, rounding, Some(self.is_double));
         let mut start = start.unwrap_or_else(|none| panic!("a valid case has a start: {none:?}"));
         if self.is_of_x {
             start.q[0] = S::ZERO;
         }
         start
+    }
+
+    /// Returns true if the start is the one that the decimals of the case determine. A rate that follows from K is
+    /// taken as a double root where the roots agree in the digits of the run, as at a turning point, though the last
+    /// digits of the numbers may say otherwise.
+    pub fn is_determined(&self) -> bool {
+        if self.from.is_some() || !self.initial.rates.iter().any(Rate::is_from_norm) {
+            return true;
+        }
+        let geometry: Geometry<Extended> = self.geometry();
+        let taken = self.start_in(&geometry);
+        let rounding = Extended::EPSILON.to_f64();
+        let exact = scenery::start(&self.geometry_text, &geometry, &self.initial, rounding, None);
+        let is_near =
+            |(one, two): (&Extended, &Extended)| (*one - *two).abs().to_f64() <= DETERMINED * one.abs().to_f64();
+        exact.is_ok_and(|exact| taken.q_dot.iter().zip(&exact.q_dot).all(is_near))
     }
 
     /// The end of the run that this one continues, with what it takes over besides.
@@ -218,6 +234,9 @@ impl Case {
         self.grid.t_f.as_ref().map(|t_f| self.value(t_f))
     }
 }
+
+/// Rates that are determined agree to this part of them.
+const DETERMINED: f64 = 1e-60;
 
 /// The relative accuracy of data of so many digits.
 fn rounding(digits: u32) -> f64 {

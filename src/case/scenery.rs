@@ -110,19 +110,20 @@ fn factor<S: Real>(text: &GeometryText, q: &[S]) -> Option<S> {
     Some(omega.expect("a geometry that compiles has such an Ω").at(q, &zeros, &zeros, S::ZERO))
 }
 
-/// The start that the data describe in the compiled geometry of `text`.
+/// The start that the data describe in the compiled geometry of `text`. `is_double` says whether the two roots for a
+/// rate that follows from K are one, if that is known.
 pub(super) fn start<S: Real>(
     text: &GeometryText,
     geometry: &Geometry<S>,
     data: &StartData,
     rounding: f64,
-    is_double: bool,
+    is_double: Option<bool>,
 ) -> Result<Start<S>, NoStart> {
     let (bare, parameters) = (bare(text), &text.parameters);
     let Some(bare) = bare.map(|text| Geometry::new(&text).expect("a geometry with Ω compiles without it")) else {
-        return start::solve(data, geometry, parameters, rounding, Some(is_double)).map(|(start, _)| start);
+        return start::solve(data, geometry, parameters, rounding, is_double).map(|(start, _)| start);
     };
-    let (mut start, _) = start::solve(data, &bare, parameters, rounding, Some(is_double))?;
+    let (mut start, _) = start::solve(data, &bare, parameters, rounding, is_double)?;
     if let Some(tau) = text.tau {
         let given = data.norm.as_ref().map(|norm| value_of(norm, parameters).expect("K is a finite number"));
         let k: S = given.unwrap_or_else(|| bare.norm(&start.q, &start.q_dot));

@@ -30,6 +30,11 @@ impl Rate {
     pub(super) fn is_momentum(&self) -> bool {
         matches!(self, Self::Momentum(_) | Self::MomentumFromNorm(_))
     }
+
+    /// Returns true if it follows from K.
+    pub(super) fn is_from_norm(&self) -> bool {
+        matches!(self, Self::VelocityFromNorm(_) | Self::MomentumFromNorm(_))
+    }
 }
 
 /// The initial data as the case gives them, without the coordinate tau that `conformal` may add.

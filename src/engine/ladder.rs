@@ -104,8 +104,9 @@ pub(super) struct Control {
     /// After a refusal no window is longer than this rung, for so many windows.
     longest: i32,
     patience: u32,
-    /// Number of windows in turn that are too short to be cut.
+    /// Number of windows since γ was looked at, and γ then.
     idle: usize,
+    since: f64,
     /// The rung before windows were cut to meet a kink, until they have.
     before_kink: Option<i32>,
     /// True once a window has passed it.
@@ -161,11 +162,17 @@ impl Control {
         if kink == Kink::Far { Kink::Ahead } else { kink }
     }
 
-    /// True if too many windows in turn are as short as no more than one that passes a kink has to be: something holds
-    /// the motion there.
-    pub(super) fn is_stuck(&mut self, is_short: bool) -> bool {
-        self.idle = if is_short { self.idle + 1 } else { 0 };
-        self.idle > MOST_IDLE
+    /// True if the last [`MOST_IDLE`] windows together, the next of which begins at γ, came no further than as many
+    /// that are too short to be cut: something holds the motion there. Between two kinks that are close together some
+    /// windows are longer.
+    pub(super) fn is_stuck(&mut self, gamma: f64, least: f64) -> bool {
+        self.idle += 1;
+        if self.idle <= MOST_IDLE {
+            return false;
+        }
+        let way = gamma - self.since;
+        (self.idle, self.since) = (0, gamma);
+        way <= MOST_IDLE as f64 * least
     }
 
     /// Something may hide in the window of this rung, which was good enough.
@@ -224,6 +231,19 @@ mod tests {
         assert_eq!(try_at(-14, true, 1e-9), -12);
         assert_eq!(try_at(-12, true, 1e-9), -10);
         assert_eq!(try_at(-10, false, 1e-9), 0);
+    }
+
+    #[test]
+    fn windows_that_come_no_further_than_short_ones_are_stuck() {
+        let is_stuck = |lengths: [f64; 2]| {
+            let (mut control, mut gamma) = (Control::default(), 5.0);
+            lengths.into_iter().cycle().take(2000).any(|length| {
+                gamma += length;
+                control.is_stuck(gamma, 1e-9)
+            })
+        };
+        assert!(is_stuck([1e-9, 1e-12]) && is_stuck([1.5e-9, 1e-10]));
+        assert!(!is_stuck([1e-9, 2e-9]) && !is_stuck([1e-12, 1e-6]));
     }
 
     #[test]

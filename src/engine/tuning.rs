@@ -44,7 +44,8 @@ pub(super) const STRETCH: f64 = 1e-7;
 pub(super) const AHEAD: [f64; 3] = [1.0, 4.0, 16.0];
 /// Windows shorter than this part of the first are not cut any more because something may hide in them.
 pub(super) const LEAST: f64 = 1e-9;
-/// A run of more of these in turn makes no progress. One that passes a kink has some fifty.
+/// A run makes no progress where so many windows in turn come no further than as many of these. One that passes a kink
+/// has some fifty of them.
 pub(super) const MOST_IDLE: usize = 400;
 
 // The step controller.

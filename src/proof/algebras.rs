@@ -86,6 +86,8 @@ pub enum Obstacle {
     Divisor,
     /// The base of a power may be 0.
     Base,
+    /// Something depends on a coordinate along which there is no force.
+    Hidden,
 }
 
 impl fmt::Display for Obstacle {
@@ -101,6 +103,7 @@ impl fmt::Display for Obstacle {
             Self::Function(function) => write!(f, "the edge of {}", name(function).unwrap_or_default()),
             Self::Divisor => f.write_str("a divisor that may be 0"),
             Self::Base => f.write_str("a power whose base may be 0"),
+            Self::Hidden => f.write_str("a jump along a coordinate without a force"),
         }
     }
 }

@@ -51,8 +51,8 @@ impl Slope {
     }
 }
 
-/// A bound of what rounding does to Σ c_k P_k, by these bounds of |P_k|: a part of u for each of 33 roundings of sums
-/// and products and for the table.
+/// A bound of what rounding does to Σ c_k P_k, by these bounds of |P_k|: a part of u for each of 35 roundings of sums
+/// and products and for the table, of 64 that are allowed for.
 fn room(modes: &Row, most: &Row) -> f64 {
     32.0 * f64::EPSILON * modes.iter().zip(most).map(|(mode, most)| mode.abs() * most).sum::<f64>() * UP
 }
@@ -79,7 +79,7 @@ impl Ellipse {
         let places: Vec<Discs> = (0..equations.active).map(|k| place(start[k], h, &modes[k], &slopes[k])).collect();
         let reach = equations.shared(&self.reach(equations, start, &places));
         self.put(equations, places.iter().zip(&reach).map(|(place, reach)| widened(place, *reach)));
-        run(&self.algebra, &equations.all, &mut self.of_slopes);
+        run(&self.algebra, &equations.all_formulas, &mut self.of_slopes);
         run(&self.algebra, &equations.of_jacobian, &mut self.of_jacobian);
         if let Some(obstacle) = self.algebra.obstacle() {
             return Err(Some(obstacle));
@@ -151,7 +151,7 @@ fn slope_there(modes: &Row) -> Slope {
     Slope { there, rounding: 2.0 * room(modes, &TABLES.most), second }
 }
 
-/// y on the discs. Along E, no further than r from a middle z, |v| ≤ |v(z)| + s |v′| at a distance s, so that y leaves
+/// y on the discs. Along E, no further than r from a middle z, which lies on E but for rounding that r has room for, |v| ≤ |v(z)| + s |v′| at a distance s, so that y leaves
 /// y(z) by at most (h/2) r (|v(z)| + r |v′|/2).
 #[inline(always)]
 fn place(start: f64, h: f64, modes: &Row, slope: &Slope) -> Discs {

@@ -10,7 +10,7 @@
 //! which keeps what errors of x and t have in common.
 
 use super::ellipse::Bounds;
-use super::equations::Equations;
+use super::equations::{Equations, OFF};
 use super::proved::Proved;
 use super::set::Set;
 use super::tables::UP;
@@ -21,9 +21,6 @@ use crate::number::{Extended, Real};
 
 /// A value is looked for up to this share of a window behind its end, so that no window is left in front of it.
 const BEHIND: f64 = 1e-6;
-
-/// Numbers of a motion in 71 digits are off by less, relative to them.
-const OFF: f64 = 1e-60;
 
 /// Where a proof ends.
 pub(super) enum Goal {
@@ -76,7 +73,8 @@ impl Goal {
         if h < near * (1.0 - BEHIND) {
             return (h, false);
         }
-        (if Extended::from(near) < left { near.next_up() } else { near }, true)
+        // The true length may be longer than these digits of it.
+        (if Extended::from(near) <= left { near.next_up() } else { near }, true)
     }
 
     /// The length of the window until just behind the value, if this window passes it.
@@ -143,18 +141,23 @@ impl End {
             Goal::Value { unknown, value, sign, .. } => {
                 let by = middle(unknown) - value;
                 let rate = slopes[unknown].re.abs() - slopes[unknown].rad;
-                let beyond = by.to_f64() * sign - set.radii()[unknown] * UP;
-                let most = 2.0 * (by.to_f64().abs() + set.radii()[unknown]) / rate * UP;
+                let off = value.abs().to_f64() * OFF;
+                let gap = set.radii()[unknown] + off;
+                let beyond = by.to_f64() * sign - gap * UP;
+                let most = 2.0 * (by.to_f64().abs() + gap) / rate * UP;
                 // Over so long ṫ stays above half of what it is at the end.
-                let is_passed = beyond >= 0.0 && most <= h && most * bends[unknown] <= 0.5 * rate;
+                let is_passed = rate > 0.0 && beyond >= 0.0 && most <= h && most * bends[unknown] <= 0.5 * rate;
                 if !is_passed {
                     return Err(Reason::Short);
                 }
-                Back { along: Some(unknown), by, most, off: (value.abs().to_f64()) * OFF }
+                Back { along: Some(unknown), by, most, off }
             }
         };
-        let unknowns = (0..set.start.len()).map(|k| back.unknown(set, k, middle(k), &slopes, &bends)).collect();
-        Ok(Self { unknowns, gamma: back.gamma(set, reached, &slopes, &bends) })
+        let unknowns: Vec<(Extended, f64)> =
+            (0..set.start.len()).map(|k| back.unknown(set, k, middle(k), &slopes, &bends)).collect();
+        let gamma = back.gamma(set, reached, &slopes, &bends);
+        let is_known = |(value, radius): &(Extended, f64)| value.is_finite() && radius.is_finite();
+        if unknowns.iter().chain([&gamma]).all(is_known) { Ok(Self { unknowns, gamma }) } else { Err(Reason::Lost) }
     }
 }
 
@@ -184,10 +187,11 @@ impl Back {
         let columns = set.columns[k].iter().zip(&set.columns[along]);
         let of_columns: f64 = columns.clone().map(|(own, other)| (own - phi.re * other).abs()).sum();
         let rounded: f64 = columns.map(|(own, other)| own.abs() + (phi.re * other).abs()).sum::<f64>() * f64::EPSILON;
+        let of_sum = 1.0 + set.columns[k].len() as f64 * f64::EPSILON;
         let gap = self.by.to_f64().abs() + set.radii()[along];
         let of_box = set.rest[k] + phi.size() * set.rest[along] + phi.rad * gap * UP;
         let rest = phi.size() * self.off + curved * (bends[k] + phi.size() * bends[along]);
-        (middle - Extended::from(phi.re) * self.by, (of_columns + rounded + of_box + rest) * UP)
+        (middle - Extended::from(phi.re) * self.by, ((of_columns + rounded) * of_sum + of_box + rest) * UP)
     }
 
     fn gamma(&self, set: &Set, reached: Extended, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {

@@ -9,8 +9,8 @@ use crate::number::Extended;
 use crate::number::ball::Ball;
 
 /// Numbers of a case are decimals, or formulas of few of them, in 71 digits. This bounds what they are off by, relative
-/// to them.
-const OFF: f64 = 1e-60;
+/// to them, where no more than 11 digits cancel on the way.
+pub(super) const OFF: f64 = 1e-60;
 
 /// A number of the case.
 pub(super) fn number(value: Extended) -> Ball {
@@ -42,6 +42,8 @@ pub(super) struct Equations<'g> {
     pub(super) slopes: Vec<Register>,
     /// The steps to all of f, to ṗ and to q̇ of active coordinates, and to J.
     pub(super) all: Box<[Step]>,
+    /// The steps to f and to all velocities: that of s has the potential in it, which may jump where no force shows it.
+    pub(super) all_formulas: Box<[Step]>,
     pub(super) forces: Box<[Step]>,
     pub(super) velocities: Box<[Step]>,
     pub(super) of_jacobian: Box<[Step]>,
@@ -52,6 +54,8 @@ pub(super) struct Equations<'g> {
     pub(super) start: Vec<Extended>,
     /// Coordinates that move at a constant velocity.
     pub(super) steady: Vec<usize>,
+    /// True if something depends on the place of a coordinate without a force along it: it jumps.
+    pub(super) has_jump: bool,
 }
 
 impl<'g> Equations<'g> {
@@ -78,6 +82,9 @@ impl<'g> Equations<'g> {
         let others = kept.iter().map(|&a| hamiltonian.velocities[a]);
         let slopes: Vec<Register> = velocities.iter().chain(&hamiltonian.forces).copied().chain(others).collect();
         let linear = hamiltonian.linearised();
+        let all_formulas = || slopes.iter().chain(&hamiltonian.velocities).copied();
+        let of_places = program.depends_on(|register| ignorable.contains(&register));
+        let has_jump = all_formulas().any(|register| of_places[register]);
         // Rows of J count all ignorable coordinates.
         let row_of = |row: usize| match row.checked_sub(2 * active.len()) {
             None => Some(row),
@@ -94,6 +101,8 @@ impl<'g> Equations<'g> {
         });
         Self {
             all: program.schedule(slopes.iter().copied(), |_| false),
+            all_formulas: program.schedule(all_formulas().collect::<Vec<_>>(), |_| false),
+            has_jump,
             forces: program.schedule(hamiltonian.forces.iter().copied(), |_| false),
             velocities: program.schedule(velocities.iter().copied(), |_| false),
             of_jacobian: linear.jacobian.schedule(wanted.collect::<Vec<_>>(), |_| false),

@@ -37,6 +37,7 @@ use std::time::Instant;
 
 use crate::geometry::{Geometry, Start};
 use crate::number::Extended;
+use crate::number::ball::two_sum;
 use approximate::Approximate;
 use defect::Defect;
 use ellipse::{Bounds, Ellipse};
@@ -68,7 +69,7 @@ pub enum Until {
 }
 
 /// The motion of which something is to be proved.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub struct Motion<'m> {
     /// The space-time.
     pub geometry: &'m Geometry<Extended>,
@@ -85,7 +86,7 @@ pub struct Motion<'m> {
 pub enum Reason {
     /// What formulas do ahead.
     Obstacle(Obstacle),
-    /// Windows become ever shorter, as in front of a pole or a very narrow feature.
+    /// Windows become ever shorter, as in front of a pole or a very narrow feature, or beside all that is behind.
     Short,
     /// The bound has become too large to be of use.
     Lost,
@@ -136,7 +137,15 @@ pub struct Proof {
 /// Proves where a motion ends. `goes_on` hears after every window how far it came, and may stop the proof.
 pub fn prove(motion: &Motion<'_>, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof {
     let begun = Instant::now();
+    // The state is q and p. The velocities of a run that is continued have no more digits than were written.
+    let (q, p) = (motion.start.q.clone(), motion.start.p.clone());
+    let failed = |end| Proof { end: Err(end), reached: 0.0, windows: 0, seconds: begun.elapsed().as_secs_f64() };
+    let Ok(q_dot) = motion.geometry.velocities(&q, &p) else { return failed(Reason::Lost) };
+    let motion = &Motion { start: &Start { q, q_dot, p }, ..*motion };
     let equations = Equations::new(motion.geometry, motion.start, motion.unused);
+    if equations.has_jump {
+        return failed(Reason::Obstacle(Obstacle::Hidden));
+    }
     let goal = Goal::new(motion, &equations);
     let mut run = Run {
         set: Set::new(&equations),
@@ -231,7 +240,12 @@ impl Run<'_> {
     /// Goes to the end of a window.
     fn take(&mut self, proved: Proved) -> Result<Bounds, Reason> {
         self.set.advance(&self.prover.equations, &proved).ok_or(Reason::Lost)?;
-        self.reached += proved.h;
+        let (reached, lost) = two_sum(self.reached, proved.h);
+        // Windows are short beside what is behind them, and γ must stay exact.
+        if lost != 0.0 {
+            return Err(Reason::Short);
+        }
+        self.reached = reached;
         self.windows += 1;
         self.prover.approximate.keep(proved.h, proved.modes);
         // What rests at 0 with all of its kind has no size.

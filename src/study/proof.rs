@@ -18,6 +18,8 @@ use crate::study::run::{Judged, Run, facts_of_run};
 
 /// No number at the end is written with more digits.
 const MOST_DIGITS: i32 = 40;
+/// More than a sum of extended numbers is off by, relative to it.
+const OF_SUM: f64 = 1e-70;
 /// So many doubles hold all digits of a number of any precision.
 const PARTS: usize = 6;
 
@@ -114,7 +116,11 @@ fn decimal(value: Extended, radius: f64) -> (String, f64) {
     let size = value.abs().to_f64();
     let place = |number: f64| number.log10().floor() as i32;
     // A number that may be 0 has the digits of its radius.
-    let significant = if size > 0.0 && radius > 0.0 { place(size) - place(radius) + 2 } else { MOST_DIGITS };
+    let significant = if size > 0.0 && radius > 0.0 {
+        place(size).saturating_sub(place(radius)).saturating_add(2)
+    } else {
+        MOST_DIGITS
+    };
     let text = value.to_decimal(significant.clamp(1, MOST_DIGITS) as u32);
     let read = Extended::from_decimal(&text).unwrap_or(value);
     // The difference is exact to its last digits, and the sum rounds once.
@@ -126,6 +132,9 @@ fn decimal(value: Extended, radius: f64) -> (String, f64) {
 fn until(case: &Case, setup: &Setup<Extended>) -> Result<Until, &'static str> {
     if case.has_acting_events() {
         return Err("an event that acts");
+    }
+    if !case.is_determined() {
+        return Err("a rate at the start whose two values agree to 16 digits, and no further");
     }
     if !setup.until.is_empty() {
         return Err("an event, or a formula, that may end the run");
@@ -171,7 +180,8 @@ fn of_run<S: Real>(setup: &Setup<Extended>, run: &Run<S>, proof: &Proof) -> Proo
     let of = |found: &Coordinate| {
         let a = found.coordinate;
         let value = found.value + setup.origin_of(a);
-        let (end, radius) = decimal(value, found.radius);
+        // The sum of both is rounded in the digits of extended numbers.
+        let (end, radius) = decimal(value, found.radius + OF_SUM * value.abs().to_f64());
         let read = Extended::from_decimal(&end).unwrap_or(value);
         let run_off_by = (extended(position[a]) - read).abs().to_f64();
         ProvedEnd {
@@ -204,7 +214,7 @@ fn errors<S: Real>(run: &Run<S>, ends: &[ProvedEnd], of: impl Fn(&ProvedEnd) -> 
     let error = |name: &String| ends.iter().find(|end| end.name == *name).map_or(0.0, &of);
     let end: Vec<f64> = names.iter().map(error).collect();
     let own = vec![0.0; end.len()];
-    let error = RunError { largest: end.clone(), end, own, judge: Judge::OwnEstimate, stepped_over: 0.0 };
+    let error = RunError { largest: end.clone(), end, own, end_p: None, judge: Judge::OwnEstimate, stepped_over: 0.0 };
     facts_of_run(&run.line, &run.diagnostics, Some(&error), None).errors.unwrap_or_default()
 }
 

@@ -336,7 +336,7 @@ impl<S: Real> Run<S> {
         (judged.verdict.error, judged.verdict.digits) = (told.error, told.digits);
         judged.suspicions.extend(reasons.iter().map(Reason::to_string));
         judged.verdict.doubt_first(reasons);
-        judged.left = further.left(setup, line, own);
+        judged.left = further.left(setup, line, own, error.end_p.as_deref());
         judged.inherited = further.inherited();
         judged.error = Some(further.added(error));
     }

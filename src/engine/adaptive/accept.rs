@@ -20,6 +20,10 @@ impl Adaptive<'_> {
     /// Solves windows until one is accurate enough.
     pub(super) fn accept(&mut self) -> Result<Accepted, Failure> {
         let (mut landing, mut landings, mut refusals) = (None, 0, 0);
+        let (gamma, least) = (self.attempt.gamma.high, self.least());
+        if self.attempt.control.is_stuck(gamma, least) {
+            return Err(self.reason(Failure::TooShort));
+        }
         loop {
             let trial = self.trial(landing.take())?;
             let length = trial.length.unwrap_or_else(|| self.ladder.length(trial.rung));
@@ -58,9 +62,6 @@ impl Adaptive<'_> {
             }
             if kink != Kink::Met && self.misses(trial.rung, length, allowed) {
                 continue;
-            }
-            if self.attempt.control.is_stuck(length <= self.least()) {
-                return Err(self.reason(Failure::TooShort));
             }
             if self.must_be_shorter(trial.rung, length, kink) {
                 continue;

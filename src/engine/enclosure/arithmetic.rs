@@ -27,6 +27,14 @@ impl WithSimd for Enclose<'_> {
 
 struct Boxes<S>(S);
 
+/// Bounds of a sum moved outwards: next to 0 sums are exact.
+#[inline(always)]
+fn outwards_of_sum<S: Simd>(s: S, lo: S::f64s, hi: S::f64s) -> [S::f64s; 2] {
+    let eps = s.splat_f64s(ROUNDS);
+    let (lo, hi) = (s.min_f64s(lo, s.splat_f64s(f64::MAX)), s.max_f64s(hi, s.splat_f64s(-f64::MAX)));
+    [s.sub_f64s(lo, s.mul_f64s(abs(s, lo), eps)), s.add_f64s(hi, s.mul_f64s(abs(s, hi), eps))]
+}
+
 /// Bounds moved outwards.
 #[inline(always)]
 fn outwards<S: Simd>(s: S, lo: S::f64s, hi: S::f64s) -> [S::f64s; 2] {
@@ -42,6 +50,17 @@ fn outwards<S: Simd>(s: S, lo: S::f64s, hi: S::f64s) -> [S::f64s; 2] {
 fn times<S: Simd>(s: S, a: S::f64s, b: S::f64s) -> S::f64s {
     let product = s.mul_f64s(a, b);
     s.select_f64s(s.equal_f64s(product, product), product, s.splat_f64s(0.0))
+}
+
+/// Bounds of a product moved outwards, but for those of what is 0 exactly times anything: there is nothing to round.
+#[inline(always)]
+fn outwards_of<S: Simd>(s: S, factors: [[S::f64s; 2]; 2], lo: S::f64s, hi: S::f64s) -> [S::f64s; 2] {
+    let zero = s.splat_f64s(0.0);
+    let [below, above] = outwards(s, lo, hi);
+    factors.into_iter().fold([below, above], |[below, above], [lo, hi]| {
+        let is_zero = s.equal_f64s(s.max_f64s(hi, neg(s, lo)), zero);
+        [s.select_f64s(is_zero, zero, below), s.select_f64s(is_zero, zero, above)]
+    })
 }
 
 /// [a] [b] without rounding outwards.
@@ -76,19 +95,19 @@ impl<S: Simd> Algebra for Boxes<S> {
 
     #[inline(always)]
     fn add(&self, to: &mut Intervals, a: &Intervals, b: &Intervals) {
-        on_boxes!(self, to, a, b, |s, p, q| outwards(s, s.add_f64s(p[0], q[0]), s.add_f64s(p[1], q[1])));
+        on_boxes!(self, to, a, b, |s, p, q| outwards_of_sum(s, s.add_f64s(p[0], q[0]), s.add_f64s(p[1], q[1])));
     }
 
     #[inline(always)]
     fn subtract(&self, to: &mut Intervals, a: &Intervals, b: &Intervals) {
-        on_boxes!(self, to, a, b, |s, p, q| outwards(s, s.sub_f64s(p[0], q[1]), s.sub_f64s(p[1], q[0])));
+        on_boxes!(self, to, a, b, |s, p, q| outwards_of_sum(s, s.sub_f64s(p[0], q[1]), s.sub_f64s(p[1], q[0])));
     }
 
     #[inline(always)]
     fn multiply(&self, to: &mut Intervals, a: &Intervals, b: &Intervals) {
         on_boxes!(self, to, a, b, |s, p, q| {
             let [lo, hi] = product(s, p, q);
-            outwards(s, lo, hi)
+            outwards_of(s, [p, q], lo, hi)
         });
     }
 
@@ -102,8 +121,8 @@ impl<S: Simd> Algebra for Boxes<S> {
             let unknown = s.splat_f64s(f64::INFINITY);
             let lo = s.select_f64s(is_positive, s.max_f64s(lo, zero), s.select_f64s(is_negative, lo, neg(s, unknown)));
             let hi = s.select_f64s(is_negative, s.min_f64s(hi, zero), s.select_f64s(is_positive, hi, unknown));
-            let [lo, hi] = product(s, p, [lo, hi]);
-            outwards(s, lo, hi)
+            let [below, above] = product(s, p, [lo, hi]);
+            outwards_of(s, [p, p], below, above)
         });
     }
 

@@ -147,6 +147,13 @@ fn hidden(text: &str, x: [f64; 3], y: [f64; 3]) -> Vec<usize> {
 }
 
 #[test]
+fn what_is_zero_on_all_of_the_way_has_no_side_to_change() {
+    assert!(hidden("sign(0.1*x + y/3)", [0.0; 3], [0.0; 3]).is_empty());
+    assert_eq!(hidden("sign(0.1*x + y/3)", [0.0; 3], [0.0, 0.0, 1e-300]), [1]);
+    assert_eq!(hidden("sign(0.1*x + 1e-320)", [-1e-310, 0.0, 0.0], [0.0; 3]), [0]);
+}
+
+#[test]
 fn pieces_know_that_variables_change_together() {
     // On the box of each pair the divisor may be 0; on the way it is 1.
     assert!(hidden("1/(x-y)", [1.0, 3.0, 6.0], [0.0, 2.0, 5.0]).is_empty());

@@ -50,7 +50,9 @@ impl Disc {
     /// A lower bound of that distance.
     #[inline(always)]
     fn near(self) -> f64 {
-        self.distance() * (1.0 - 8.0 * U) - SMALL
+        let distance = self.distance();
+        // Nothing is known of one whose square overflows.
+        if distance.is_finite() { distance * (1.0 - 8.0 * U) - SMALL } else { f64::NEG_INFINITY }
     }
 
     /// A bound of the absolute value of every number in it.
@@ -224,7 +226,7 @@ impl Mul for Disc {
         Self {
             re: self.re * other.re - self.im * other.im,
             im: self.re * other.im + self.im * other.re,
-            rad: (a * other.rad + self.rad * b + self.rad * other.rad + ROUNDING * a * b) * UP,
+            rad: (a * other.rad + self.rad * b + self.rad * other.rad + a * b * ROUNDING) * UP,
         }
     }
 }

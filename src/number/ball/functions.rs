@@ -58,7 +58,7 @@ fn power_of_two(k: i64) -> f64 {
 
 /// |y|^n/n!, rounded up.
 fn last_term(y: f64, n: usize) -> f64 {
-    (1..=n).fold(1.0, |term, k| term * y / k as f64) * UP
+    (1..=n).fold(1.0, |term, k| term * y / k as f64) * UP + TINY
 }
 
 impl Ball {

@@ -35,7 +35,7 @@ const U: f64 = f64::EPSILON / 2.0;
 const SUM: f64 = 3.003 * U * U;
 const PRODUCT: f64 = 5.005 * U * U;
 const QUOTIENT: f64 = 15.6 * U * U;
-/// A radius is a sum of products of positive numbers with fewer than sixty roundings, each of which takes away at most
+/// A radius is a sum of products of positive numbers with at most 62 roundings, each of which takes away at most
 /// the part u of it.
 pub(crate) const UP: f64 = 1.0 + 64.0 * U;
 /// 2^-1001, more than underflow takes away: the product, its error and the cross terms lose at most 2^-1074 each.
@@ -129,7 +129,7 @@ impl Ball {
         let left = middle - root * root;
         let most = left.size();
         let sum = root + left / root.scaled(2.0);
-        let known = sum.widened(0.5 * most * most / (root.hi * root.hi * root.hi) * UP);
+        let known = sum.widened((0.5 * (most / root.hi) * (most / root.hi / root.hi) + TINY) * UP);
         let result = known.widened(self.rad / known.least() * UP);
         if self.hi > 0.0 && self.least() > 0.0 && known.least() > 0.0 { result } else { Self::UNKNOWN }
     }

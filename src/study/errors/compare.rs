@@ -2,9 +2,11 @@
 //! that of a run with events that act with a second one.
 
 use super::between::{Between, PROBES, middles, own_windows};
+use super::carried::rates_of_momenta;
 use super::{Judge, RunError};
 use crate::diagnostics::{Extent, origin};
 use crate::engine::{Accuracy, Engine, GOOD_DIGITS};
+use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
 use crate::reference::ReferenceTrajectory;
@@ -95,6 +97,15 @@ impl<'l, S: Real> Points<'l, S> {
         (0..off.len()).map(|a| if a == end_coordinate { 0.0 } else { at(a) }).collect()
     }
 
+    /// By how much the momenta of the last point are off from those of `end`, where coordinates are off by `off` at
+    /// equal γ. Where the value of a coordinate ended the run, points with that value are compared.
+    fn momenta_at_end(&self, geometry: &Geometry, off: &[f64], end: &Start) -> Vec<f64> {
+        let late = self.end_coordinate.map_or(0.0, |a| off[a] / end.q_dot[a]);
+        let own = self.line.end_inside().in_f64().p;
+        let rates = rates_of_momenta(geometry, end);
+        own.iter().zip(&end.p).zip(rates).map(|((own, p), rate)| (own - p - late * rate).abs()).collect()
+    }
+
     /// The errors of a judge that is off by this share of these sizes.
     fn own(&self, share: f64, sizes: &[f64]) -> Vec<f64> {
         in_others(sizes.iter().map(|size| share * size).collect(), self.end_coordinate, &self.q_dot)
@@ -132,11 +143,13 @@ impl<'l, S: Real> Points<'l, S> {
         if next < last {
             return None;
         }
-        let off = self.rows.iter().zip(&end).map(|(row, q)| row[last].to_f64() - q).collect();
-        found.see(self.at_end(off, &geometry.velocities(&end, &end_p).ok()?));
+        let off: Vec<f64> = self.rows.iter().zip(&end).map(|(row, q)| row[last].to_f64() - q).collect();
+        let q_dot = geometry.velocities(&end, &end_p).ok()?;
+        let off_p = self.momenta_at_end(geometry, &off, &Start { q: end, q_dot: q_dot.clone(), p: end_p });
+        found.see(self.at_end(off, &q_dot));
         let (estimate, sizes) = (engine.error_estimate()?, engine.sizes());
         let (own, judge) = (self.own(estimate, &sizes), Judge::SecondSolve(estimate));
-        Some(RunError { own, judge, stepped_over: between.share(), ..found })
+        Some(RunError { own, end_p: Some(off_p), judge, stepped_over: between.share(), ..found })
     }
 
     /// Compares with a Taylor reference of as many digits, with that from `place` in `f64`. `None` if that does not
@@ -151,14 +164,16 @@ impl<'l, S: Real> Points<'l, S> {
         };
         (0..last).for_each(|k| found.see(off(k, &reference.at(self.gamma[k]).q)));
         let end = reference.at(*length);
-        found.see(self.at_end(off(last, &end.q), &end.in_f64().q_dot));
+        let (off_end, at_end) = (off(last, &end.q), end.in_f64());
+        let off_p = self.momenta_at_end(&place.geometry, &off_end, &at_end);
+        found.see(self.at_end(off_end, &at_end.q_dot));
         let mut between = Between::new(&place.geometry, &place.start, length.to_f64());
         if !S::IS_EXTENDED {
             between.see_points(middles(PROBES).map(|share| reference.at(*length * S::from(share)).in_f64()).collect());
         }
         let error = reference.error_estimate();
         let (own, judge) = (self.own(error, &self.sizes()), Judge::Taylor(error));
-        Some(RunError { own, judge, stepped_over: between.share(), ..found })
+        Some(RunError { own, end_p: Some(off_p), judge, stepped_over: between.share(), ..found })
     }
 }
 

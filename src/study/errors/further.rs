@@ -10,6 +10,7 @@ use crate::diagnostics::verdict::{CoordinateError, Reason};
 use crate::engine::Accuracy;
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
+use crate::number::norm::larger;
 use crate::solve::{Off, Setup, WorldLine};
 
 /// Findings where nothing is known, and remedies.
@@ -151,9 +152,15 @@ impl Further {
     }
 
     /// By how much the state at the end of `line` is off, whose own errors are these; `None` if a part of it is not
-    /// known. Of momenta a run knows no errors of its own: they have the share of their size that the coordinate has,
-    /// as in an oscillation.
-    pub(crate) fn left<S: Real>(&self, setup: &Setup<S>, line: &WorldLine<S>, own: &[CoordinateError]) -> Option<Off> {
+    /// known. Momenta have at least the share of their size that the coordinate has, as in an oscillation, and what a
+    /// judge found them to be off by, if it did.
+    pub(crate) fn left<S: Real>(
+        &self,
+        setup: &Setup<S>,
+        line: &WorldLine<S>,
+        own: &[CoordinateError],
+        found: Option<&[f64]>,
+    ) -> Option<Off> {
         let (geometry, n, end) = (&*setup.rough.geometry, self.momenta.len(), line.end_inside().in_f64());
         if [&self.inherited, &self.lost].into_iter().any(|part| part.unknown().is_some()) {
             return None;
@@ -166,7 +173,8 @@ impl Further {
         for (a, error) in own.iter().enumerate() {
             sizes.q[a] = error.end;
             if geometry.active().contains(&a) {
-                sizes.p[a] = error.share(error.end) * self.momenta[a];
+                let share = error.share(error.end) * self.momenta[a];
+                sizes.p[a] = found.map_or(share, |found| larger(share, found[a]));
             }
         }
         let own = in_energy(geometry, &end, sizes);

@@ -39,6 +39,9 @@ pub struct RunError {
     pub largest: Vec<f64>,
     /// By how much the judge may be off itself, in the unit of each coordinate.
     pub own: Vec<f64>,
+    /// By how much each momentum is off at the last node, at the same point as for `end`, if the judge knows momenta:
+    /// where a force jumps just there, they may be off by far more than their coordinates.
+    pub end_p: Option<Vec<f64>>,
     /// The judge that the run was compared with.
     pub judge: Judge,
     /// The share of its way by which the motion may be off because the judge stepped over a feature. In scenes it is 0
@@ -86,7 +89,7 @@ impl RunError {
     /// No error of so many coordinates, yet.
     fn none(coordinates: usize) -> Self {
         let zeros = || vec![0.0; coordinates];
-        Self { end: zeros(), largest: zeros(), own: zeros(), judge: Judge::OwnEstimate, stepped_over: 0.0 }
+        Self { end: zeros(), largest: zeros(), own: zeros(), end_p: None, judge: Judge::OwnEstimate, stepped_over: 0.0 }
     }
 
     /// Takes the next node into account, which is off by this.

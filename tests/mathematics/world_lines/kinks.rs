@@ -81,3 +81,30 @@ fn an_angle_has_no_kink_where_its_formula_has_one() {
     let judged = against_reference(&angle);
     assert!(judged.end.iter().all(|error| *error < 1e-8), "{judged:?}");
 }
+
+/// Friction acts on nothing that rests, whatever it is the difference of; and what is about to be pushed waits for it.
+#[test]
+fn what_rests_against_friction_rests() {
+    for (friction, push, t_f) in [("x_dot", "0", 10.0), ("2*x_dot + y_dot", "0", 10.0), ("x_dot", "max(0, t - 3)", 2.9)]
+    {
+        let line = text_solved(&format!(
+            "potential = {{ coordinates = [\"x\", \"y\"], formula = \"x^2/2\",\n\
+             force = {{ x = \"-0.084*sign({friction}) + {push}\" }} }}\nparticle.law = \"newtonian\"\n\
+             initial = {{ x = 0.0, y = 0.681, x_dot = 0.0, y_dot = 0.0 }}\ngrid.t_f = {t_f:?}\n\
+             solver.accuracy = 1e-6\n"
+        ));
+        assert_eq!(line.end().q[1..3], [0.0, 0.681], "{friction}");
+    }
+}
+
+/// The sign of what underflows is not known: a run that cannot go on says so, in however many windows.
+#[test]
+fn what_no_window_can_decide_ends_the_run() {
+    let failure = failure(
+        "potential = { coordinates = [\"x\", \"y\"], formula = \"0\",\n\
+         force = { x = \"10*(1 + tanh((t - 4.68)/0.004))/2\", y = \"sign(x_dot)\" } }\n\
+         particle.law = \"newtonian\"\ninitial = { x = 0.0, y = 0.0, x_dot = 0.0, y_dot = 0.0 }\n\
+         grid.t_f = 10.0\nsolver.accuracy = 1e-4\n",
+    );
+    assert!(failure.gamma < 4.68, "{failure}");
+}

@@ -99,3 +99,19 @@ fn momenta_of_the_relativistic_law_are_those_of_the_metric() {
     let run = solved(text, &[]);
     assert_eq!(Diagnostics::new(&run.line).charges.iter().map(|charge| charge.value).collect::<Vec<_>>(), [1.0, -0.5]);
 }
+
+/// A run on a given grid that ends where a force sets in: its last slope has all of the force, and its last momentum is
+/// off by far more than its place is.
+#[test]
+fn the_error_of_a_momentum_is_found_where_a_run_ends_at_a_jump() {
+    let text = "potential = { formula = \"x^2/2\", force = { x = \"0.5*step(t - 2)\" } }\nparticle.law = \"newtonian\"\n\
+                initial = { x = 1.0, x_dot = 0.0 }\ngrid = { t_f = 2.0, n_gamma = 16, windows = 8 }\n\
+                scheme = { sbp = \"GLL16\", form = \"weak\" }\n";
+    let case = parsed(text, &[]);
+    let setup = case.setup();
+    let run: Run = run(&case, &setup, Wanted::default()).0.unwrap();
+    let (end, left): (Start, _) = (run.line.end(), run.judged(&setup, false, false).left.unwrap());
+    let off = [(end.q[1] - 2.0_f64.cos()).abs(), (end.p[1].abs() - 2.0_f64.sin()).abs()];
+    assert!(off[1] > 1e-5 && off[1] > 10.0 * off[0], "{off:?}");
+    assert!(left.p[1].abs() >= off[1] && left.p[1].abs() < 3.0 * off[1], "{off:?} {left:?}");
+}

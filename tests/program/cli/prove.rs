@@ -67,6 +67,30 @@ fn what_is_not_proved_is_told_and_changes_nothing_else() {
     }
 }
 
+/// The decimals of a start near a turning point say that it moves, which 16 digits do not; and no force shows a wall.
+#[test]
+fn starts_without_digits_and_jumps_without_a_force_are_not_proved() {
+    let folder = Folder::new();
+    let metric = "grid.gamma_f = 10.0\n[metric]\ncoordinates = [\"t\", \"x\"]\n\
+                  components = { \"t t\" = \"1 + x^2\", \"x x\" = \"-1\" }\n";
+    let turning = |t_dot: &str| {
+        format!("{metric}[initial]\nt = 0.0\nt_dot = {t_dot}\nx = 0.0\nnorm = 1.0\nsolve = {{ x_dot = \"+\" }}\n")
+    };
+    let wall = "potential = { coordinates = [\"x\", \"y\"], definitions = { d = \"(x-0.3)^2 + (y-0.2)^2\" },\n\
+                formula = \"(x^2 + y^2)/2 + 5*step(1e-4 - d)\" }\n\
+                particle.law = \"newtonian\"\ninitial = { x = 0.6, y = 0.4, x_dot = 0.0, y_dot = 0.0 }\n\
+                grid = { t_f = 3.0, n_gamma = 20, windows = 5 }\nscheme = { sbp = \"GLL20\", form = \"weak\" }\n";
+    for (text, reason) in [
+        (turning("1.000000000000001"), Some("a rate at the start whose two values agree to 16 digits, and no further")),
+        (turning("1.0"), None),
+        (wall.to_owned(), Some("a jump of step")),
+    ] {
+        folder.write("case.toml", text);
+        let (told, summary) = run(&folder, "case.toml --prove");
+        assert_eq!(summary["proof"]["reason"].as_str(), reason, "{told}");
+    }
+}
+
 #[test]
 fn the_key_is_the_option_and_the_case_keeps_its_expectations() {
     let folder = Folder::new();
