@@ -151,8 +151,8 @@ fn slope_there(modes: &Row) -> Slope {
     Slope { there, rounding: 2.0 * room(modes, &TABLES.most), second }
 }
 
-/// y on the discs. Along E, no further than r from a middle z, which lies on E but for rounding that r has room for, |v| ≤ |v(z)| + s |v′| at a distance s, so that y leaves
-/// y(z) by at most (h/2) r (|v(z)| + r |v′|/2).
+/// y on the discs. Along E, no further than r from a middle z, |v| ≤ |v(z)| + s |v′| at a distance s, so that y leaves
+/// y(z) by at most (h/2) r (|v(z)| + r |v′|/2). A middle lies on E but for rounding, for which r has room.
 #[inline(always)]
 fn place(start: f64, h: f64, modes: &Row, slope: &Slope) -> Discs {
     let [re, im] = &TABLES.integral_there;

@@ -167,7 +167,7 @@ pub fn prove(motion: &Motion<'_>, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof
 struct Run<'g> {
     prover: Prover<'g>,
     set: Set,
-    /// Exact, as lengths of windows are.
+    /// Exact up to the last window, as lengths of windows are.
     reached: f64,
     windows: usize,
 }
@@ -197,6 +197,10 @@ impl Run<'_> {
                     None if is_last => return self.end(goal, proved).map(Some),
                     None => {
                         longest = longest.max(step);
+                        // Windows are so short beside what is behind them that γ does not stay exact.
+                        if two_sum(self.reached, step).1 != 0.0 {
+                            return Err(Reason::Short);
+                        }
                         let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
                         self.take(proved)?;
                         factor
@@ -240,12 +244,7 @@ impl Run<'_> {
     /// Goes to the end of a window.
     fn take(&mut self, proved: Proved) -> Result<Bounds, Reason> {
         self.set.advance(&self.prover.equations, &proved).ok_or(Reason::Lost)?;
-        let (reached, lost) = two_sum(self.reached, proved.h);
-        // Windows are short beside what is behind them, and γ must stay exact.
-        if lost != 0.0 {
-            return Err(Reason::Short);
-        }
-        self.reached = reached;
+        self.reached += proved.h;
         self.windows += 1;
         self.prover.approximate.keep(proved.h, proved.modes);
         // What rests at 0 with all of its kind has no size.

@@ -20,10 +20,6 @@ impl Adaptive<'_> {
     /// Solves windows until one is accurate enough.
     pub(super) fn accept(&mut self) -> Result<Accepted, Failure> {
         let (mut landing, mut landings, mut refusals) = (None, 0, 0);
-        let (gamma, least) = (self.attempt.gamma.high, self.least());
-        if self.attempt.control.is_stuck(gamma, least) {
-            return Err(self.reason(Failure::TooShort));
-        }
         loop {
             let trial = self.trial(landing.take())?;
             let length = trial.length.unwrap_or_else(|| self.ladder.length(trial.rung));
@@ -191,7 +187,7 @@ impl Adaptive<'_> {
     }
 
     /// Windows that are shorter are not cut any more.
-    fn least(&self) -> f64 {
+    pub(super) fn least(&self) -> f64 {
         LEAST * self.ladder.length(0)
     }
 }

@@ -276,6 +276,10 @@ impl Windows for Adaptive<'_> {
             self.lent.solver.advance();
             self.attempt.gamma = self.attempt.gamma.plus(self.attempt.accepted.length);
         }
+        let least = self.least();
+        if self.attempt.control.is_stuck(self.attempt.gamma.high, least) {
+            return Err(self.reason(Failure::TooShort));
+        }
         self.attempt.accepted = self.accept()?;
         self.land()?;
         (self.attempt.windows, self.attempt.is_followed) = (self.attempt.windows + 1, false);

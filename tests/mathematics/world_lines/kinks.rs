@@ -96,15 +96,3 @@ fn what_rests_against_friction_rests() {
         assert_eq!(line.end().q[1..3], [0.0, 0.681], "{friction}");
     }
 }
-
-/// The sign of what underflows is not known: a run that cannot go on says so, in however many windows.
-#[test]
-fn what_no_window_can_decide_ends_the_run() {
-    let failure = failure(
-        "potential = { coordinates = [\"x\", \"y\"], formula = \"0\",\n\
-         force = { x = \"10*(1 + tanh((t - 4.68)/0.004))/2\", y = \"sign(x_dot)\" } }\n\
-         particle.law = \"newtonian\"\ninitial = { x = 0.0, y = 0.0, x_dot = 0.0, y_dot = 0.0 }\n\
-         grid.t_f = 10.0\nsolver.accuracy = 1e-4\n",
-    );
-    assert!(failure.gamma < 4.68, "{failure}");
-}

@@ -104,7 +104,8 @@ fn momenta_of_the_relativistic_law_are_those_of_the_metric() {
 /// off by far more than its place is.
 #[test]
 fn the_error_of_a_momentum_is_found_where_a_run_ends_at_a_jump() {
-    let text = "potential = { formula = \"x^2/2\", force = { x = \"0.5*step(t - 2)\" } }\nparticle.law = \"newtonian\"\n\
+    let text = "potential = { formula = \"x^2/2\", force = { x = \"0.5*step(t - 2)\" } }\n\
+                particle.law = \"newtonian\"\n\
                 initial = { x = 1.0, x_dot = 0.0 }\ngrid = { t_f = 2.0, n_gamma = 16, windows = 8 }\n\
                 scheme = { sbp = \"GLL16\", form = \"weak\" }\n";
     let case = parsed(text, &[]);

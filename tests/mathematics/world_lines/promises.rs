@@ -74,7 +74,7 @@ fn work_and_memory_are_bounded_before_they_are_spent() {
     let expression = "(0.7*1e3*10+x*exp(x)*-x)/(((x)^(x))^(1e16)*cosh(1.3))";
     let start = std::time::Instant::now();
     let failure = refused(&formula(expression, 1.0, [1.0, 1.0, 0.0], "grid.gamma_f = 1.0\nsolver.accuracy = 1e-12"));
-    assert!(matches!(failure.status, Status::TooManyNodes | Status::AccuracyNotReached), "{failure}");
+    assert_eq!(failure.status, Status::Stalled, "{failure}");
     assert!(start.elapsed().as_secs() < 10, "{failure}");
 }
 
