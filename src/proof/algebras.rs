@@ -179,21 +179,23 @@ impl Algebra for InBalls {
 
     // Functions are too long to be part of every program, and are compiled for the machine by themselves.
     fn call(&self, to: &mut Balls, function: Function, a: &Balls) {
-        Arch::new().dispatch(|| {
-            for k in 0..LANES {
-                to.set(k, a.at(k).call(function));
-            }
-        });
+        Arch::new().dispatch(
+            #[inline(always)]
+            || (0..LANES).for_each(|k| to.set(k, a.at(k).call(function))),
+        );
     }
 
     fn sin_cos(&self, sin: &mut Balls, cos: &mut Balls, a: &Balls) {
-        Arch::new().dispatch(|| {
-            for k in 0..LANES {
-                let values = a.at(k).sin_cos();
-                sin.set(k, values[0]);
-                cos.set(k, values[1]);
-            }
-        });
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for k in 0..LANES {
+                    let values = a.at(k).sin_cos();
+                    sin.set(k, values[0]);
+                    cos.set(k, values[1]);
+                }
+            },
+        );
     }
 }
 
@@ -234,11 +236,10 @@ impl Algebra for InDiscs {
             });
             return self.divide(to, &above, &below);
         }
-        Arch::new().dispatch(|| {
-            for k in 0..LANES {
-                to.set(k, a.at(k).call(function, side));
-            }
-        });
+        Arch::new().dispatch(
+            #[inline(always)]
+            || (0..LANES).for_each(|k| to.set(k, a.at(k).call(function, side))),
+        );
         let has_edge = match function {
             Function::Abs | Function::Sign | Function::Step => side == 0.0,
             Function::Sqrt | Function::Ln | Function::Log10 => side != 1.0,

@@ -57,6 +57,8 @@ const SHORTEST: f64 = 1e-4;
 const SHORTEST_FIRST: f64 = 1e-6;
 /// Beyond this share of its coordinate a bound says nothing any more.
 const LOST: f64 = 1e-3;
+/// What is smaller has not begun to move, with all of its kind: what underflows is off by more than a part of it.
+const NOTHING: f64 = 1e-270;
 
 /// The end of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,7 +209,11 @@ impl Run<'_> {
 
     /// Proves a window, on which the coordinate of the end has to come nearer to its value.
     fn window(&mut self, goal: &Goal, h: f64) -> Result<Proved, Reason> {
-        let proved = pulp::Arch::new().dispatch(|| self.prover.window(&self.set, h));
+        // What is not inlined is compiled for any machine, with a call for each fused multiplication.
+        let proved = pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || self.prover.window(&self.set, h),
+        );
         let proved = proved.map_err(|refused| match refused {
             Refused::Obstacle(obstacle) => Reason::Obstacle(obstacle),
             Refused::Unbounded => Reason::Short,
@@ -234,10 +240,9 @@ impl Run<'_> {
         self.reached += proved.h;
         self.windows += 1;
         self.prover.approximate.keep(proved.h, proved.modes);
-        // What rests at 0 with all of its kind has no size.
         let is_kept = |(i, radius): (usize, &f64)| {
             let size = self.set.size_of_kind(i);
-            *radius <= LOST * size || size == 0.0 && radius.is_finite()
+            *radius <= LOST * size || size < NOTHING && *radius < 1.0 / NOTHING
         };
         if self.set.radii().iter().enumerate().all(is_kept) { Ok(proved.bounds) } else { Err(Reason::Lost) }
     }

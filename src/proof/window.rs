@@ -7,6 +7,7 @@
 //! w(h) = e(0) + g ± δ,      g = −∫ B d in the middle,      e(h) = A w(h) ± |I − A B(h)| ε,     |e| ≤ ε on the window.
 //! ```
 
+use super::NOTHING;
 use super::algebras::{LANES, Obstacle};
 use super::approximate::Approximate;
 use super::defect::{Defect, Found};
@@ -184,11 +185,13 @@ impl Closing<'_, '_> {
         let worst = (0..self.equations.active).map(share).fold(0.0, larger);
         let d = self.matrices.d;
         let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k));
-        // Unknowns that rest at 0 with all of their kind have no scale.
-        let counts = |k: usize| k < self.equations.active && scale(k) > 0.0;
+        let counts = |k: usize| k < self.equations.active && scale(k) > NOTHING;
         let e = (0..d * d).filter(|at| counts(at % d) && counts(at / d));
         let e = e.map(|at| self.matrices.e_most[at] * self.h * scale(at % d) / scale(at / d)).fold(0.0, larger);
         // E falls like h^16, the rest like h^64.
         Some(larger(worst, (e / ADJOINT).powi(4)))
     }
 }
+
+#[cfg(test)]
+mod tests;

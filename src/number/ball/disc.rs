@@ -25,12 +25,14 @@ impl Disc {
     pub(crate) const UNKNOWN: Self = Self { re: 0.0, im: 0.0, rad: f64::INFINITY };
 
     /// A real ball.
+    #[inline(always)]
     pub(crate) fn of(ball: Ball) -> Self {
         let (re, rad) = ball.rounded();
         Self { re, im: 0.0, rad }
     }
 
     /// A double.
+    #[inline(always)]
     fn exact(re: f64) -> Self {
         Self { re, im: 0.0, rad: 0.0 }
     }
@@ -79,11 +81,13 @@ impl Disc {
     }
 
     /// i times it.
+    #[inline(always)]
     fn turned(self) -> Self {
         Self { re: -self.im, im: self.re, ..self }
     }
 
     /// A power of two times the disc, or minus that.
+    #[inline(always)]
     fn scaled(self, by: f64) -> Self {
         Self { re: by * self.re, im: by * self.im, rad: by.abs() * self.rad }
     }
@@ -100,6 +104,7 @@ impl Disc {
 
     /// exp(x + iy) = exp x (cos y + i sin y), and |exp w − exp z| ≤ |exp z| (exp r − 1) for |w − z| ≤ r, where
     /// exp r − 1 ≤ r + r² for r ≤ 1.
+    #[inline(always)]
     fn exp(self) -> Self {
         let grows = Ball::exact(self.re).call(Function::Exp);
         let [sin, cos] = Ball::exact(self.im).sin_cos();
@@ -112,6 +117,7 @@ impl Disc {
     }
 
     /// The principal root, if all of the disc is on the right. The slope there is at most 1/2√(|z| − rad).
+    #[inline(always)]
     fn sqrt(self) -> Self {
         let (size, least) = (self.distance(), self.near() - self.rad * UP);
         let re = (0.5 * (size + self.re)).sqrt();
@@ -120,6 +126,7 @@ impl Disc {
     }
 
     /// ln |z| + i atan(y/x), if all of the disc is on the right. The slope there is at most 1/(|z| − rad).
+    #[inline(always)]
     fn ln(self) -> Self {
         let least = self.near() - self.rad * UP;
         if self.side() <= 0.0 || least <= 0.0 {
@@ -131,6 +138,7 @@ impl Disc {
     }
 
     /// sinh and cosh are half of exp z ∓ exp(−z).
+    #[inline(always)]
     fn sinh_cosh(self) -> [Self; 2] {
         let (grows, falls) = (self.exp(), (-self).exp());
         [(grows - falls).scaled(0.5), (grows + falls).scaled(0.5)]
@@ -150,6 +158,7 @@ impl Disc {
 
     /// A function on the disc, where all discs that belong together are on `side` of the imaginary axis; unknown where
     /// it is not analytic.
+    #[inline(always)]
     pub(crate) fn call(self, function: Function, side: f64) -> Self {
         let one = Self::exact(1.0);
         match function {
@@ -182,6 +191,7 @@ impl Disc {
     }
 
     /// a^b = exp(b ln a).
+    #[inline(always)]
     pub(crate) fn power(self, exponent: Self) -> Self {
         (exponent * self.ln()).exp()
     }
