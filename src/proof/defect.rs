@@ -77,3 +77,6 @@ impl Defect {
         Found { middle, radius, places }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -182,3 +182,6 @@ fn defect(slope: &Slope, found: &Discs) -> f64 {
         crate::number::norm::larger(most, (gap - found.at(i)).size())
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,7 +12,7 @@
 use super::ellipse::Bounds;
 use super::equations::{Equations, OFF};
 use super::proved::Proved;
-use super::set::Set;
+use super::set::{Set, sum_of_sizes};
 use super::tables::UP;
 use super::window::Prover;
 use super::{Coordinate, Motion, Reason, Until};
@@ -126,39 +126,28 @@ impl End {
         bounds: &Bounds,
     ) -> Result<Self, Reason> {
         let slopes = prover.ellipse.slopes_around(&prover.equations, &set.start, &set.sizes());
-        let mut bends = vec![0.0; set.start.len()];
-        for (entry, jacobian) in prover.equations.entries.iter().zip(&bounds.jacobian) {
-            bends[entry.row] += jacobian * bounds.slope[entry.column] * UP;
-        }
-        let middle = |k: usize| Extended::from(set.start[k]) + Extended::from(set.centre[k]);
-        let back = match *goal {
-            Goal::Length(length) => {
-                let tau = reached - length;
-                // The length of the case is off, too.
-                let most = (tau.abs() + length * Extended::from(OFF)).to_f64() * UP + 1e-300;
-                Back { along: None, by: tau, most, off: length.to_f64() * OFF }
-            }
-            Goal::Value { unknown, value, sign, .. } => {
-                let by = middle(unknown) - value;
-                let rate = slopes[unknown].re.abs() - slopes[unknown].rad;
-                let off = value.abs().to_f64() * OFF;
-                let gap = set.radii()[unknown] + off;
-                let beyond = by.to_f64() * sign - gap * UP;
-                let most = 2.0 * (by.to_f64().abs() + gap) / rate * UP;
-                // Over so long ṫ stays above half of what it is at the end.
-                let is_passed = rate > 0.0 && beyond >= 0.0 && most <= h && most * bends[unknown] <= 0.5 * rate;
-                if !is_passed {
-                    return Err(Reason::Short);
-                }
-                Back { along: Some(unknown), by, most, off }
-            }
-        };
+        let bends = bends(&prover.equations, bounds);
+        let back = Back::new(set, goal, (reached, h), &slopes, &bends).ok_or(Reason::Short)?;
         let unknowns: Vec<(Extended, f64)> =
-            (0..set.start.len()).map(|k| back.unknown(set, k, middle(k), &slopes, &bends)).collect();
+            (0..set.start.len()).map(|k| back.unknown(set, k, &slopes, &bends)).collect();
         let gamma = back.gamma(set, reached, &slopes, &bends);
         let is_known = |(value, radius): &(Extended, f64)| value.is_finite() && radius.is_finite();
         if unknowns.iter().chain([&gamma]).all(is_known) { Ok(Self { unknowns, gamma }) } else { Err(Reason::Lost) }
     }
+}
+
+/// Bounds of |ẍ| = |J f|.
+fn bends(equations: &Equations<'_>, bounds: &Bounds) -> Vec<f64> {
+    let mut bends = vec![0.0; bounds.slope.len()];
+    for (entry, jacobian) in equations.entries.iter().zip(&bounds.jacobian) {
+        bends[entry.row] += jacobian * bounds.slope[entry.column] * UP;
+    }
+    bends
+}
+
+/// The middle of the set of an unknown.
+fn middle(set: &Set, k: usize) -> Extended {
+    Extended::from(set.start[k]) + Extended::from(set.centre[k])
 }
 
 /// The way back.
@@ -173,7 +162,32 @@ struct Back {
 }
 
 impl Back {
-    fn unknown(&self, set: &Set, k: usize, middle: Extended, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
+    /// From the end of a window of length `h`, which ends after `reached`. `None` if the value is not known to be
+    /// passed, or not known to be passed once.
+    fn new(set: &Set, goal: &Goal, (reached, h): (Extended, f64), slopes: &[Disc], bends: &[f64]) -> Option<Self> {
+        Some(match *goal {
+            Goal::Length(length) => {
+                let tau = reached - length;
+                // The length of the case is off, too.
+                let most = (tau.abs() + length * Extended::from(OFF)).to_f64() * UP + 1e-300;
+                Self { along: None, by: tau, most, off: length.to_f64() * OFF }
+            }
+            Goal::Value { unknown, value, sign, .. } => {
+                let by = middle(set, unknown) - value;
+                let rate = slopes[unknown].re.abs() - slopes[unknown].rad;
+                let off = value.abs().to_f64() * OFF;
+                let gap = set.radii()[unknown] + off;
+                let beyond = by.to_f64() * sign - gap * UP;
+                let most = 2.0 * (by.to_f64().abs() + gap) / rate * UP;
+                // Over so long ṫ stays above half of what it is at the end.
+                let is_passed = rate > 0.0 && beyond >= 0.0 && most <= h && most * bends[unknown] <= 0.5 * rate;
+                is_passed.then_some(Self { along: Some(unknown), by, most, off })?
+            }
+        })
+    }
+
+    fn unknown(&self, set: &Set, k: usize, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
+        let middle = middle(set, k);
         let curved = 0.5 * self.most * self.most;
         if self.along == Some(k) {
             return (middle - self.by, self.off);
@@ -184,24 +198,28 @@ impl Back {
             return (middle - Extended::from(slope.re) * self.by, rad * UP);
         };
         let phi = slopes[k] / slopes[along];
-        let columns = set.columns[k].iter().zip(&set.columns[along]);
-        let of_columns: f64 = columns.clone().map(|(own, other)| (own - phi.re * other).abs()).sum();
-        let rounded: f64 = columns.map(|(own, other)| own.abs() + (phi.re * other).abs()).sum::<f64>() * f64::EPSILON;
-        let of_sum = 1.0 + set.columns[k].len() as f64 * f64::EPSILON;
+        let [own, other] = [k, along].map(|i| &set.columns[i]);
+        let of_columns: Vec<f64> = own.iter().zip(other).map(|(own, other)| own - phi.re * other).collect();
+        let rounded = f64::EPSILON * (sum_of_sizes(own) + phi.size() * sum_of_sizes(other));
         let gap = self.by.to_f64().abs() + set.radii()[along];
         let of_box = set.rest[k] + phi.size() * set.rest[along] + phi.rad * gap * UP;
         let rest = phi.size() * self.off + curved * (bends[k] + phi.size() * bends[along]);
-        (middle - Extended::from(phi.re) * self.by, ((of_columns + rounded) * of_sum + of_box + rest) * UP)
+        (middle - Extended::from(phi.re) * self.by, (sum_of_sizes(&of_columns) + rounded + of_box + rest) * UP)
     }
 
     fn gamma(&self, set: &Set, reached: Extended, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
         let Some(along) = self.along else { return (reached - self.by, self.off) };
         let inverse = Disc::of(Ball::exact(1.0)) / slopes[along];
-        let gap = self.by.to_f64().abs() + set.radii()[along];
         let curved = 0.5 * self.most * self.most * bends[along];
-        let rad = inverse.size() * (set.radii()[along] + self.off + curved) + inverse.rad * gap;
+        let rad = inverse.size() * (set.radii()[along] + self.off + curved) + inverse.rad * self.by.to_f64().abs() * UP;
         (reached - self.by * Extended::from(inverse.re), rad * UP)
     }
+}
+
+/// Where a coordinate is that moves at a constant velocity, after a length with a radius.
+fn moved(start: Extended, rate: Extended, (gamma, radius): (Extended, f64)) -> (Extended, f64) {
+    let off = (start.abs() + (rate * gamma).abs()).to_f64() * OFF + rate.abs().to_f64() * radius;
+    (start + rate * gamma, off * UP)
 }
 
 /// The coordinates at the end, in their order.
@@ -222,11 +240,13 @@ pub(super) fn coordinates(
         is_steady: false,
     });
     let steady = equations.steady.iter().map(|&a| {
-        let (start, rate) = (motion.start.q[a], motion.start.q_dot[a]);
-        let off = (start.abs() + (rate * gamma.0).abs()).to_f64() * OFF + rate.abs().to_f64() * gamma.1;
-        Coordinate { coordinate: a, value: start + rate * gamma.0, radius: off * UP, is_steady: true }
+        let (value, radius) = moved(motion.start.q[a], motion.start.q_dot[a], gamma);
+        Coordinate { coordinate: a, value, radius, is_steady: true }
     });
     let mut all: Vec<Coordinate> = found.chain(steady).collect();
     all.sort_by_key(|coordinate| coordinate.coordinate);
     all
 }
+
+#[cfg(test)]
+mod tests;

@@ -77,7 +77,7 @@ impl Random {
 }
 
 /// Does something with the window from a start that is off by at most `rest`, and p/q̇.
-fn with_window<T>(rest: f64, work: impl FnOnce(&mut Prover<'_>, &Set, f64) -> T) -> T {
+pub(super) fn with_window<T>(rest: f64, work: impl FnOnce(&mut Prover<'_>, &Set, f64) -> T) -> T {
     let scene = henon_heiles("100");
     let geometry: Geometry<Extended> = Geometry::new(&scene.text).unwrap();
     let (q, q_dot) = (scene.numbers(scene.q), scene.numbers("1, 0.2, 0.5, 0"));

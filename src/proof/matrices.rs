@@ -240,3 +240,6 @@ pub(super) fn applied(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
     let row = |row: &[f64]| row.iter().zip(vector).map(|(m, v)| m * v).sum::<f64>() * UP;
     matrix.chunks_exact(vector.len()).map(row).collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -38,6 +38,7 @@ use std::time::Instant;
 use crate::geometry::{Geometry, Start};
 use crate::number::Extended;
 use crate::number::ball::two_sum;
+use crate::number::vector::Level;
 use approximate::Approximate;
 use defect::Defect;
 use ellipse::{Bounds, Ellipse};
@@ -45,7 +46,7 @@ use end::{End, Goal};
 use equations::Equations;
 use proved::Proved;
 use set::Set;
-use window::{Prover, Refused};
+use window::{Prover, Refused, Window};
 
 /// The first window is this share of the length; windows become longer or shorter at once.
 const FIRST: f64 = 1.0 / 64.0;
@@ -53,11 +54,17 @@ const FIRST: f64 = 1.0 / 64.0;
 const LONGER: f64 = 1.15;
 const SHORTER: f64 = 0.8;
 /// A window that is shorter than this share of the longest one so far is in front of something.
-const SHORTEST: f64 = 1e-4;
+const SHORTEST: f64 = 1e-8;
 /// Before any window is proved they are halved, down to this share of the first.
 const SHORTEST_FIRST: f64 = 1e-6;
+/// A narrow place is passed by some hundred windows that are shorter than this share of the first. Where there are more
+/// of them it has no end.
+const SHORT: f64 = 1e-4;
+const MOST_SHORT: usize = 2000;
 /// Beyond this share of its coordinate a bound says nothing any more.
 const LOST: f64 = 1e-3;
+/// What is smaller has not begun to move, with all of its kind: sizes of discs are off by 1e-140.
+const NOTHING: f64 = 1e-120;
 
 /// The end of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -184,8 +191,8 @@ impl Run<'_> {
             return Ok(None);
         }
         let first = goal.length() * FIRST;
-        let unit = (first.log2().floor() - 30.0).exp2();
-        let (mut h, mut longest) = (on_grid(first, unit), 0.0_f64);
+        let unit = (first.log2().floor() - 40.0).exp2();
+        let (mut h, mut longest, mut short) = (on_grid(first, unit), 0.0_f64, 0);
         loop {
             if !goes_on(self.reached) {
                 return Err(Reason::Stopped);
@@ -197,8 +204,9 @@ impl Run<'_> {
                     None if is_last => return self.end(goal, proved).map(Some),
                     None => {
                         longest = longest.max(step);
-                        // Windows are so short beside what is behind them that γ does not stay exact.
-                        if two_sum(self.reached, step).1 != 0.0 {
+                        short += usize::from(step < first * SHORT);
+                        // Windows may be so short beside what is behind them that γ does not stay exact.
+                        if short > MOST_SHORT || two_sum(self.reached, step).1 != 0.0 {
                             return Err(Reason::Short);
                         }
                         let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
@@ -207,8 +215,8 @@ impl Run<'_> {
                     }
                 },
                 Err(reason) => {
-                    let is_short = step <= longest * SHORTEST || step <= first * SHORTEST_FIRST;
-                    if is_short {
+                    let least = if longest > 0.0 { longest * SHORTEST } else { first * SHORTEST_FIRST };
+                    if step <= least.max(2.0 * unit) {
                         return Err(reason);
                     }
                     if longest > 0.0 { SHORTER } else { 0.5 }
@@ -220,7 +228,7 @@ impl Run<'_> {
 
     /// Proves a window, on which the coordinate of the end has to come nearer to its value.
     fn window(&mut self, goal: &Goal, h: f64) -> Result<Proved, Reason> {
-        let proved = pulp::Arch::new().dispatch(|| self.prover.window(&self.set, h));
+        let proved = Level::Best.dispatch(Window { prover: &mut self.prover, set: &self.set, h });
         let proved = proved.map_err(|refused| match refused {
             Refused::Obstacle(obstacle) => Reason::Obstacle(obstacle),
             Refused::Unbounded => Reason::Short,
@@ -247,10 +255,9 @@ impl Run<'_> {
         self.reached += proved.h;
         self.windows += 1;
         self.prover.approximate.keep(proved.h, proved.modes);
-        // What rests at 0 with all of its kind has no size.
         let is_kept = |(i, radius): (usize, &f64)| {
             let size = self.set.size_of_kind(i);
-            *radius <= LOST * size || size == 0.0 && radius.is_finite()
+            *radius <= LOST * size || size < NOTHING && *radius < 1.0 / NOTHING
         };
         if self.set.radii().iter().enumerate().all(is_kept) { Ok(proved.bounds) } else { Err(Reason::Lost) }
     }

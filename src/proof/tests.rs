@@ -1,5 +1,7 @@
 //! Ends of motions against integrations in 45 digits, by Taylor series in mpmath.
 
+use super::algebras::{LANES, Row};
+use super::tables::TABLES;
 use super::*;
 use crate::geometry::{GeometryText, Law, value_of};
 use crate::number::Real;
@@ -21,14 +23,18 @@ impl Scene {
         Self { text, q, rates, length }
     }
 
+    fn start(&self, geometry: &Geometry<Extended>) -> Start<Extended> {
+        let (q, q_dot) = (self.numbers(self.q), self.numbers(self.rates));
+        Start { p: geometry.momenta(&q, &q_dot), q, q_dot }
+    }
+
     pub(super) fn numbers(&self, list: &str) -> Vec<Extended> {
         list.split(',').map(|text| value_of(text.trim(), &self.text.parameters).unwrap()).collect()
     }
 
     fn proved(&self) -> Proof {
         let geometry: Geometry<Extended> = Geometry::new(&self.text).unwrap();
-        let (q, q_dot) = (self.numbers(self.q), self.numbers(self.rates));
-        let start = Start { p: geometry.momenta(&q, &q_dot), q, q_dot };
+        let start = self.start(&geometry);
         let until = Until::Length(self.numbers(self.length)[0]);
         prove(&Motion { geometry: &geometry, start: &start, unused: None, until }, &mut |_| true)
     }
@@ -45,6 +51,47 @@ fn share(proof: &Proof, coordinate: usize, value: &str) -> (f64, f64) {
 pub(super) fn henon_heiles(length: &'static str) -> Scene {
     let text = potential(&["x", "y"], "(x^2 + y^2)/2 + x^2*y - y^3/3", Law::Newtonian);
     Scene::new(text, "0, 0.1, 0, 0", "1, 0, 0.5, 0", length)
+}
+
+/// The equations of one coordinate and its momentum, whose Jacobian has the entries (0, 1) and (1, 0).
+pub(super) fn with_one_coordinate<T>(work: impl FnOnce(&Equations<'_>) -> T) -> T {
+    let scene = Scene::new(potential(&["x"], "x^4/4", Law::Newtonian), "0, 1, 0", "1, 0.1, 0", "1");
+    let geometry: Geometry<Extended> = Geometry::new(&scene.text).unwrap();
+    let equations = Equations::new(&geometry, &scene.start(&geometry), Some(2));
+    assert_eq!(equations.of, [(1, false), (1, true)]);
+    assert_eq!(equations.entries.iter().map(|entry| (entry.row, entry.column)).collect::<Vec<_>>(), [(0, 1), (1, 0)]);
+    work(&equations)
+}
+
+/// ℓ_j(1) of the nodes: a polynomial with the signs of these there is the largest at the end of a window.
+pub(super) fn lagrange_at_end() -> Row {
+    let t = &*TABLES;
+    std::array::from_fn(|j| {
+        let terms = (0..LANES).map(|k| (2 * k + 1) as f64 * t.legendre[k].hi[j]);
+        0.5 * t.weights[j] * terms.sum::<f64>()
+    })
+}
+
+/// P_32 where the ellipse meets the real axis. P_32 is 0 at all nodes and 1 at the end of a window.
+pub(super) fn of_nodes_there() -> f64 {
+    let (x, mut before, mut here) = (5.0 / 3.0, 1.0, 5.0 / 3.0);
+    for k in 1..LANES {
+        (before, here) = (here, ((2 * k + 1) as f64 * x * here - k as f64 * before) / (k + 1) as f64);
+    }
+    here
+}
+
+/// A tenth is no number of 71 digits: ten times what stands for it is off by its last digit, which the radius of the
+/// ball holds beside what pairs leave.
+#[test]
+fn a_decimal_is_in_its_ball() {
+    let tenth: Extended = value_of("0.1", &[]).unwrap();
+    let [eight, two] = [8.0, 2.0].map(|factor| Extended::from(factor) * tenth);
+    let off = (eight - Extended::ONE + two).abs().to_f64();
+    let ball = equations::number(tenth);
+    let left = (tenth - Extended::from(ball.hi) - Extended::from(ball.lo)).abs().to_f64();
+    assert!(off > 0.0 && ball.rad >= left + off, "{off:e} {left:e} {:e}", ball.rad);
+    assert!(equations::number(Extended::ONE).rad >= 1e-61);
 }
 
 #[test]

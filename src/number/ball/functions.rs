@@ -14,7 +14,7 @@ use crate::number::{Extended, Function, Real};
 /// Extended numbers that take at most a few hundred correctly rounded operations are off by less, relative to them.
 const OFF: f64 = 1e-66;
 
-/// The terms of exp, and those of sin and cos together.
+/// The terms of exp, and those of sin and cos together: after so many what is left out is far below the roundings.
 const TERMS: usize = 30;
 
 /// Arguments of sin and cos may be so large: the count of quarter turns is a whole double then.
@@ -26,7 +26,7 @@ const GUESS: f64 = 1e-10;
 /// Constants of the functions.
 struct Constants {
     /// 1/n!.
-    factorials: [Ball; TERMS + 1],
+    factorials: [Ball; TERMS + 2],
     ln_2: Ball,
     ln_10: Ball,
     half_pi: Ball,
@@ -52,59 +52,71 @@ pub(super) fn half_pi() -> Ball {
 }
 
 /// 2^k for |k| ≤ 1000.
+#[inline(always)]
 fn power_of_two(k: i64) -> f64 {
     f64::from_bits(((k + 1023) as u64) << 52)
 }
 
-/// |y|^n/n!, rounded up.
-fn last_term(y: f64, n: usize) -> f64 {
-    (1..=n).fold(1.0, |term, k| term * y / k as f64) * UP + TINY
+/// exp y for |y| ≤ ½ by the series to y^(terms − 1)/(terms − 1)!: what is left out is at most twice the next term, which
+/// is at most 2^-terms/terms!.
+#[inline(always)]
+pub(super) fn exp_series(y: Ball, terms: usize) -> Ball {
+    let (factorials, mut sum) = (&CONSTANTS.factorials, Ball::default());
+    // Loops and no iterators, whose parts would not all be inlined.
+    for n in (0..terms).rev() {
+        sum = sum * y + factorials[n];
+    }
+    sum.widened(2.0 * power_of_two(-(terms as i64)) * factorials[terms].size())
+}
+
+/// sin y and cos y for |y| ≤ 1 by their series, which have an even number of terms together. Terms fall and alternate,
+/// so that what is left out is at most the first of them: 1/terms! of cos y, and of (sin y)/y the next one.
+#[inline(always)]
+pub(super) fn sin_cos_series(y: Ball, terms: usize) -> [Ball; 2] {
+    let (factorials, square) = (&CONSTANTS.factorials, y * y);
+    let [mut sin, mut cos] = [Ball::default(); 2];
+    for n in (0..terms / 2).rev() {
+        cos = factorials[2 * n] - cos * square;
+        sin = factorials[2 * n + 1] - sin * square;
+    }
+    [sin.widened(factorials[terms + 1].size()) * y, cos.widened(factorials[terms].size())]
 }
 
 impl Ball {
     /// The midpoint alone.
+    #[inline(always)]
     fn middle(self) -> Self {
         Self { rad: 0.0, ..self }
     }
 
-    /// Σ_{n<30} yⁿ/n! for |y| ≤ ½: what is left out is at most 2 |y|³⁰/30!. With x = k ln 2 + y, exp x is 2^k times
-    /// that; and |exp x′ − exp x| = exp x |exp(x′ − x) − 1| ≤ exp x (r + r²) for |x′ − x| ≤ r ≤ 1.
+    /// With x = k ln 2 + y, exp x is 2^k exp y; and |exp x′ − exp x| = exp x |exp(x′ − x) − 1| ≤ exp x (r + r²) for
+    /// |x′ − x| ≤ r ≤ 1.
     #[inline(always)]
     fn exp(self) -> Self {
-        let constants = &*CONSTANTS;
         if self.hi < -690.0 && self.rad < 1.0 {
             // exp(−689) < 1e-299.
             return Self { rad: 1e-299, ..Self::default() };
         }
         let k = (self.hi * std::f64::consts::LOG2_E).round();
-        let y = self.middle() - Self::exact(k) * constants.ln_2;
+        let y = self.middle() - Self::exact(k) * CONSTANTS.ln_2;
         let is_known = y.size() <= 0.5 && self.rad <= 1.0 && k.abs() <= 1000.0;
         if !is_known {
             return Self::UNKNOWN;
         }
-        let series = constants.factorials[..TERMS].iter().rev().fold(Self::default(), |sum, &term| sum * y + term);
-        let value = series.widened(2.0 * last_term(y.size(), TERMS)).scaled(power_of_two(k as i64)).widened(TINY);
+        let value = exp_series(y, TERMS).scaled(power_of_two(k as i64)).widened(TINY);
         value.widened(value.size() * (self.rad + self.rad * self.rad))
     }
 
-    /// Sine and cosine. After n quarter turns are taken away |y| ≤ 1, where the terms of both series fall and
-    /// alternate, so that what is left out is at most the first term that is. No slope is above 1.
+    /// Sine and cosine, of y after n quarter turns are taken away. No slope is above 1.
     #[inline(always)]
     pub(crate) fn sin_cos(self) -> [Self; 2] {
-        let constants = &*CONSTANTS;
         let n = (self.hi * std::f64::consts::FRAC_2_PI).round();
-        let y = self.middle() - Self::exact(n) * constants.half_pi;
+        let y = self.middle() - Self::exact(n) * CONSTANTS.half_pi;
         let is_known = y.size() <= 1.0 && self.hi.abs() <= WIDEST_ANGLE;
         if !is_known {
             return [Self::UNKNOWN; 2];
         }
-        let square = y * y;
-        let series = |first: usize| {
-            let terms = constants.factorials[first..TERMS].iter().step_by(2).rev();
-            terms.fold(Self::default(), |sum, &term| term - sum * square)
-        };
-        let sin = (series(1) * y).widened(last_term(y.size(), TERMS + 1) + self.rad);
-        let cos = series(0).widened(last_term(y.size(), TERMS) + self.rad);
+        let [sin, cos] = sin_cos_series(y, TERMS).map(|value| value.widened(self.rad));
         match (n as i64).rem_euclid(4) {
             0 => [sin, cos],
             1 => [cos, -sin],
@@ -117,7 +129,11 @@ impl Ball {
     /// slope on the ball is at most 1/(x − rad).
     #[inline(always)]
     pub(super) fn ln(self) -> Self {
-        let guess = self.hi.ln();
+        self.ln_near(self.hi.ln())
+    }
+
+    #[inline(always)]
+    pub(super) fn ln_near(self, guess: f64) -> Self {
         let w = self.middle() * (-Self::exact(guess)).exp() - Self::exact(1.0);
         let (most, least) = (w.size(), self.least());
         let is_known = most <= GUESS && self.hi > 0.0 && least > 0.0;
@@ -133,7 +149,11 @@ impl Ball {
     /// |atan w − w| ≤ |w|³/3. The slope is at most 1/(1 + (|x| − rad)²).
     #[inline(always)]
     pub(super) fn atan(self) -> Self {
-        let guess = self.hi.atan();
+        self.atan_near(self.hi.atan())
+    }
+
+    #[inline(always)]
+    pub(super) fn atan_near(self, guess: f64) -> Self {
         let [sin, cos] = Self::exact(guess).sin_cos();
         let x = self.middle();
         let divisor = cos + x * sin;
@@ -170,6 +190,7 @@ impl Ball {
     }
 
     /// The value of a function on the ball; [`Ball::UNKNOWN`] where it is not analytic, or its values are not bounded.
+    #[inline(always)]
     pub(crate) fn call(self, function: Function) -> Self {
         let has_sign = self.least() > 0.0;
         match function {
@@ -197,6 +218,7 @@ impl Ball {
     }
 
     /// x^y = exp(y ln x) for x > 0.
+    #[inline(always)]
     pub(crate) fn power(self, exponent: Self) -> Self {
         (exponent * self.ln()).exp()
     }

@@ -110,6 +110,7 @@ impl Ball {
     }
 
     /// The nearest double, and a bound of the distance from it.
+    #[inline(always)]
     pub(crate) fn rounded(self) -> (f64, f64) {
         (self.hi, (self.lo.abs() + self.rad) * UP)
     }
@@ -124,7 +125,12 @@ impl Ball {
     /// s0 > 0 is. For another x′ of the ball |√x′ − √x| = |x′ − x|/(√x′ + √x) ≤ rad/√x.
     #[inline(always)]
     pub(crate) fn sqrt(self) -> Self {
-        let root = Self::exact(self.hi.sqrt());
+        self.sqrt_near(self.hi.sqrt())
+    }
+
+    #[inline(always)]
+    fn sqrt_near(self, guess: f64) -> Self {
+        let root = Self::exact(guess);
         let middle = Self { rad: 0.0, ..self };
         let left = middle - root * root;
         let most = left.size();
