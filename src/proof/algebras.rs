@@ -3,10 +3,11 @@
 use std::cell::Cell;
 use std::fmt;
 
-use pulp::Arch;
+use pulp::{Simd, WithSimd};
 
 use crate::formula::{Algebra, Function, Fused};
 use crate::number::ball::{Ball, Disc};
+use crate::number::vector::Level;
 
 /// Nodes of a window, and discs on its ellipse: registers have so many values.
 pub(super) const LANES: usize = 32;
@@ -105,6 +106,19 @@ impl fmt::Display for Obstacle {
     }
 }
 
+/// Work that is done lane by lane. A bare closure would be compiled for any machine, with a call for each fused
+/// multiplication.
+struct ByLane<F>(F);
+
+impl<F: FnMut(usize)> WithSimd for ByLane<F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, _: S) {
+        (0..LANES).for_each(|k| (self.0)(k));
+    }
+}
+
 /// The algebra of balls.
 pub(super) struct InBalls;
 
@@ -179,23 +193,21 @@ impl Algebra for InBalls {
 
     // Functions are too long to be part of every program, and are compiled for the machine by themselves.
     fn call(&self, to: &mut Balls, function: Function, a: &Balls) {
-        Arch::new().dispatch(
+        Level::Best.dispatch(ByLane(
             #[inline(always)]
-            || (0..LANES).for_each(|k| to.set(k, a.at(k).call(function))),
-        );
+            |k| to.set(k, a.at(k).call(function)),
+        ));
     }
 
     fn sin_cos(&self, sin: &mut Balls, cos: &mut Balls, a: &Balls) {
-        Arch::new().dispatch(
+        Level::Best.dispatch(ByLane(
             #[inline(always)]
-            || {
-                for k in 0..LANES {
-                    let values = a.at(k).sin_cos();
-                    sin.set(k, values[0]);
-                    cos.set(k, values[1]);
-                }
+            |k| {
+                let values = a.at(k).sin_cos();
+                sin.set(k, values[0]);
+                cos.set(k, values[1]);
             },
-        );
+        ));
     }
 }
 
@@ -236,10 +248,10 @@ impl Algebra for InDiscs {
             });
             return self.divide(to, &above, &below);
         }
-        Arch::new().dispatch(
+        Level::Best.dispatch(ByLane(
             #[inline(always)]
-            || (0..LANES).for_each(|k| to.set(k, a.at(k).call(function, side))),
-        );
+            |k| to.set(k, a.at(k).call(function, side)),
+        ));
         let has_edge = match function {
             Function::Abs | Function::Sign | Function::Step => side == 0.0,
             Function::Sqrt | Function::Ln | Function::Log10 => side != 1.0,
@@ -251,5 +263,16 @@ impl Algebra for InDiscs {
         if has_edge {
             self.meet(Obstacle::Function(function));
         }
+    }
+
+    fn sin_cos(&self, sin: &mut Discs, cos: &mut Discs, a: &Discs) {
+        Level::Best.dispatch(ByLane(
+            #[inline(always)]
+            |k| {
+                let values = a.at(k).sin_cos();
+                sin.set(k, values[0]);
+                cos.set(k, values[1]);
+            },
+        ));
     }
 }

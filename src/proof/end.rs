@@ -128,14 +128,20 @@ impl End {
         bounds: &Bounds,
     ) -> Result<Self, Reason> {
         let slopes = prover.ellipse.slopes_around(&prover.equations, &set.start, &set.sizes());
-        let mut bends = vec![0.0; set.start.len()];
-        for (entry, jacobian) in prover.equations.entries.iter().zip(&bounds.jacobian) {
-            bends[entry.row] += jacobian * bounds.slope[entry.column] * UP;
-        }
+        let bends = bends(&prover.equations, bounds);
         let back = Back::new(set, goal, (reached, h), &slopes, &bends).ok_or(Reason::Short)?;
         let unknowns = (0..set.start.len()).map(|k| back.unknown(set, k, &slopes, &bends)).collect();
         Ok(Self { unknowns, gamma: back.gamma(set, reached, &slopes, &bends) })
     }
+}
+
+/// Bounds of |ẍ| = |J f|.
+fn bends(equations: &Equations<'_>, bounds: &Bounds) -> Vec<f64> {
+    let mut bends = vec![0.0; bounds.slope.len()];
+    for (entry, jacobian) in equations.entries.iter().zip(&bounds.jacobian) {
+        bends[entry.row] += jacobian * bounds.slope[entry.column] * UP;
+    }
+    bends
 }
 
 /// The middle of the set of an unknown.
@@ -201,11 +207,16 @@ impl Back {
     fn gamma(&self, set: &Set, reached: Extended, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
         let Some(along) = self.along else { return (reached - self.by, self.off) };
         let inverse = Disc::of(Ball::exact(1.0)) / slopes[along];
-        let gap = self.by.to_f64().abs() + set.radii()[along];
         let curved = 0.5 * self.most * self.most * bends[along];
-        let rad = inverse.size() * (set.radii()[along] + self.off + curved) + inverse.rad * gap;
+        let rad = inverse.size() * (set.radii()[along] + self.off + curved) + inverse.rad * self.by.to_f64().abs() * UP;
         (reached - self.by * Extended::from(inverse.re), rad * UP)
     }
+}
+
+/// Where a coordinate is that moves at a constant velocity, after a length with a radius.
+fn moved(start: Extended, rate: Extended, (gamma, radius): (Extended, f64)) -> (Extended, f64) {
+    let off = (start.abs() + (rate * gamma).abs()).to_f64() * OFF + rate.abs().to_f64() * radius;
+    (start + rate * gamma, off * UP)
 }
 
 /// The coordinates at the end, in their order.
@@ -226,9 +237,8 @@ pub(super) fn coordinates(
         is_steady: false,
     });
     let steady = equations.steady.iter().map(|&a| {
-        let (start, rate) = (motion.start.q[a], motion.start.q_dot[a]);
-        let off = (start.abs() + (rate * gamma.0).abs()).to_f64() * OFF + rate.abs().to_f64() * gamma.1;
-        Coordinate { coordinate: a, value: start + rate * gamma.0, radius: off * UP, is_steady: true }
+        let (value, radius) = moved(motion.start.q[a], motion.start.q_dot[a], gamma);
+        Coordinate { coordinate: a, value, radius, is_steady: true }
     });
     let mut all: Vec<Coordinate> = found.chain(steady).collect();
     all.sort_by_key(|coordinate| coordinate.coordinate);

@@ -37,6 +37,7 @@ use std::time::Instant;
 
 use crate::geometry::{Geometry, Start};
 use crate::number::Extended;
+use crate::number::vector::Level;
 use approximate::Approximate;
 use defect::Defect;
 use ellipse::{Bounds, Ellipse};
@@ -44,7 +45,7 @@ use end::{End, Goal};
 use equations::Equations;
 use proved::Proved;
 use set::Set;
-use window::{Prover, Refused};
+use window::{Prover, Refused, Window};
 
 /// The first window is this share of the length; windows become longer or shorter at once.
 const FIRST: f64 = 1.0 / 64.0;
@@ -52,7 +53,7 @@ const FIRST: f64 = 1.0 / 64.0;
 const LONGER: f64 = 1.15;
 const SHORTER: f64 = 0.8;
 /// A window that is shorter than this share of the longest one so far is in front of something.
-const SHORTEST: f64 = 1e-4;
+const SHORTEST: f64 = 1e-8;
 /// Before any window is proved they are halved, down to this share of the first.
 const SHORTEST_FIRST: f64 = 1e-6;
 /// Beyond this share of its coordinate a bound says nothing any more.
@@ -177,7 +178,7 @@ impl Run<'_> {
             return Ok(None);
         }
         let first = goal.length() * FIRST;
-        let unit = (first.log2().floor() - 30.0).exp2();
+        let unit = (first.log2().floor() - 40.0).exp2();
         let (mut h, mut longest) = (on_grid(first, unit), 0.0_f64);
         loop {
             if !goes_on(self.reached) {
@@ -196,8 +197,8 @@ impl Run<'_> {
                     }
                 },
                 Err(reason) => {
-                    let is_short = step <= longest * SHORTEST || step <= first * SHORTEST_FIRST;
-                    if is_short {
+                    let least = if longest > 0.0 { longest * SHORTEST } else { first * SHORTEST_FIRST };
+                    if step <= least.max(2.0 * unit) {
                         return Err(reason);
                     }
                     if longest > 0.0 { SHORTER } else { 0.5 }
@@ -209,11 +210,7 @@ impl Run<'_> {
 
     /// Proves a window, on which the coordinate of the end has to come nearer to its value.
     fn window(&mut self, goal: &Goal, h: f64) -> Result<Proved, Reason> {
-        // What is not inlined is compiled for any machine, with a call for each fused multiplication.
-        let proved = pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || self.prover.window(&self.set, h),
-        );
+        let proved = Level::Best.dispatch(Window { prover: &mut self.prover, set: &self.set, h });
         let proved = proved.map_err(|refused| match refused {
             Refused::Obstacle(obstacle) => Reason::Obstacle(obstacle),
             Refused::Unbounded => Reason::Short,

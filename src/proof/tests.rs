@@ -81,6 +81,19 @@ pub(super) fn of_nodes_there() -> f64 {
     here
 }
 
+/// A tenth is no number of 71 digits: ten times what stands for it is off by its last digit, which the radius of the
+/// ball holds beside what pairs leave.
+#[test]
+fn a_decimal_is_in_its_ball() {
+    let tenth: Extended = value_of("0.1", &[]).unwrap();
+    let [eight, two] = [8.0, 2.0].map(|factor| Extended::from(factor) * tenth);
+    let off = (eight - Extended::ONE + two).abs().to_f64();
+    let ball = equations::number(tenth);
+    let left = (tenth - Extended::from(ball.hi) - Extended::from(ball.lo)).abs().to_f64();
+    assert!(off > 0.0 && ball.rad >= left + off, "{off:e} {left:e} {:e}", ball.rad);
+    assert!(equations::number(Extended::ONE).rad >= 1e-61);
+}
+
 #[test]
 fn ends_are_those_of_45_digits() {
     let kepler = potential(&["x", "y"], "-1/sqrt(x^2 + y^2)", Law::Newtonian);

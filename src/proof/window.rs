@@ -7,6 +7,8 @@
 //! w(h) = e(0) + g ± δ,      g = −∫ B d in the middle,      e(h) = A w(h) ± |I − A B(h)| ε,     |e| ≤ ε on the window.
 //! ```
 
+use pulp::{Simd, WithSimd};
+
 use super::NOTHING;
 use super::algebras::{LANES, Obstacle};
 use super::approximate::Approximate;
@@ -63,13 +65,34 @@ impl Prover<'_> {
         let (gain, parts) = closing.gain(&found, &epsilon).ok_or(Refused::Unbounded)?;
         let sizes = sizes(&found, start);
         let quality = closing.quality(&parts, &sizes, set).ok_or(Refused::Unbounded)?;
-        let delta = (0..gain.len()).map(|i| (parts.iter().map(|part| part[i]).sum::<f64>() + TINY) * UP).collect();
+        let delta = added(&parts);
         // A comparison that is false for NaN.
         if quality < TOO_MUCH {
             return Ok(Proved { h, modes, gain, delta, epsilon, matrices, bounds, quality, sizes });
         }
         Err(Refused::Unbounded)
     }
+}
+
+/// The proof of a window, compiled for the machine: what is not inlined has a call for each fused multiplication.
+pub(super) struct Window<'w, 'g> {
+    pub(super) prover: &'w mut Prover<'g>,
+    pub(super) set: &'w Set,
+    pub(super) h: f64,
+}
+
+impl WithSimd for Window<'_, '_> {
+    type Output = Result<Proved, Refused>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        self.prover.window(self.set, self.h)
+    }
+}
+
+/// δ, with what underflows.
+fn added(parts: &[Vec<f64>; 3]) -> Vec<f64> {
+    (0..parts[0].len()).map(|i| (parts.iter().map(|part| part[i]).sum::<f64>() + TINY) * UP).collect()
 }
 
 /// The largest |y| of every unknown on the nodes.
@@ -181,10 +204,10 @@ impl Closing<'_, '_> {
         let none = vec![0.0; sizes.len()];
         let own = applied(&self.matrices.a_most, &self.way(&none, &self.defect));
         let own_way = self.way(&own, &self.remainder(&own)?);
-        let share = |i: usize| (own_way[i] + left[i]) / (0.3 * radii[i] + AIM * set.size(i, sizes[i]) + TINY);
+        let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k));
+        let share = |i: usize| (own_way[i] + left[i]) / (0.3 * radii[i] + AIM * scale(i) + TINY);
         let worst = (0..self.equations.active).map(share).fold(0.0, larger);
         let d = self.matrices.d;
-        let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k));
         let counts = |k: usize| k < self.equations.active && scale(k) > NOTHING;
         let e = (0..d * d).filter(|at| counts(at % d) && counts(at / d));
         let e = e.map(|at| self.matrices.e_most[at] * self.h * scale(at % d) / scale(at / d)).fold(0.0, larger);

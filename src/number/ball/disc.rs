@@ -61,11 +61,10 @@ impl Disc {
         (self.far() + self.rad) * UP
     }
 
-    /// A bound of the distance of every number in it from another number.
+    /// A bound of the distance of every number in it from another number, whose difference is a fifth rounding.
     #[inline(always)]
     pub(crate) fn from(self, middle: f64) -> f64 {
-        let gap = self.re - middle;
-        (Self { re: gap, ..self }.far() + U * gap.abs() + self.rad) * UP
+        (Self { re: self.re - middle, ..self }.far() + self.rad) * UP
     }
 
     /// Half of the plane on whose side all of it is: 1, −1, or 0 if it may meet the imaginary axis.
@@ -94,7 +93,7 @@ impl Disc {
 
     /// 1/w − 1/z = (z − w)/wz: at most rad/(|z| (|z| − rad)).
     #[inline(always)]
-    fn inverse(self) -> Self {
+    pub(super) fn inverse(self) -> Self {
         let square = self.re * self.re + self.im * self.im;
         let (near, least) = (self.near(), self.near() - self.rad * UP);
         let rad = (self.rad / (near * least) + ROUNDING / near + TINY) * UP;
@@ -102,12 +101,17 @@ impl Disc {
         Self { re: self.re / square, im: -self.im / square, rad: if is_known { rad } else { f64::INFINITY } }
     }
 
-    /// exp(x + iy) = exp x (cos y + i sin y), and |exp w − exp z| ≤ |exp z| (exp r − 1) for |w − z| ≤ r, where
-    /// exp r − 1 ≤ r + r² for r ≤ 1.
+    /// exp(x + iy) = exp x (cos y + i sin y).
     #[inline(always)]
     fn exp(self) -> Self {
-        let grows = Ball::exact(self.re).call(Function::Exp);
-        let [sin, cos] = Ball::exact(self.im).sin_cos();
+        self.exp_by(self.re, Ball::exact(self.im).sin_cos())
+    }
+
+    /// exp x (cos y + i sin y) for the radius at hand: |exp w − exp z| ≤ |exp z| (exp r − 1) for |w − z| ≤ r, where
+    /// exp r − 1 ≤ r + r² for r ≤ 1.
+    #[inline(always)]
+    fn exp_by(self, x: f64, [sin, cos]: [Ball; 2]) -> Self {
+        let grows = Ball::exact(x).call(Function::Exp);
         let (re, im) = (Self::of(grows * cos), Self::of(grows * sin));
         let of_radius = match self.rad <= 1.0 {
             true => self.rad + self.rad * self.rad,
@@ -140,8 +144,16 @@ impl Disc {
     /// sinh and cosh are half of exp z ∓ exp(−z).
     #[inline(always)]
     fn sinh_cosh(self) -> [Self; 2] {
-        let (grows, falls) = (self.exp(), (-self).exp());
+        let [sin, cos] = Ball::exact(self.im).sin_cos();
+        let (grows, falls) = (self.exp_by(self.re, [sin, cos]), self.exp_by(-self.re, [-sin, cos]));
         [(grows - falls).scaled(0.5), (grows + falls).scaled(0.5)]
+    }
+
+    /// i sin z = sinh iz, and cos z = cosh iz.
+    #[inline(always)]
+    pub(crate) fn sin_cos(self) -> [Self; 2] {
+        let [sinh, cosh] = self.turned().sinh_cosh();
+        [-sinh.turned(), cosh]
     }
 
     /// atan z = (ln(1 + iz) − ln(1 − iz))/2i, if both logarithms have their argument on the right.
@@ -165,9 +177,8 @@ impl Disc {
             Function::Exp => self.exp(),
             Function::Sinh => self.sinh_cosh()[0],
             Function::Cosh => self.sinh_cosh()[1],
-            // i sin z = sinh iz, and cos z = cosh iz.
-            Function::Sin => -self.turned().sinh_cosh()[0].turned(),
-            Function::Cos => self.turned().sinh_cosh()[1],
+            Function::Sin => self.sin_cos()[0],
+            Function::Cos => self.sin_cos()[1],
             // On one side no pole is near, and exp decays: tanh z = ±(1 − 2w/(1 + w)) with w = exp(∓2z).
             Function::Tanh if side != 0.0 => {
                 let decays = self.scaled(-2.0 * side).exp();
@@ -177,6 +188,10 @@ impl Disc {
             }
             Function::Asin => self.asin(),
             Function::Acos => Self::of(half_pi()) - self.asin(),
+            // On one side and far away atan z = ±π/2 − atan(1/z), which is the same function on that side.
+            Function::Atan if side != 0.0 && self.near() > 1.0 => {
+                Self::of(half_pi()).scaled(side) - self.inverse().atan()
+            }
             Function::Atan => self.atan(),
             Function::Ln => self.ln(),
             Function::Log10 => self.ln() / Self::of(Ball::exact(10.0).ln()),

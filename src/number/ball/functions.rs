@@ -26,7 +26,7 @@ const GUESS: f64 = 1e-10;
 /// Constants of the functions.
 struct Constants {
     /// 1/n!.
-    factorials: [Ball; TERMS + 1],
+    factorials: [Ball; TERMS + 2],
     ln_2: Ball,
     ln_10: Ball,
     half_pi: Ball,
@@ -57,30 +57,29 @@ fn power_of_two(k: i64) -> f64 {
     f64::from_bits(((k + 1023) as u64) << 52)
 }
 
-/// |y|^n/n!, rounded up.
-#[inline(always)]
-fn last_term(y: f64, n: usize) -> f64 {
-    (1..=n).fold(1.0, |term, k| term * y / k as f64) * UP
-}
-
-/// exp y for |y| ≤ ½ by the series to y^(terms − 1)/(terms − 1)!: what is left out is at most twice the next term.
+/// exp y for |y| ≤ ½ by the series to y^(terms − 1)/(terms − 1)!: what is left out is at most twice the next term, which
+/// is at most 2^-terms/terms!.
 #[inline(always)]
 pub(super) fn exp_series(y: Ball, terms: usize) -> Ball {
-    let series = CONSTANTS.factorials[..terms].iter().rev().fold(Ball::default(), |sum, &term| sum * y + term);
-    series.widened(2.0 * last_term(y.size(), terms))
+    let (factorials, mut sum) = (&CONSTANTS.factorials, Ball::default());
+    // Loops and no iterators, whose parts would not all be inlined.
+    for n in (0..terms).rev() {
+        sum = sum * y + factorials[n];
+    }
+    sum.widened(2.0 * power_of_two(-(terms as i64)) * factorials[terms].size())
 }
 
 /// sin y and cos y for |y| ≤ 1 by their series, which have an even number of terms together. Terms fall and alternate,
-/// so that what is left out is at most the first of them.
+/// so that what is left out is at most the first of them: 1/terms! of cos y, and of (sin y)/y the next one.
 #[inline(always)]
 pub(super) fn sin_cos_series(y: Ball, terms: usize) -> [Ball; 2] {
-    let square = y * y;
-    let series = |first: usize| {
-        let terms = CONSTANTS.factorials[first..terms].iter().step_by(2).rev();
-        terms.fold(Ball::default(), |sum, &term| term - sum * square)
-    };
-    let sin = (series(1) * y).widened(last_term(y.size(), terms + 1));
-    [sin, series(0).widened(last_term(y.size(), terms))]
+    let (factorials, square) = (&CONSTANTS.factorials, y * y);
+    let [mut sin, mut cos] = [Ball::default(); 2];
+    for n in (0..terms / 2).rev() {
+        cos = factorials[2 * n] - cos * square;
+        sin = factorials[2 * n + 1] - sin * square;
+    }
+    [sin.widened(factorials[terms + 1].size()) * y, cos.widened(factorials[terms].size())]
 }
 
 impl Ball {

@@ -125,13 +125,38 @@ fn to_a_value_errors_of_one_origin_are_kept_together() {
     is_met(1.0 - way + 0.02, gamma, 0.99);
 }
 
-/// The radius of ṫ with an error of t: the way back is as much longer as t is further on. Part 0.9.
+/// The radius of ṫ with an error of t: the way back is as much longer as t is further on, of columns and of the box.
+/// Parts 0.9.
 #[test]
 fn to_a_value_an_error_of_time_is_multiplied_by_the_error_of_the_slope() {
-    let mut last = Last::new();
+    let mut last = Last::new().with_column(0.0, 0.1);
     last.slopes[1] = disc(1.0, 0.1);
-    last.set.rest = vec![0.0, 0.1];
-    is_met(-0.35 / 0.9, last.end(&at_value(0.25))[0], 0.9);
+    let mut other = Last::new();
+    (other.slopes, other.set.rest) = (last.slopes, vec![0.0, 0.1]);
+    for last in [last, other] {
+        let [x, gamma] = last.end(&at_value(0.25));
+        is_met(-0.35 / 0.9, x, 0.9);
+        is_met(1.0 - 0.35 / 0.9, gamma, 0.9);
+    }
+}
+
+/// What moves at a constant velocity is off by its decimals and by γ. Parts 0.99.
+#[test]
+fn what_is_steady_is_off_by_its_decimals_and_the_length() {
+    let exact = Extended::from;
+    let (value, radius) = moved(exact(2.0), exact(-3.0), (exact(4.0), 0.0));
+    assert!(value == exact(-10.0) && radius >= 14.0 * OFF && radius < 14.1 * OFF, "{radius:e}");
+    let (_, radius) = moved(exact(2.0), exact(-3.0), (exact(4.0), 0.1));
+    assert!((0.3..0.300_001).contains(&radius), "{radius}");
+}
+
+/// |ẍ| ≤ |J| |f|: x′ has the slope of x by p, and p′ that of p by x. Parts 0.999.
+#[test]
+fn a_motion_bends_by_its_jacobian_and_slopes() {
+    let [defect, spread, reach, sides] = [(); 4].map(|()| Vec::new());
+    let bounds = Bounds { defect, slope: vec![3.0, 5.0], jacobian: vec![0.5, 2.0], spread, reach, sides };
+    let found = with_one_coordinate(|equations| bends(equations, &bounds));
+    assert!((2.5..2.501).contains(&found[0]) && (6.0..6.001).contains(&found[1]), "{found:?}");
 }
 
 /// The rounding of columns: that of x is the rounded product of φ and that of t. It is two roundings of each. Part 0.2.
@@ -184,4 +209,7 @@ fn a_value_that_may_not_be_passed_is_none() {
     assert_eq!(back(&with(0.1, 0.7), 0.3), None);
     assert_eq!(back(&with(0.1, 0.0), 0.39), Some(()));
     assert_eq!(back(&with(0.1, 0.0), 0.41), None);
+    // And at most 2 (0.3 + 0.1)/0.75 where ṫ may be 3/4.
+    let slow = |rad: f64| Last { slopes: [disc(1.0, 0.0), disc(1.0, rad)], ..with(0.1, 0.0) };
+    assert_eq!([back(&slow(0.15), 0.3), back(&slow(0.25), 0.3)], [Some(()), None]);
 }

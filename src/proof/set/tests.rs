@@ -120,11 +120,11 @@ fn lost(case: usize, error: [f64; 2]) -> (f64, f64) {
         1 => set.columns = error.iter().map(|g| vec![*g]).collect(),
         _ => proved.delta = error.to_vec(),
     }
-    let third = 1.0 / 3.0;
-    proved.matrices.a_end = vec![third, -third, 0.0, 1.0];
+    let factor = 0.7;
+    proved.matrices.a_end = vec![factor, -factor, 0.0, 1.0];
     let next = advanced(&set, &proved);
     // What is new is rounded up before it becomes columns.
-    let terms = error.map(|error| exact(third) * exact(if case == 2 { (error + 0.0) * UP } else { error }));
+    let terms = error.map(|error| exact(factor) * exact(if case == 2 { (error + 0.0) * UP } else { error }));
     let off = match case {
         0 => (terms[0] - terms[1] - exact(next.start[0]) - exact(next.centre[0])).abs(),
         1 => (terms[0] - terms[1] - exact(next.columns[0][0])).abs(),
@@ -133,8 +133,8 @@ fn lost(case: usize, error: [f64; 2]) -> (f64, f64) {
     (off.to_f64(), next.rest[0])
 }
 
-/// The rounding of A times the middle, the columns and what is new: one or two roundings where twenty are allowed for.
-/// In the middle it is seen where terms cancel, as its own size is rounded, too. Parts 0.02.
+/// The rounding of A times the middle, the columns and what is new: one or two roundings where some fifty are allowed for.
+/// In the middle it is seen where terms cancel, as its own size is rounded, too. Parts 0.01.
 #[test]
 fn rounding_of_the_map_is_kept() {
     for case in 0..3 {
@@ -145,7 +145,7 @@ fn rounding_of_the_map_is_kept() {
             assert!(off <= rest, "{case}: {off:e} {rest:e}");
             largest = largest.max(off / rest);
         }
-        assert!(largest > 0.02, "{case}: {largest}");
+        assert!(largest > 0.01, "{case}: {largest}");
     }
 }
 

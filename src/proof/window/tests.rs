@@ -120,6 +120,12 @@ fn sum_of_nodes(b: &Row, middle: &Row) -> Extended {
     (0..LANES).fold(Extended::ZERO, |sum, i| sum + exact(TABLES.weights[i]) * exact(b[i]) * exact(middle[i]))
 }
 
+/// δ has all of its parts. Part 0.999.
+#[test]
+fn what_a_window_adds_is_the_sum_of_its_parts() {
+    is_met(7.0, added(&[vec![1.0], vec![2.0], vec![4.0]])[0], 0.999);
+}
+
 /// The rounding of the sum over the nodes in δ, of which 40 ε a term is a worst case. Part 0.01. That of the sum over
 /// unknowns is taken away, as there is but one; where d̄ is Λ times the defect at the nodes it is larger than this one.
 #[test]

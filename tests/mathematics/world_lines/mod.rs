@@ -25,6 +25,7 @@ mod of_x;
 mod one_coordinate;
 mod overflow;
 mod promises;
+mod proved;
 mod reasons;
 mod rest;
 mod samples;
