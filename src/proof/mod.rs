@@ -56,10 +56,14 @@ const SHORTER: f64 = 0.8;
 const SHORTEST: f64 = 1e-8;
 /// Before any window is proved they are halved, down to this share of the first.
 const SHORTEST_FIRST: f64 = 1e-6;
+/// A narrow place is passed by some hundred windows that are shorter than this share of the first. Where there are more
+/// of them it has no end.
+const SHORT: f64 = 1e-4;
+const MOST_SHORT: usize = 2000;
 /// Beyond this share of its coordinate a bound says nothing any more.
 const LOST: f64 = 1e-3;
-/// What is smaller has not begun to move, with all of its kind: what underflows is off by more than a part of it.
-const NOTHING: f64 = 1e-270;
+/// What is smaller has not begun to move, with all of its kind: sizes of discs are off by 1e-140.
+const NOTHING: f64 = 1e-120;
 
 /// The end of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -179,7 +183,7 @@ impl Run<'_> {
         }
         let first = goal.length() * FIRST;
         let unit = (first.log2().floor() - 40.0).exp2();
-        let (mut h, mut longest) = (on_grid(first, unit), 0.0_f64);
+        let (mut h, mut longest, mut short) = (on_grid(first, unit), 0.0_f64, 0);
         loop {
             if !goes_on(self.reached) {
                 return Err(Reason::Stopped);
@@ -191,6 +195,10 @@ impl Run<'_> {
                     None if is_last => return self.end(goal, proved).map(Some),
                     None => {
                         longest = longest.max(step);
+                        short += usize::from(step < first * SHORT);
+                        if short > MOST_SHORT {
+                            return Err(Reason::Short);
+                        }
                         let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
                         self.take(proved)?;
                         factor

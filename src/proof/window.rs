@@ -204,7 +204,7 @@ impl Closing<'_, '_> {
         let none = vec![0.0; sizes.len()];
         let own = applied(&self.matrices.a_most, &self.way(&none, &self.defect));
         let own_way = self.way(&own, &self.remainder(&own)?);
-        let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k));
+        let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k)).max(NOTHING);
         let share = |i: usize| (own_way[i] + left[i]) / (0.3 * radii[i] + AIM * scale(i) + TINY);
         let worst = (0..self.equations.active).map(share).fold(0.0, larger);
         let d = self.matrices.d;

@@ -78,7 +78,8 @@ fn no_random_expression_leaves_its_ball() {
                 1 => (a - b, x - y),
                 2 => (a * b, x * y),
                 3 => (a / b, x / y),
-                4 => (a.power(b), x.powf(y)),
+                // The power of the library for extended numbers is 0 for some, such as 0.9999999995^526744.1.
+                4 => (a.power(b), Real::exp(y * Real::ln(x))),
                 _ => {
                     let function = ANALYTIC[random.below(ANALYTIC.len())];
                     (a.call(function), function.apply(x))
