@@ -62,8 +62,6 @@ const SHORT: f64 = 1e-4;
 const MOST_SHORT: usize = 2000;
 /// Beyond this share of its coordinate a bound says nothing any more.
 const LOST: f64 = 1e-3;
-/// What is smaller has not begun to move, with all of its kind: sizes of discs are off by 1e-140.
-const NOTHING: f64 = 1e-120;
 
 /// The end of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -245,9 +243,10 @@ impl Run<'_> {
         self.reached += proved.h;
         self.windows += 1;
         self.prover.approximate.keep(proved.h, proved.modes);
+        // What rests at 0 with all of its kind has no size.
         let is_kept = |(i, radius): (usize, &f64)| {
             let size = self.set.size_of_kind(i);
-            *radius <= LOST * size || size < NOTHING && *radius < 1.0 / NOTHING
+            *radius <= LOST * size || size == 0.0 && radius.is_finite()
         };
         if self.set.radii().iter().enumerate().all(is_kept) { Ok(proved.bounds) } else { Err(Reason::Lost) }
     }

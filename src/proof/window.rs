@@ -9,7 +9,6 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::NOTHING;
 use super::algebras::{LANES, Obstacle};
 use super::approximate::Approximate;
 use super::defect::{Defect, Found};
@@ -204,11 +203,12 @@ impl Closing<'_, '_> {
         let none = vec![0.0; sizes.len()];
         let own = applied(&self.matrices.a_most, &self.way(&none, &self.defect));
         let own_way = self.way(&own, &self.remainder(&own)?);
-        let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k)).max(NOTHING);
+        let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k));
         let share = |i: usize| (own_way[i] + left[i]) / (0.3 * radii[i] + AIM * scale(i) + TINY);
         let worst = (0..self.equations.active).map(share).fold(0.0, larger);
         let d = self.matrices.d;
-        let counts = |k: usize| k < self.equations.active && scale(k) > NOTHING;
+        // Unknowns that rest at 0 with all of their kind have no scale.
+        let counts = |k: usize| k < self.equations.active && scale(k) > 0.0;
         let e = (0..d * d).filter(|at| counts(at % d) && counts(at / d));
         let e = e.map(|at| self.matrices.e_most[at] * self.h * scale(at % d) / scale(at / d)).fold(0.0, larger);
         // E falls like h^16, the rest like h^64.
