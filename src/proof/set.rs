@@ -147,8 +147,8 @@ fn power_of_two(size: f64) -> f64 {
     if power.is_normal() { power } else { 1.0 }
 }
 
-/// Bounds of Σ |F⁻¹ g| over vectors g, where the columns of F, one after another, are nearly orthonormal: with N = FᵀF −
-/// I, F⁻¹ = (I + N)⁻¹ Fᵀ, and t ≥ Σ |Fᵀg| + |N| t bounds it. `None` if none is found.
+/// Bounds of Σ |F⁻¹ g| over vectors g, where the columns of F, one after another, are nearly orthonormal: with N = FᵀF
+/// − I, F⁻¹ = (I + N)⁻¹ Fᵀ, and t ≥ Σ |Fᵀg| + |N| t bounds it. `None` if none is found.
 fn reach_in(frame: &[Vec<f64>], vectors: &[Vec<f64>]) -> Option<Vec<f64>> {
     let d = frame.len();
     let mut radius = vec![0.0; d];

@@ -57,8 +57,8 @@ fn power_of_two(k: i64) -> f64 {
     f64::from_bits(((k + 1023) as u64) << 52)
 }
 
-/// exp y for |y| ≤ ½ by the series to y^(terms − 1)/(terms − 1)!: what is left out is at most twice the next term, which
-/// is at most 2^-terms/terms!.
+/// exp y for |y| ≤ ½ by the series to y^(terms − 1)/(terms − 1)!: what is left out is at most twice the next term,
+/// which is at most 2^-terms/terms!.
 #[inline(always)]
 pub(super) fn exp_series(y: Ball, terms: usize) -> Ball {
     let (factorials, mut sum) = (&CONSTANTS.factorials, Ball::default());

@@ -141,8 +141,8 @@ fn functions_have_thirty_digits_and_their_radius_holds_the_rest() {
     assert!(largest.iter().all(|&used| used > 0.01), "{largest:?}");
 }
 
-/// A number of 71 digits is in its ball, with what it may be off by; so is a double that leaves its low part; and a disc
-/// is as far away as the far side of it.
+/// A number of 71 digits is in its ball, with what it may be off by; so is a double that leaves its low part; and a
+/// disc is as far away as the far side of it.
 #[test]
 fn what_is_taken_from_a_number_is_in_the_radius() {
     let third = Extended::ONE / Extended::from(3.0);
@@ -172,8 +172,8 @@ fn rounding_of_an_inverse_is_in_its_radius() {
     assert!(largest > 0.1, "{largest}");
 }
 
-/// Truncations, each far above rounding: series of few terms, and steps of Newton's method from bad guesses. Beside each
-/// stands the part of its bound that is met. In the functions themselves what series leave out is below 1e-35, a
+/// Truncations, each far above rounding: series of few terms, and steps of Newton's method from bad guesses. Beside
+/// each stands the part of its bound that is met. In the functions themselves what series leave out is below 1e-35, a
 /// thousandth of rounding, and roots are guessed so well that rounding is ten times what the step leaves.
 #[test]
 fn what_series_and_steps_leave_out_is_within_the_radius() {

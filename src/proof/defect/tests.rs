@@ -3,8 +3,8 @@
 use super::*;
 use crate::number::{Extended, Real};
 
-/// The sum of errors that are added in single doubles: coefficients of all sizes and signs. The bound is a worst case of
-/// 96 roundings of the sum of all errors, a thousandth of which random numbers use.
+/// The sum of errors that are added in single doubles: coefficients of all sizes and signs. The bound is a worst case
+/// of 96 roundings of the sum of all errors, a thousandth of which random numbers use.
 #[test]
 fn rounding_of_sums_of_products_is_bounded() {
     let (exact, mut largest) = (Extended::from, 0.0_f64);

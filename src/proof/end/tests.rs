@@ -194,8 +194,8 @@ fn to_a_value_the_value_is_off() {
     assert_eq!(back.unknown(&last.set, 1, &last.slopes, &last.bends).1, OFF);
 }
 
-/// A value is passed once: t is beyond it with all of its errors, the way back is no longer than the window, and ṫ keeps
-/// half of itself on it.
+/// A value is passed once: t is beyond it with all of its errors, the way back is no longer than the window, and ṫ
+/// keeps half of itself on it.
 #[test]
 fn a_value_that_may_not_be_passed_is_none() {
     let back = |last: &Last, way: f64| {

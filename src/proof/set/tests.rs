@@ -110,8 +110,8 @@ fn what_a_window_adds_is_kept() {
     assert_eq!(advanced(&set, &proved).start[0], 1e-3);
 }
 
-/// What of A times the middle (0), the columns (1) or what is new (2) is lost, where that alone is not 0, and the box that
-/// is to hold it.
+/// What of A times the middle (0), the columns (1) or what is new (2) is lost, where that alone is not 0, and the box
+/// that is to hold it.
 fn lost(case: usize, error: [f64; 2]) -> (f64, f64) {
     let exact = Extended::from;
     let (mut set, mut proved) = quiet();
@@ -133,8 +133,8 @@ fn lost(case: usize, error: [f64; 2]) -> (f64, f64) {
     (off.to_f64(), next.rest[0])
 }
 
-/// The rounding of A times the middle, the columns and what is new: one or two roundings where some fifty are allowed for.
-/// In the middle it is seen where terms cancel, as its own size is rounded, too. Parts 0.01.
+/// The rounding of A times the middle, the columns and what is new: one or two roundings where some fifty are allowed
+/// for. In the middle it is seen where terms cancel, as its own size is rounded, too. Parts 0.01.
 #[test]
 fn rounding_of_the_map_is_kept() {
     for case in 0..3 {
@@ -180,8 +180,8 @@ fn a_frame_need_not_be_orthonormal() {
     assert_eq!(reach_in(&[vec![1.0, 0.0], vec![1.0, 1e-3]], &[vec![0.0, 1.0]]), None);
 }
 
-/// The rounding of dot products, by Fᵀg and by N together: g is at a right angle to one of the frame but for a rounding.
-/// Each of both terms is six roundings of |g|, so that either of them alone would do. Part 0.01.
+/// The rounding of dot products, by Fᵀg and by N together: g is at a right angle to one of the frame but for a
+/// rounding. Each of both terms is six roundings of |g|, so that either of them alone would do. Part 0.01.
 #[test]
 fn rounding_of_a_frame_is_kept() {
     let frame = [vec![0.6, 0.8], vec![-0.8, 0.6]];

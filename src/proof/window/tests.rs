@@ -86,8 +86,8 @@ fn a_constant_defect_is_bounded() {
     is_met(1e-3, window.epsilon([0.0; 2])[0], 0.9);
 }
 
-/// The term B̄ Q̄ in ε and in δ: x′ = p², where J = 2p is at most 2R from 0 for |p| ≤ R. Schwarz' lemma loses a half, and
-/// ε = 1.1 |p| a tenth twice. Parts 0.35 and 0.4.
+/// The term B̄ Q̄ in ε and in δ: x′ = p², where J = 2p is at most 2R from 0 for |p| ≤ R. Schwarz' lemma loses a half,
+/// and ε = 1.1 |p| a tenth twice. Parts 0.35 and 0.4.
 #[test]
 fn what_is_not_linear_in_the_error_is_bounded() {
     let mut window = Window::new(2);

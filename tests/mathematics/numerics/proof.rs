@@ -183,7 +183,8 @@ fn a_high_power_is_proved() {
 /// ż = ẏ²/2.
 #[test]
 fn where_errors_of_coordinates_cancel_all_are_proved() {
-    let text = "initial = { t = 0, y = 0, z = 0, y_dot = 0, z_dot = 0, norm = \"timelike\", solve = { t_dot = \"+\" } }\n\
+    let text = "initial = { t = 0, y = 0, z = 0, y_dot = 0, z_dot = 0, \
+                norm = \"timelike\", solve = { t_dot = \"+\" } }\n\
                 grid.gamma_f = 40\nsolver.accuracy = 1e-4\n[metric]\ncoordinates = [\"t\", \"y\", \"z\"]\n\
                 components = { \"t t\" = \"1\", \"y y\" = \"-1\", \"z z\" = \"-1\" }\n\
                 one_form = { y = \"5*cos(t - z)\" }";
