@@ -138,8 +138,8 @@ fn adjoint_defect(equations: &Equations<'_>, of: &Polynomials, jacobian: &[Discs
 
 /// A bound of |A| = |B⁻¹| on the window. At distances of at most half a gap from a node B differs from that at the node
 /// by |Δ| ≤ (h/2) (gap/2) |W|, and with any matrix A_i, from A_i B = I − (I − A_i B_i) + A_i Δ follows |A| ≤ |A_i| +
-/// X |A| with X = |I − A_i B_i| + |A_i| |Δ|. Any bound with max |A_i| + X bound ≤ bound will do: it is above all partial
-/// sums of Σ Xⁿ max |A_i|, and as no row of max |A_i| is zero, Xⁿ tends to zero (Collatz and Wielandt).
+/// X |A| with X = |I − A_i B_i| + |A_i| |Δ|. Any bound with max |A_i| + X bound ≤ bound will do: it is above all
+/// partial sums of Σ Xⁿ max |A_i|, and as no row of max |A_i| is zero, Xⁿ tends to zero (Collatz and Wielandt).
 #[inline(always)]
 fn inverse_bound(d: usize, h: f64, of: &Polynomials) -> Option<Vec<f64>> {
     let (mut a_nodes, mut x) = (vec![0.0; d * d], vec![0.0; d * d]);
