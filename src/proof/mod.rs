@@ -190,7 +190,7 @@ impl Run<'_> {
         }
         let first = goal.length() * FIRST;
         let unit = (first.log2().floor() - 40.0).exp2();
-        let (mut h, mut longest, mut short) = (on_grid(first, unit), 0.0_f64, 0);
+        let (mut h, mut longest, mut short, mut refused) = (on_grid(first, unit), 0.0_f64, 0, Reason::Short);
         loop {
             if !goes_on(self.reached) {
                 return Err(Reason::Stopped);
@@ -205,7 +205,7 @@ impl Run<'_> {
                         short += usize::from(step < first * SHORT);
                         // Windows may be so short beside what is behind them that γ does not stay exact.
                         if short > MOST_SHORT || two_sum(self.reached, step).1 != 0.0 {
-                            return Err(Reason::Short);
+                            return Err(refused);
                         }
                         let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
                         self.take(proved)?;
@@ -217,6 +217,7 @@ impl Run<'_> {
                     if step <= least.max(2.0 * unit) {
                         return Err(reason);
                     }
+                    refused = reason;
                     if longest > 0.0 { SHORTER } else { 0.5 }
                 }
             };

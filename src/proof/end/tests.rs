@@ -184,7 +184,8 @@ fn to_a_value_columns_are_rounded() {
 #[test]
 fn to_a_value_the_value_is_off() {
     let mut last = Last::new();
-    last.set.start[1] = 1.0;
+    // It is passed by more than that.
+    (last.set.start[1], last.set.centre[1]) = (1.0, 1e-50);
     last.slopes[1] = disc(0.5, 0.0);
     let goal = Goal::Value { unknown: 1, value: Extended::ONE, sign: 1.0, about: 1.0 };
     for (_, radius) in last.end(&goal) {

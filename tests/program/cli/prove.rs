@@ -71,7 +71,7 @@ fn what_is_not_proved_is_told_and_changes_nothing_else() {
 #[test]
 fn starts_without_digits_and_jumps_without_a_force_are_not_proved() {
     let folder = Folder::new();
-    let metric = "grid.gamma_f = 10.0\n[metric]\ncoordinates = [\"t\", \"x\"]\n\
+    let metric = "grid.gamma_f = 10.0\nsolver.accuracy = 1e-9\n[metric]\ncoordinates = [\"t\", \"x\"]\n\
                   components = { \"t t\" = \"1 + x^2\", \"x x\" = \"-1\" }\n";
     let turning = |t_dot: &str| {
         format!("{metric}[initial]\nt = 0.0\nt_dot = {t_dot}\nx = 0.0\nnorm = 1.0\nsolve = {{ x_dot = \"+\" }}\n")
