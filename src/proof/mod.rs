@@ -209,15 +209,17 @@ impl Run<'_> {
                         }
                         let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
                         self.take(proved)?;
+                        refused = Reason::Short;
                         factor
                     }
                 },
                 Err(reason) => {
                     let least = if longest > 0.0 { longest * SHORTEST } else { first * SHORTEST_FIRST };
+                    // In the shortest windows numbers may leave the range first; longer ones have seen why.
+                    refused = if reason == Reason::Short { refused } else { reason };
                     if step <= least.max(2.0 * unit) {
-                        return Err(reason);
+                        return Err(refused);
                     }
-                    refused = reason;
                     if longest > 0.0 { SHORTER } else { 0.5 }
                 }
             };
