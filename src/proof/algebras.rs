@@ -181,6 +181,17 @@ macro_rules! common {
                 });
             }
         }
+
+        fn sin_cos(&self, sin: &mut Self::Value, cos: &mut Self::Value, a: &Self::Value) {
+            Level::Best.dispatch(ByLane(
+                #[inline(always)]
+                |k| {
+                    let values = a.at(k).sin_cos();
+                    sin.set(k, values[0]);
+                    cos.set(k, values[1]);
+                },
+            ));
+        }
     };
 }
 
@@ -199,17 +210,6 @@ impl Algebra for InBalls {
         Level::Best.dispatch(ByLane(
             #[inline(always)]
             |k| to.set(k, a.at(k).call(function)),
-        ));
-    }
-
-    fn sin_cos(&self, sin: &mut Balls, cos: &mut Balls, a: &Balls) {
-        Level::Best.dispatch(ByLane(
-            #[inline(always)]
-            |k| {
-                let values = a.at(k).sin_cos();
-                sin.set(k, values[0]);
-                cos.set(k, values[1]);
-            },
         ));
     }
 }
@@ -266,16 +266,5 @@ impl Algebra for InDiscs {
         if has_edge {
             self.meet(Obstacle::Function(function));
         }
-    }
-
-    fn sin_cos(&self, sin: &mut Discs, cos: &mut Discs, a: &Discs) {
-        Level::Best.dispatch(ByLane(
-            #[inline(always)]
-            |k| {
-                let values = a.at(k).sin_cos();
-                sin.set(k, values[0]);
-                cos.set(k, values[1]);
-            },
-        ));
     }
 }

@@ -4,7 +4,7 @@
 use super::super::tests::with_one_coordinate;
 use super::*;
 
-/// What is known at the end of the last window of x and t, which are 0 there.
+/// The end of the last window, at which x and t are 0, as far as they are known there.
 struct Last {
     set: Set,
     slopes: [Disc; 2],
@@ -140,7 +140,7 @@ fn to_a_value_an_error_of_time_is_multiplied_by_the_error_of_the_slope() {
     }
 }
 
-/// What moves at a constant velocity is off by its decimals and by γ. Parts 0.99.
+/// A coordinate that moves at a constant velocity is off by its decimals and by γ. Parts 0.99.
 #[test]
 fn what_is_steady_is_off_by_its_decimals_and_the_length() {
     let exact = Extended::from;
@@ -167,7 +167,7 @@ fn to_a_value_columns_are_rounded() {
         let of_t = 1e-3 * f64::from(i);
         let mut last = Last::new();
         last.slopes[0] = disc(1.0 / 3.0, 0.0);
-        // What rounds φ counts with the way back, which is the same without columns.
+        // Rounding of φ counts with the way back, which is the same without columns.
         let without = last.end(&at_value(0.3))[0].1;
         let phi = (last.slopes[0] / last.slopes[1]).re;
         last = last.with_column(phi * of_t, of_t);

@@ -123,8 +123,8 @@ fn what_an_inverse_misses_is_bounded() {
     assert!(largest > 0.02, "{largest}");
 }
 
-/// What B and W at the nodes are off by, and how large they may be: on the window, where W is 1 + … + 1 at its end, and
-/// where the ellipse meets the real axis. Parts 0.003 of roundings, 1 of W, and 0.1 on the ellipse.
+/// Bounds hold of the rounding of B and W at the nodes, and of their sizes: on the window, where W is 1 + … + 1 at its
+/// end, and where the ellipse meets the real axis. Parts 0.003 of roundings, 1 of W, and 0.1 on the ellipse.
 #[test]
 fn matrix_polynomials_are_bounded_with_their_rounding() {
     let (h, exact) = (0.7, Extended::from);

@@ -1,5 +1,4 @@
-//! What a set keeps, and each term of it by itself. Beside each test stands the part of the bound that its example
-//! reaches.
+//! A set keeps each of its terms. Beside each test stands the part of the bound that its example reaches.
 //!
 //! The rounding of Σ |Fᵀg| over columns has no example: the search for its bound begins a thousandth above it.
 
