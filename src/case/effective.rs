@@ -54,6 +54,7 @@ impl Case {
         if chooses_windows {
             fill(root, &["solver", "sensitivity"], false);
         }
+        fill(root, &["solver", "error"], true);
         fill(root, &["solver", "proof"], false);
         for event in &self.events {
             fill(root, &["events", &event.name, "direction"], event.direction.as_str());

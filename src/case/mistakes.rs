@@ -80,6 +80,7 @@ const KINDS: &[(&str, Check)] = &[
     ("solver.tolerance", |field| chosen(field).map(drop)),
     ("solver.floor.*", FORMULA),
     ("solver.sensitivity", FLAG),
+    ("solver.error", FLAG),
     ("solver.proof", FLAG),
     ("expect.status", |field| field.word::<Status>().map(drop)),
     ("expect.gamma_final", FORMULA),

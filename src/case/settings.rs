@@ -45,6 +45,7 @@ pub(super) fn solver(root: &Field<'_>) -> Result<Settings, CaseError> {
     let (solver, scheme) = (root.table("solver"), root.table("scheme"));
     let promised = solver.read("accuracy", chosen)?.map(Accuracy::Promised);
     let accuracy = promised.or(solver.read("tolerance", chosen)?.map(Accuracy::Estimated));
+    let is_judged = solver.read("error", Field::is_true)?.unwrap_or(true);
     let mut settings = Settings {
         sbp: SbpName::Gll(POINTS as u8),
         form: Form::Weak,
@@ -54,8 +55,9 @@ pub(super) fn solver(root: &Field<'_>) -> Result<Settings, CaseError> {
         system: solver.read("system", Field::word)?.unwrap_or_default(),
         digits: solver.read("digits", digits)?.unwrap_or(16),
         max_iterations: solver.read("max_iterations", at_least_one)?.unwrap_or(MAX_ITERATIONS),
-        accuracy,
+        accuracy: if is_judged { accuracy } else { accuracy.map(Accuracy::alone) },
         sensitivity: solver.read("sensitivity", Field::is_true)?.unwrap_or(false),
+        is_judged,
     };
     let chosen_by = solver.get("accuracy").or_else(|| solver.get("tolerance")).map(|field| field.path);
     let refused = match chosen_by {

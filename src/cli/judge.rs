@@ -29,6 +29,12 @@ pub(super) struct JudgeArgs {
     #[arg(long, help_heading = HEADING)]
     pub(super) prove: bool,
 
+    /// Do not judge the run: half as much is computed, and its error is not known
+    ///
+    /// It is the same as solver.error=false. The run is that which would have been judged, if one round was enough.
+    #[arg(long, conflicts_with = "reference", help_heading = HEADING)]
+    pub(super) no_error: bool,
+
     /// Look between the nodes, too; --prove says more [goes in the next version]
     ///
     /// The formulas are enclosed on the way from each node to the next, and the result is doubted where they may do
@@ -45,6 +51,8 @@ pub(super) struct JudgeArgs {
 
 /// The override that `--prove` stands for.
 pub(super) const PROOF: &str = "solver.proof=true";
+/// The override that `--no-error` stands for.
+pub(super) const NO_ERROR: &str = "solver.error=false";
 
 impl JudgeArgs {
     /// Judges a run, with a proof if its case asks for one. An interrupt ends the proof, and not the run.

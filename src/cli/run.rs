@@ -22,7 +22,7 @@ use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
 
-use super::judge::{JudgeArgs, PROOF};
+use super::judge::{JudgeArgs, NO_ERROR, PROOF};
 use super::out::{OutArgs, RESULTS};
 use super::samples::SampleArgs;
 use super::share::VaryArgs;
@@ -100,10 +100,13 @@ fn whole(text: &str) -> Result<usize, String> {
 }
 
 impl RunArgs {
-    /// The same, in which the run that is continued and the wish for a proof are overrides.
+    /// The same, in which the run that is continued and the wishes for a proof and for no judge are overrides.
     pub(super) fn continued(mut self) -> Self {
         if self.judge.prove {
             self.case.set.push(PROOF.to_owned());
+        }
+        if self.judge.no_error {
+            self.case.set.push(NO_ERROR.to_owned());
         }
         if let Some(from) = self.from.take() {
             self.case.set.push(format!("initial.from={}", Value::from(from.display().to_string())));
@@ -175,7 +178,7 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     let drawn = if args.plot { pictures::names_of_run(case) } else { Vec::new() };
     let files = OutputSet::open(target, &[&tables[..], &[UNTIL_FAILURE, SUMMARY, CASE], &drawn].concat())?;
     // The expectations hold for the case as it is in its file.
-    let is_own = args.case.set.iter().all(|set| set == PROOF);
+    let is_own = args.case.set.iter().all(|set| set == PROOF || set == NO_ERROR);
     let effective = if is_own { case.to_toml() } else { case.without_expectations().to_toml() };
     files.write_text(CASE, &effective)?;
     let (result, solve_seconds) = solved(case, &setup, args, wanted);

@@ -83,11 +83,14 @@ impl<S: Real> Told<'_, S> {
 
     /// The largest error on the way, and how it is known.
     fn error(&self) -> String {
-        let Some(error) = &self.judged.error else { return "unknown: no second solve reaches the end".to_owned() };
+        let Some(error) = &self.judged.error else {
+            let is_judged = self.case.settings.is_judged;
+            return if is_judged { "unknown: no second solve reaches the end" } else { "not judged" }.to_owned();
+        };
         let most = error.at_most();
         let judge = error.judge.describe();
         let inherited = self.inherited();
-        if self.case.is_of_x && error.judge != Judge::OwnEstimate {
+        if self.case.is_of_x && error.judge != Judge::Companion {
             return format!("at most {:.1e} in t and {:.1e} in x anywhere ({judge}{inherited})", most[0], most[1]);
         }
         let share = self.judged.verdict.error.map_or("unknown".to_owned(), |error| format!("at most {error:.0e}"));

@@ -91,6 +91,26 @@ impl<S: Real> Fields<'_, S> {
         Place { gamma: gamma_at(self.run, index, k), ..place }
     }
 
+    /// By how much rounding of the place and of the velocities may change f_a + F_a at node k of a window, if something
+    /// jumps there: no derivative tells.
+    fn jump(&self, index: usize, k: usize, a: usize) -> f64 {
+        let (n, window) = (self.velocities.len(), &self.run.windows[index]);
+        let row_sum = row_sum(window, k - window.nodes().start);
+        let state: Vec<S> = self.run.q.iter().chain(&self.velocities).map(|row| row[k]).collect();
+        let force = |at: &[S]| self.run.geometry().forces(&at[..n], &at[n..])[a];
+        let of = |variable: usize| {
+            let of_place = S::EPSILON * self.run.q[variable % n][k].abs();
+            let off = if variable < n { of_place } else { of_place * S::from(row_sum) };
+            let [up, down] = [off, -off].map(|off| {
+                let mut beside = state.clone();
+                beside[variable] += off;
+                force(&beside)
+            });
+            (up - down).to_f64().abs()
+        };
+        (0..2 * n).map(of).filter(|change| change.is_finite()).sum()
+    }
+
     /// What may change f_a + F_a at node k of a window.
     fn force_place(&self, index: usize, k: usize, a: usize) -> Place {
         let (structure, n, window) = (self.structure(), self.velocities.len(), &self.run.windows[index]);
@@ -124,7 +144,7 @@ impl<S: Real> Fields<'_, S> {
         }
         let row_sum = row_sum(window, k - window.nodes().start);
         let by: Vec<f64> = positions.iter().zip(&velocities).map(|(q, u)| q.abs() + row_sum * u.abs()).collect();
-        let rounding = self.rounding(index, &by, structure.first.len() + 2, terms);
+        let rounding = self.rounding(index, &by, structure.first.len() + 2, terms) + self.jump(index, k, a);
         Place { terms, rounding, ..Place::of(gamma_at(self.run, index, k), by) }
     }
 }

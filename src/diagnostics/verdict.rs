@@ -157,6 +157,8 @@ pub struct VerdictInput {
     pub digits: u32,
     /// Other suspicions, the most important first.
     pub suspicions: Vec<Reason>,
+    /// True if the run was compared with nothing, because nobody wanted it.
+    pub is_unjudged: bool,
 }
 
 impl VerdictInput {
@@ -226,6 +228,10 @@ impl Verdict {
         let error = errors.map(|errors| errors.iter().map(|error| error.share(error.largest)).fold(0.0, larger));
         let mut reasons = match errors.zip(error) {
             Some((errors, largest)) => facts.reasons(errors, largest),
+            None if facts.is_unjudged => vec![Reason::new(
+                "it was not judged: nothing was compared with it",
+                "leave --no-error and solver.error out",
+            )],
             None => vec![Reason::new(
                 "the error is not known, because no second solve reaches the end",
                 "ask for solver.accuracy, or end the run earlier",

@@ -16,16 +16,16 @@ pub enum Failure {
     /// No window is short enough for the accuracy.
     #[error("no window is short enough for the accuracy")]
     TooShort,
-    /// Windows add up to more than the accuracy: after [`Windows::begin_again`](super::Windows::begin_again) they are
-    /// shorter.
-    #[error("windows add up to more than the accuracy: the run is to be begun again")]
+    /// Two marches differ by more than the accuracy: after [`Windows::begin_again`](super::Windows::begin_again) their
+    /// tolerances are smaller.
+    #[error("two marches differ by more than the accuracy: the run is to be begun again")]
     BeginAgain,
     /// A run to a value of a coordinate comes no nearer to it.
     #[error("the run comes no nearer to the value at which it is to end")]
     ValueNotReached,
-    /// Rounding errors alone add up to more than the accuracy.
-    #[error("rounding errors alone add up to more than the accuracy")]
-    Rounding,
+    /// Two marches differ by more than the accuracy, however small their tolerances are.
+    #[error("two marches differ by more than the accuracy, however small their tolerances are")]
+    Accuracy,
 }
 
 /// Explicit steps along the way, and how many of them there may be where they are cut.

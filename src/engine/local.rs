@@ -49,6 +49,15 @@ pub(super) struct LocalErrors {
     pub(super) roughness: f64,
 }
 
+impl LocalErrors {
+    /// The error at the end of the window, if modes that its nodes do not see are smaller by `decay` than the highest
+    /// ones that they see: they make errors at the end, too.
+    pub(super) fn with_unseen(self, decay: f64) -> f64 {
+        let unseen = self.tail * decay;
+        if unseen > self.end && unseen.is_finite() { unseen } else { self.end }
+    }
+}
+
 impl<const N: usize> Solver<'_, N> {
     /// The errors of the solved window of this length, measured once more.
     #[cold]
@@ -56,11 +65,10 @@ impl<const N: usize> Solver<'_, N> {
         Level::Best.dispatch(On((self, h)))
     }
 
-    /// Measures a window of length `h`, if it is to be measured, and leaves the error of each unknown at the end with
-    /// its row, and those of ignorable coordinates.
+    /// Measures a window of length `h`, if it is to be measured.
     #[inline(always)]
     pub(super) fn measure<S: Simd>(&mut self, s: S, h: f64) -> LocalErrors {
-        let Self { system, rows, ways, ignorable_errors, highest_modes, is_shortest, .. } = self;
+        let Self { system, rows, ways, highest_modes, is_shortest, .. } = self;
         let Some(highest) = highest_modes else { return LocalErrors::default() };
         let System { registers, passes, ignorable, order, .. } = system;
         let (n, is_second) = (self.rule.points() as f64, *order == Order::Second);
@@ -82,10 +90,9 @@ impl<const N: usize> Solver<'_, N> {
                     let expected = if is_second { tail / (2.0 * (2.0 * n - 3.0)) } else { next };
                     inside = larger(inside, larger(first_node, 0.5 * weight * expected / (n - 1.0)));
                 }
-                let driven = &mut rows[if is_second { m } else { pass.first } + k];
-                driven.end_error = larger(a, next);
-                let weight = larger(weight, if is_second { h * driven.size.counted(*is_shortest) } else { 0.0 });
-                most = larger(most, weight * driven.end_error);
+                let driven = rows[if is_second { m } else { pass.first } + k].size.counted(*is_shortest);
+                let weight = larger(weight, if is_second { h * driven } else { 0.0 });
+                most = larger(most, weight * larger(a, next));
                 if largest * weight > NOISE || largest.is_nan() {
                     roughness = larger(roughness, tail / largest);
                 }
@@ -93,9 +100,6 @@ impl<const N: usize> Solver<'_, N> {
         }
         // It is not 0, so that what is seen elsewhere can raise the errors.
         let factor = END[usize::from(is_second)] * larger(roughness, f64::EPSILON) * h;
-        for row in rows.iter_mut() {
-            row.end_error *= factor;
-        }
         let mut end = factor / h * most;
         for k in 0..ignorable.len() {
             let (rate, inverse) = (Lanes::new(s, &registers[ignorable[k]]), ways[k].counted(*is_shortest));
@@ -104,23 +108,9 @@ impl<const N: usize> Solver<'_, N> {
             inside = larger(inside, h * larger(a, 0.5 * next) / (n - 1.0) * inverse);
             // It is integrated once, whatever the order of the others is.
             let roughness = if largest > 0.0 { tail / largest } else { 0.0 };
-            ignorable_errors[k] = END[0] * roughness * h * larger(a, next);
-            end = larger(end, ignorable_errors[k] * inverse);
+            end = larger(end, END[0] * roughness * h * larger(a, next) * inverse);
         }
         LocalErrors { inside: INSIDE_MARGIN * inside, end, tail: most, roughness }
-    }
-
-    /// The local error at the end of the window with these errors, if modes that its nodes do not see are smaller by
-    /// `decay` than the highest ones that they see: they make errors at the end, too.
-    pub(super) fn with_unseen(&mut self, local: LocalErrors, decay: f64) -> f64 {
-        let unseen = local.tail * decay;
-        let factor = unseen / local.end;
-        if factor > 1.0 && factor.is_finite() {
-            let own = self.rows.iter_mut().map(|row| &mut row.end_error);
-            own.chain(&mut self.ignorable_errors).for_each(|error| *error *= factor);
-            return unseen;
-        }
-        local.end
     }
 }
 

@@ -30,8 +30,8 @@
 //! certificate  the gradient of the action at a window
 //! tangents     how small changes at its start change its end, which `sensitivity` adds up
 //! march        windows of one length
-//! estimate     what the errors of windows add up to: `plane` for one active coordinate, `steps`, `transport` for more
-//! adaptive     windows as long as an accuracy needs
+//! adaptive     windows as long as a tolerance allows
+//! companion    two such marches side by side, of which the finer one judges the other
 //! tuning       the numbers that it was calibrated with
 //! stop         runs that end where something has a value
 //! failure      why there is no next window, and where the motion leaves the domain, if that is why
@@ -45,29 +45,26 @@
 mod adaptive;
 mod between;
 mod certificate;
+mod companion;
 mod defect;
 mod dense;
 pub(crate) mod enclosure;
-mod estimate;
 mod failure;
 mod kernel;
 mod ladder;
 mod local;
 mod march;
 mod moves;
-mod plane;
 mod rule;
 mod sensitivity;
 mod sizes;
 mod solved;
-mod steps;
 mod stop;
 mod sweeps;
 mod system;
 mod tangents;
 #[cfg(test)]
 mod tests;
-mod transport;
 mod tuning;
 mod view;
 mod window;
@@ -80,6 +77,7 @@ pub use self::solved::{Handed, Marched, OfState, Solved, State, Window, WindowNo
 use std::ops::{ControlFlow, Deref, DerefMut};
 
 use self::adaptive::{Adaptive, Target};
+use self::companion::{Companion, FINER, SHARE};
 use self::march::March;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::sbp::collocation::Collocation;
@@ -97,11 +95,11 @@ pub const GOOD_DIGITS: [i32; 3] = [3, 6, 9];
 /// The accuracy of a run: the largest error of a coordinate at any node, relative to its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Accuracy {
-    /// The accuracy of the run. Windows may not add up to more.
+    /// The accuracy of the run: two marches, of which the second is the run, do not differ by more.
     Promised(f64),
-    /// The accuracy of every window by itself. An estimate tells what they add up to.
+    /// The tolerance of a march beside the run. Their distance tells what windows add up to.
     Estimated(f64),
-    /// The accuracy of every window by itself. Nothing is known of what they add up to.
+    /// The tolerance of every window by itself. Nothing is known of what they add up to.
     Local(f64),
 }
 
@@ -110,6 +108,15 @@ impl Accuracy {
     pub fn value(self) -> f64 {
         let (Self::Promised(value) | Self::Estimated(value) | Self::Local(value)) = self;
         value
+    }
+
+    /// Windows as those of the run that this asks for, if one round is enough for it, and nothing beside them.
+    pub fn alone(self) -> Self {
+        match self {
+            Self::Promised(accuracy) => Self::Local(FINER * SHARE * accuracy),
+            Self::Estimated(tolerance) => Self::Local(FINER * tolerance),
+            Self::Local(_) => self,
+        }
     }
 
     /// True if windows may not add up to more.
@@ -272,7 +279,7 @@ impl<'g> Engine<'g> {
         length: f64,
         accuracy: Accuracy,
     ) -> Result<Self, OutsideGeometry> {
-        Ok(Self(Box::new(Adaptive::new(geometry, start, (length, None), accuracy)?)))
+        Self::adaptive(geometry, start, (length, None), accuracy)
     }
 
     /// As [`Self::accurate`], to the place where a coordinate has a value, to the last bit.
@@ -288,7 +295,19 @@ impl<'g> Engine<'g> {
         let from = start.q[coordinate];
         let length = ((value - from) / start.q_dot[coordinate]).abs();
         let target = Some(Target::new(coordinate, value, from));
-        Ok(Self(Box::new(Adaptive::new(geometry, start, (length, target), accuracy)?)))
+        Self::adaptive(geometry, start, (length, target), accuracy)
+    }
+
+    fn adaptive(
+        geometry: &'g Geometry,
+        start: &Start,
+        end: (f64, Option<Target>),
+        accuracy: Accuracy,
+    ) -> Result<Self, OutsideGeometry> {
+        Ok(Self(match accuracy {
+            Accuracy::Local(tolerance) => Box::new(Adaptive::new(geometry, start, end, tolerance)?),
+            _ => Box::new(Companion::new(geometry, start, end, accuracy)?),
+        }))
     }
 
     /// Solves all windows. `see` gets each of them, and may end the run; if the run is begun again, it sees index 0

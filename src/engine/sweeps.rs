@@ -21,8 +21,6 @@ const MOST_SWEEPS: [usize; 2] = [30, 60];
 pub(super) struct Swept {
     /// Their number.
     pub(super) sweeps: usize,
-    /// The error that they left, relative to sizes, by the slower one of the last two contractions.
-    pub(super) left: f64,
     /// The errors of the solved window, where they are measured.
     pub(super) local: LocalErrors,
 }
@@ -91,7 +89,7 @@ impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, &Tables<N>, Option<&Ma
                 }
                 evaluate(s, &solver.system.others, &mut solver.system.registers, mended);
                 solver.take_ways(s, tables.length);
-                return Some(Swept { sweeps, left, local: solver.measure(s, tables.length) });
+                return Some(Swept { sweeps, local: solver.measure(s, tables.length) });
             }
             // Where a window may be shorter, or Newton's method takes over, that is better than many sweeps.
             let is_slow = !(changes[2] <= 0.5 * changes[1] || changes[2] <= STALLED);

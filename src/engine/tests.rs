@@ -1,11 +1,8 @@
-//! Scenes for the tests of the engine, and pairs of motions that begin beside each other.
+//! Scenes for the tests of the engine.
 
-use super::rule::Order;
 use super::window::{Known, Solver};
 use crate::geometry::{Geometry, GeometryText, Law, Preset, Start};
 use crate::number::Compensated;
-use crate::sbp::collocation::Collocation;
-use crate::sbp::legendre::Family;
 
 /// A scene at this point, with momenta.
 fn scene(text: &GeometryText, q: &[f64], p: impl Fn(&Geometry) -> Vec<f64>) -> (Geometry, Start) {
@@ -62,47 +59,6 @@ pub(super) fn schwarzschild() -> (Geometry, Start) {
 pub(super) fn kerr() -> (Geometry, Start) {
     let p = [0.941_816_181_145_791_8, 0.0, 0.0, -2.513_146_042_747_529_4];
     preset("kerr", "0.9", &[0.0, 4.0, std::f64::consts::FRAC_PI_3, 0.0], &p)
-}
-
-/// Two motions in windows of the same lengths.
-pub(super) struct Pair<'g> {
-    pub(super) first: Solver<'g, 16>,
-    second: Solver<'g, 16>,
-    /// By how much ignorable coordinates of the second one are ahead.
-    pub(super) ignorable: Vec<f64>,
-}
-
-impl<'g> Pair<'g> {
-    pub(super) fn new(geometry: &'g Geometry, start: &Start) -> Self {
-        let operators = Collocation::shared(Family::Lobatto, 16);
-        let [first, second] = [(); 2].map(|()| Solver::new(geometry, start, 1e9, operators, true).unwrap());
-        Self { first, second, ignorable: vec![0.0; geometry.ignorable().count()] }
-    }
-
-    /// Begins the second motion beside the state that the first one has come to, by positions and momenta or
-    /// velocities, and advances both by windows of several lengths. `see` gets each of these with its number.
-    pub(super) fn run(&mut self, beside: &[f64], unit: f64, windows: usize, mut see: impl FnMut(&Self, usize)) {
-        let Self { first, second, .. } = self;
-        let (positions, others) = beside.split_at(beside.len() / 2);
-        // Momenta of the scenes with velocities are −q̇.
-        let sign = if first.system.order == Order::First { 1.0 } else { -1.0 };
-        for (place, &a) in first.geometry.active().iter().enumerate() {
-            second.initial.q[a] = first.end.q[a].high + positions[place];
-            second.initial.p[a] = first.end.p[place].high + sign * others[place];
-        }
-        second.begin();
-        for window in 0..windows {
-            let h = unit * [1.0, 3.0, 0.3, 2.0][window % 4];
-            let gains = [advance(&mut self.first, h), advance(&mut self.second, h)];
-            self.ignorable.iter_mut().enumerate().for_each(|(j, off)| *off += gains[1][j] - gains[0][j]);
-            see(self, window);
-        }
-    }
-
-    /// By how much the unknowns of the second one are off at the end of the last window.
-    pub(super) fn deviation(&self) -> impl Iterator<Item = f64> {
-        self.second.rows.iter().zip(&self.first.rows).map(|(second, first)| second.end.high - first.end.high)
-    }
 }
 
 /// Solves the next window. Returns by how much ignorable coordinates grow.

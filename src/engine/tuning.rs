@@ -1,22 +1,17 @@
 //! The numbers that the engine was calibrated with, on random motions of many kinds (`cargo bench --bench promise`).
 //!
-//! a is the accuracy, and errors are relative to sizes.
+//! a is the tolerance, and errors are relative to sizes.
 
-// The accuracy of a run, and of its windows.
+// The tolerance of windows.
 
-/// Errors inside a window may use up this part of the accuracy; the rest is for what windows add up to.
+/// Errors inside a window may use up this part of a.
 pub(super) const INSIDE: f64 = 0.6;
 /// Bounds of errors inside a window are multiplied by this.
 pub(super) const INSIDE_MARGIN: f64 = 1.5;
-/// A window of length h of a run of length L may add this part of a (h/L)^1.5 at its end.
-pub(super) const SHARE: f64 = 0.2;
-/// If nothing is promised of the run, a window may add this part of a.
+/// A window may add this part of a at its end.
 pub(super) const ALONE: f64 = 1e-2;
 /// A looser accuracy is served as this: it would cost hardly less, and windows that resolve nothing do not show it.
 pub(super) const LOOSEST: f64 = 1e-4;
-/// But where rounding has used that up, a run goes on until it has used up what was asked for, at most this: errors
-/// that are larger do not add up linearly.
-pub(super) const LOOSEST_KEPT: f64 = 1e-3;
 /// No window has to add less than this. Rounding of large values adds more at every window; sweeps leave less where
 /// values are near 0.
 pub(super) const ROUNDED: f64 = 1e-20;
@@ -30,10 +25,6 @@ pub(super) const RESOLVED: f64 = 0.03;
 /// A window is solved again at most so often to end at a knot of a table. The first place is found from nodes on both
 /// sides, the second one is good to six digits.
 pub(super) const MOST_LANDINGS: usize = 5;
-/// A run is begun again at most so often.
-pub(super) const MOST_RESTARTS: usize = 6;
-/// Errors are foreseen once this part of a run is behind.
-pub(super) const FORESEEN: f64 = 0.05;
 /// The first window is so many times a^(1/24) T long, with the time scale T of the motion.
 pub(super) const FIRST: f64 = 3.0;
 /// Below this accuracy, rounding of the tables counts.
@@ -61,34 +52,6 @@ pub(super) const HIDDEN: i32 = 4;
 /// By how many rungs lengths grow and shrink at most.
 pub(super) const LARGEST_GROWTH: f64 = 2.0;
 pub(super) const LARGEST_CUT: f64 = -8.0;
-
-// The estimate of errors.
-
-/// What sweeps leave is estimated from their contraction, which slows down: in 99.5 % of windows it is less than this
-/// many times the estimate.
-pub(super) const LEFT_MARGIN: f64 = 10.0;
-/// Local errors are multiplied by this, but not those of rounding.
-pub(super) const MARGIN: f64 = 2.5;
-/// Rounding errors of a window, relative to its values,
-pub(super) const ROUNDING: f64 = 1e-17;
-/// and those of the values on the nodes that change its end by way of the slopes.
-pub(super) const OF_SLOPES: f64 = 1e-16;
-/// Squares of rounding errors add up, until what they have of one sign takes over: this part of them.
-pub(super) const BIAS: f64 = 0.03;
-/// The error of rounding is this many times the root of the sum of squares of its six samples.
-pub(super) const OF_SAMPLES: f64 = 0.7;
-
-// The steps of errors of several active coordinates.
-
-/// A step may carry ẋ to its end with this relative error. With 1e-3, growth across the flow saturates in long runs,
-/// and δ is up to three times too small.
-pub(super) const OF_STEPS: f64 = 1e-4;
-/// A window is cut into this many steps at most,
-pub(super) const MOST_PARTS: usize = 6;
-/// and a step has this many windows at most.
-pub(super) const MOST_WINDOWS: f64 = 16.0;
-/// Windows in the first steps.
-pub(super) const FIRST_STEPS: f64 = 0.5;
 
 // The errors of a window.
 

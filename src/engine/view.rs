@@ -12,15 +12,6 @@ use crate::number::Compensated;
 use crate::number::vector::Nodes;
 
 impl<const N: usize> Solver<'_, N> {
-    /// A bound of the error that the finished window makes in unknown k, of positions and momenta or velocities.
-    pub(super) fn end_error(&self, k: usize) -> f64 {
-        let m = self.rows.len() / 2;
-        match self.system.order {
-            Order::Second if k < m => self.length * self.rows[m + k].end_error,
-            _ => self.rows[k].end_error,
-        }
-    }
-
     /// The nodes of an unknown.
     #[inline(always)]
     pub(super) fn unknown_nodes(&self, k: usize) -> &Nodes<N> {

@@ -22,8 +22,6 @@ pub(super) struct Row<const N: usize> {
     pub(super) size: Size,
     /// Its value at the end of the window.
     pub(super) end: Compensated<f64>,
-    /// A bound of the error that a window makes in `end`, where its rate is a slope: see [`Solver::end_error`].
-    pub(super) end_error: f64,
     /// A bound of what its slope may be off by between the nodes, by its modes.
     pub(super) foreseen: f64,
     /// The increment at the last node, as sweeps left it.
@@ -42,7 +40,6 @@ impl<const N: usize> Row<N> {
             start: Compensated::from(start),
             size: Size::new(start, origin, least),
             end: Compensated::from(start),
-            end_error: 0.0,
             foreseen: 0.0,
             increment: 0.0,
             offset: Nodes::ZERO,
@@ -83,8 +80,6 @@ pub(super) struct Solver<'g, const N: usize> {
     pub(super) ignorable: Vec<usize>,
     /// The sizes of the ways of ignorable coordinates since the start of the run.
     pub(super) ways: Vec<Size>,
-    /// The errors that the window makes in them.
-    pub(super) ignorable_errors: Vec<f64>,
     /// The weights of the highest Legendre modes, if the errors of windows are measured.
     pub(super) highest_modes: Option<[Nodes<N>; 4]>,
     /// True while slow sweeps are to go on, as a shorter window is no way out.
@@ -135,7 +130,6 @@ impl<'g, const N: usize> Solver<'g, N> {
             elapsed: vec![Nodes::ZERO; ignorable],
             momenta: vec![Nodes::ZERO; separable],
             ways: Vec::new(),
-            ignorable_errors: vec![0.0; ignorable],
             highest_modes: measures.then(|| rule.highest_modes()),
             is_patient: false,
             is_shortest: false,

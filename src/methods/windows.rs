@@ -12,7 +12,7 @@ impl From<engine::Failure> for Failure {
     fn from(failure: engine::Failure) -> Self {
         match failure {
             engine::Failure::OutsideDomain(_) => Self::OutsideDomain,
-            engine::Failure::Rounding | engine::Failure::BeginAgain => Self::AccuracyNotReached,
+            engine::Failure::Accuracy | engine::Failure::BeginAgain => Self::AccuracyNotReached,
             _ => Self::NotConverged,
         }
     }

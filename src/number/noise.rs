@@ -23,11 +23,4 @@ impl Noise {
     pub(crate) fn next(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
-
-    /// Signs, each 1 or −1.
-    #[inline(always)]
-    pub(crate) fn signs<const COUNT: usize>(&mut self) -> [f64; COUNT] {
-        let bits = self.bits();
-        std::array::from_fn(|i| if bits >> (63 - i) & 1 == 0 { 1.0 } else { -1.0 })
-    }
 }

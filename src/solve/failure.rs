@@ -86,6 +86,8 @@ pub struct Reasons {
     pub off_table: Option<OffTable>,
     /// The event at which it failed, if one acted there.
     pub event: Option<LastEvent>,
+    /// A sentence about the formula that loses more digits than the accuracy leaves, if one does.
+    pub lost: Option<String>,
 }
 
 impl Domain {
@@ -204,7 +206,8 @@ impl fmt::Display for NoSolution {
             [] => Ok(()),
             [name] => write!(f, "; rounding alone moves {name} there"),
             names => write!(f, "; rounding alone moves {} there", names.join(", ")),
-        }
+        }?;
+        self.reasons.lost.iter().try_for_each(|lost| write!(f, "; {lost}"))
     }
 }
 
@@ -240,10 +243,11 @@ impl NoSolution {
                     let place = self::place(*gamma, point);
                     format!("; windows are shortest, {share:.0e} of the longest, at {place}")
                 });
+                let in_the_end = Some(rounded_up(*needed)).filter(|most| most.is_finite());
+                let in_the_end = in_the_end.map_or(String::new(), |most| format!(", and in the end by {most:.0e}"));
                 format!(
-                    "the accuracy {asked:e} is not reached: at {place} the error is estimated at {residual:.1e}, and \
-                     rounding leaves room for {:.0e}{}",
-                    rounded_up(*needed),
+                    "the accuracy {asked:e} is not reached: from {place} on a run and one to a hundredth of its \
+                     tolerance differ by more{in_the_end}{}",
                     narrow.collect::<String>()
                 )
             }

@@ -73,6 +73,8 @@ pub struct Settings {
     pub accuracy: Option<Accuracy>,
     /// True if such a solve also carries small changes of the start along.
     pub sensitivity: bool,
+    /// True if a run is judged: compared with another solve, which costs as much again.
+    pub is_judged: bool,
 }
 
 impl Settings {

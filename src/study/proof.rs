@@ -214,7 +214,7 @@ fn errors<S: Real>(run: &Run<S>, ends: &[ProvedEnd], of: impl Fn(&ProvedEnd) -> 
     let error = |name: &String| ends.iter().find(|end| end.name == *name).map_or(0.0, &of);
     let end: Vec<f64> = names.iter().map(error).collect();
     let own = vec![0.0; end.len()];
-    let error = RunError { largest: end.clone(), end, own, end_p: None, judge: Judge::OwnEstimate, stepped_over: 0.0 };
+    let error = RunError { largest: end.clone(), end, own, end_p: None, judge: Judge::Companion, stepped_over: 0.0 };
     facts_of_run(&run.line, &run.diagnostics, Some(&error), None).errors.unwrap_or_default()
 }
 

@@ -12,7 +12,7 @@ use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::{NoSolution, Off, Setup, WorldLine, solve, solve_window_by_window};
 use crate::study::acting::{Piece, Pieces, Stopped, solve_acting};
-use crate::study::errors::{Further, Places, RunError, reference_error, run_error};
+use crate::study::errors::{Further, Places, RunError, lost_to, reference_error, run_error};
 use crate::study::proof::ProofOfRun;
 use crate::study::subject::timed;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
@@ -241,9 +241,9 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
                 measures.see_stopped(pieces, next);
             }
             if setup.is_backward {
-                let gamma_i = setup.gamma_i.to_f64();
-                failure.gamma = gamma_i - (failure.gamma - gamma_i);
+                failure.gamma = 2.0 * setup.gamma_i.to_f64() - failure.gamma;
             }
+            failure.reasons.lost = lost_to(case, setup, std::mem::take(&mut measures.places), failure.status);
             return (Err(NoRun::Unsolved(failure, measures.events.found())), solve_seconds);
         }
     };
@@ -296,11 +296,12 @@ impl<S: Real> Run<S> {
         // The nodes before the last window may be gone; what is written is compared all the same.
         let samples = if self.is_whole { &[] } else { self.samples.as_slice() };
         let reference = if reference { reference_error(setup, line, samples) } else { None };
-        let is_estimated = line.error_estimate.is_some() || reference.is_none();
+        let is_estimated = line.error_estimate.is_some() || (reference.is_none() && setup.settings.is_judged);
         let estimate = || is_estimated.then(|| run_error(setup, line, samples)).flatten();
         let estimate = self.error.clone().or_else(estimate);
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
         let facts = facts_of_run(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
+        let facts = VerdictInput { is_unjudged: !setup.settings.is_judged, ..facts };
         let mut verdict = Verdict::new(&facts);
         let newtonian = diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
         let told = facts.suspicions.iter().filter(|reason| verdict.reasons.contains(reason)).map(Reason::to_string);
@@ -392,5 +393,6 @@ pub fn facts_of_run<S: Real>(
         stepped_over: error.map_or(0.0, |error| error.stepped_over),
         digits: line.digits,
         suspicions,
+        is_unjudged: false,
     }
 }

@@ -41,6 +41,7 @@ impl Subject {
             digits: f64::MOST_DIGITS,
             accuracy: None,
             sensitivity: false,
+            is_judged: true,
             windows: 1,
             max_iterations: MAX_ITERATIONS,
             ..own.settings

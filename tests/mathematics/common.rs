@@ -260,6 +260,7 @@ pub(crate) fn setup_of(line: &WorldLine) -> Setup {
             max_iterations: 50,
             accuracy: None,
             sensitivity: false,
+            is_judged: true,
         },
     }
 }

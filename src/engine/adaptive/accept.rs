@@ -6,6 +6,7 @@ use crate::engine::ladder::Ladder;
 use crate::engine::local::LocalErrors;
 use crate::engine::sizes::Size;
 use crate::engine::tuning::{INSIDE, KINK, LEAST, LEAST_KINK, LEFT, MOST_LANDINGS, RESOLVED, ROUNDED, STRETCH};
+use crate::engine::window::Known;
 use crate::engine::{Failure, POINTS};
 
 /// A window to try.
@@ -23,7 +24,7 @@ impl Adaptive<'_> {
         loop {
             let trial = self.trial(landing.take())?;
             let length = trial.length.unwrap_or_else(|| self.ladder.length(trial.rung));
-            let share = self.share_of(length);
+            let share = self.share();
             let odd = trial.length.map(|length| self.ladder.odd(&self.lent.solver.rule, length));
             self.lent.solver.is_shortest = length <= self.least();
             let (tables, continuation) = match &odd {
@@ -62,12 +63,11 @@ impl Adaptive<'_> {
             if self.must_be_shorter(trial.rung, length, kink) {
                 continue;
             }
-            let known = self.known();
             let tables = match &odd {
                 Some(tables) => tables,
                 None => self.ladder.rung(&self.lent.solver.rule, trial.rung, None).0,
             };
-            self.lent.solver.finish(tables, known);
+            self.lent.solver.finish(tables, Known::Ends);
             let is_one_place = self.is_one_place(length, ONE_PLACE);
             let kink = self.attempt.control.passes_kink(kink, is_one_place);
             // A window of another length than that of its rung cannot be continued by matrices.
@@ -110,7 +110,7 @@ impl Adaptive<'_> {
         if seen.is_none_or(|seen| seen.decay != 1.0) {
             return (Kink::Far, allowed);
         }
-        let of_kink = (KINK * (self.strictness * self.accuracy)).max(LEAST_KINK);
+        let of_kink = (KINK * self.tolerance).max(LEAST_KINK);
         (if self.is_one_place(length, MET) { Kink::Met } else { Kink::Inside }, allowed.max(of_kink))
     }
 
@@ -137,12 +137,11 @@ impl Adaptive<'_> {
             self.attempt.control.refuse();
             return false;
         }
-        let solver = &mut self.lent.solver;
         if let Some(Seen { decay, .. }) = seen {
-            local.end = solver.with_unseen(local, decay.powi(POINTS as i32 - 1));
+            local.end = local.with_unseen(decay.powi(POINTS as i32 - 1));
         }
         if local.roughness < RESOLVED {
-            self.attempt.control.accepts(local.inside / (INSIDE * self.accuracy), local.end / allowed)
+            self.attempt.control.accepts(local.inside / (INSIDE * self.tolerance), local.end / allowed)
         } else {
             self.attempt.control.refuse();
             false
@@ -164,7 +163,7 @@ impl Adaptive<'_> {
 
     /// Returns true if something may hide in a window that can be shorter.
     fn must_be_shorter(&mut self, rung: i32, length: f64, kink: Kink) -> bool {
-        let (run, accuracy, least) = (self.length, self.accuracy, self.least());
+        let (run, accuracy, least) = (self.length, self.tolerance, self.least());
         let hides = self.between.as_mut().and_then(|it| it.hides(&self.lent.solver, length, run, accuracy));
         let Some(hidden) = hides else { return false };
         self.attempt.control.meets_kink(hidden.has_kink, rung);

@@ -1,26 +1,23 @@
 //! Windows as long as an accuracy needs.
 //!
-//! The errors inside of a window do not add up, so that they may use up a part of the accuracy in every one. Those at
-//! its end do: a window of length h of a run of length L has a share of about (h/L)^1.5 of the rest. What they add up
-//! to is estimated on the way ([`ErrorEstimate`]), and an attempt that comes to more than the accuracy is begun again
-//! with smaller shares.
+//! A tolerance is that of every window by itself. Errors inside of a window do not add up, so that they may use up a
+//! part of it in every one. Those at its end do, and may be a hundredth. What they add up to is known only by another
+//! march, see [`companion`](super::companion).
 
 mod accept;
+mod places;
 
 use super::between::{Between, Kink};
 use super::defect::Defect;
-use super::estimate::ErrorEstimate;
 use super::failure::edge;
 use super::ladder::Control;
 use super::ladder::Ladder;
-use super::local::larger;
-use super::steps::Total;
 use super::stop::root_between;
 use super::sweeps::Swept;
-use super::tuning::{AHEAD, ALONE, EXACT, FIRST, FORESEEN, INSIDE, LEFT, LOOSEST, LOOSEST_KEPT, MOST_RESTARTS, SHARE};
+use super::tuning::{AHEAD, ALONE, EXACT, FIRST, LEFT, LOOSEST};
 use super::view::Lent;
 use super::window::{Known, Solver};
-use super::{Accuracy, Failure, GOOD_DIGITS, Handed, OfState, POINTS, Window, Windows};
+use super::{Failure, Handed, OfState, POINTS, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
 use crate::sbp::collocation::Collocation;
@@ -30,22 +27,14 @@ use crate::sbp::legendre::Family;
 pub(super) struct Adaptive<'g> {
     pub(super) lent: Lent<'g, POINTS>,
     ladder: Ladder,
-    estimate: Option<ErrorEstimate<'g>>,
     /// Looks between the nodes, where something can hide there.
     pub(super) between: Option<Between>,
     defect: Defect<'g>,
-    accuracy: f64,
-    /// The accuracy that was asked for, which rounding may use up.
-    asked: f64,
-    /// True if windows may not add up to more than the accuracy.
-    is_promised: bool,
+    tolerance: f64,
     handed: Option<Handed>,
     /// The length of the run; an estimate, if it ends at a target.
     pub(super) length: f64,
     pub(super) target: Option<Target>,
-    /// Shares are smaller by this factor.
-    strictness: f64,
-    restarts: usize,
     sweeps: usize,
     pub(super) attempt: Attempt,
 }
@@ -58,15 +47,10 @@ pub(super) struct Attempt {
     pub(super) gamma: Compensated<f64>,
     /// The rung of the window before, if there was one.
     previous: Option<i32>,
-    largest_inside: f64,
-    /// γ until which the estimate is below each of [`GOOD_DIGITS`].
-    good_until: [f64; GOOD_DIGITS.len()],
     /// The rate of the coordinate by which the run ends, at the end of the window before.
     pub(super) rate: f64,
     /// γ and q^a where the run failed.
     failed_at: Option<(f64, Vec<f64>)>,
-    /// True once the error was carried over the last window.
-    is_followed: bool,
     /// Number of windows in which something may hide.
     unresolved: usize,
     /// Number of windows that were solved.
@@ -114,50 +98,41 @@ impl<'g> Adaptive<'g> {
         geometry: &'g Geometry,
         start: &Start,
         (length, target): (f64, Option<Target>),
-        wanted: Accuracy,
+        tolerance: f64,
     ) -> Result<Self, OutsideGeometry> {
-        let operators = Collocation::shared(Family::Lobatto, POINTS);
+        let (operators, tolerance) = (Collocation::shared(Family::Lobatto, POINTS), tolerance.min(LOOSEST));
         let solver = Solver::new(geometry, start, length, operators, true)?;
-        let time = solver.scales.time;
-        let (a, is_estimated) = (wanted.value().min(LOOSEST), !matches!(wanted, Accuracy::Local(_)));
         Ok(Self {
-            ladder: Ladder::new(solver.system.order, FIRST * a.powf(1.0 / 24.0) * time, a < EXACT),
-            estimate: is_estimated.then(|| ErrorEstimate::new(&solver)),
+            ladder: ladder(&solver, tolerance),
             between: Between::new(&solver),
             defect: Defect::new(&solver),
-            lent: solver.into(),
-            accuracy: a,
-            asked: wanted.value().min(LOOSEST_KEPT),
-            is_promised: wanted.is_promised(),
             handed: None,
-            length: if length.is_finite() || target.is_none() { length } else { time },
+            length: if length.is_finite() || target.is_none() { length } else { solver.scales.time },
+            lent: solver.into(),
+            tolerance,
             target,
-            strictness: 1.0,
-            restarts: 0,
             sweeps: 0,
             attempt: Attempt::default(),
         })
     }
 
-    /// The estimate needs this of a window.
-    fn known(&self) -> Known {
-        if self.estimate.is_some() { Known::Velocities } else { Known::Ends }
+    /// Goes back to the start, with another tolerance.
+    pub(super) fn begin(&mut self, tolerance: f64) {
+        if tolerance != self.tolerance {
+            (self.tolerance, self.ladder) = (tolerance, ladder(&self.lent.solver, tolerance));
+        }
+        self.rewind();
     }
 
-    /// The error that a window of this length may add at its end.
-    fn share_of(&self, length: f64) -> f64 {
-        let accuracy = self.strictness * self.accuracy;
-        if !self.is_promised {
-            return ALONE * accuracy;
-        }
-        let part = length / self.length;
-        SHARE * accuracy * part * part.sqrt()
+    /// The error that a window may add at its end.
+    fn share(&self) -> f64 {
+        ALONE * self.tolerance
     }
 
     /// The reason of a failure: the motion may leave the domain soon.
     pub(super) fn reason(&mut self, failure: Failure) -> Failure {
         let (gamma, state) = match failure {
-            Failure::Rounding => (self.gamma_at_end(), &self.lent.solver.end),
+            Failure::Accuracy => (self.gamma_at_end(), &self.lent.solver.end),
             _ => (self.attempt.gamma.high, &self.lent.solver.start),
         };
         let rest = if self.target.is_some() { f64::INFINITY } else { self.length - gamma };
@@ -173,13 +148,18 @@ impl<'g> Adaptive<'g> {
         found
     }
 
+    /// Forgets a failure that was none, as is seen at the end.
+    pub(super) fn forgive(&mut self) {
+        self.attempt.failed_at = None;
+    }
+
     /// Solves the accepted window again with another length, which is no longer.
     ///
     /// # Errors
     /// If it has no solution, or if a kink is in it that was not.
     pub(super) fn again(&mut self, length: f64, is_last: bool) -> Result<(), Failure> {
         let tables = self.ladder.odd(&self.lent.solver.rule, length);
-        let share = self.share_of(length);
+        let share = self.share();
         self.lent.solver.is_patient = true;
         let swept = self.lent.solver.solve(&tables, None, LEFT * share);
         self.lent.solver.is_patient = false;
@@ -191,7 +171,7 @@ impl<'g> Adaptive<'g> {
         if has_kink && !kink.is_inside() {
             return Err(Failure::NotConverged);
         }
-        self.lent.solver.finish(&tables, self.known());
+        self.lent.solver.finish(&tables, Known::Ends);
         self.attempt.accepted = Accepted { length, is_last, kink, swept };
         Ok(())
     }
@@ -212,61 +192,16 @@ impl<'g> Adaptive<'g> {
         };
         on_the_way || has_passed(end.q[coordinate].high)
     }
+}
 
-    /// Carries the error over the window that was accepted.
-    ///
-    /// # Errors
-    /// If windows add up to more than the accuracy, or are expected to.
-    fn follow(&mut self) -> Result<(), Failure> {
-        let accepted = self.attempt.accepted;
-        self.attempt.largest_inside = larger(self.attempt.largest_inside, accepted.swept.local.inside);
-        let part = (self.gamma_at_end() / self.length).clamp(0.0, 1.0 - f64::EPSILON);
-        let done = if accepted.is_last { 1.0 } else { part };
-        let Some(estimate) = &mut self.estimate else { return Ok(()) };
-        estimate.follow(&self.lent.solver, accepted.swept.left, done, accepted.kink);
-        if let Some(target) = self.target.filter(|_| accepted.is_last) {
-            estimate.judge_at_equal(&self.lent.solver, target.coordinate);
-        }
-        let Total { now: [now, rounding], reached, largest } = estimate.total;
-        let error = largest + self.attempt.largest_inside;
-        for (until, digits) in self.attempt.good_until.iter_mut().zip(GOOD_DIGITS) {
-            if error <= 10.0_f64.powi(-digits) {
-                *until = reached;
-            }
-        }
-        if !self.is_promised {
-            return Ok(());
-        }
-        // Errors are expected to grow at least linearly in what is left.
-        let allowed = (1.0 - INSIDE) * self.accuracy;
-        let excess = largest / allowed;
-        let rest = if accepted.is_last { 1.0 } else { self.length / reached };
-        let way = rest.min(1.0 / FORESEEN);
-        // Shorter windows make no smaller rounding errors.
-        let can_help = self.restarts < MOST_RESTARTS && rounding < 0.5 * now;
-        let foreseen = now / allowed * way;
-        let is_foreseen = way < 1.0 / FORESEEN && foreseen > 1.0 && can_help;
-        if excess <= 1.0 && !is_foreseen {
-            return Ok(());
-        }
-        let expected = excess.max(1e-3) * way.powf(1.5);
-        if !can_help {
-            // Rounding may use up whatever errors inside of windows leave.
-            let is_kept = error <= self.asked;
-            return if is_kept { Ok(()) } else { Err(self.reason(Failure::Rounding)) };
-        }
-        self.strictness *= (0.2 / expected).clamp(1e-4, 0.3);
-        Err(Failure::BeginAgain)
-    }
+/// The lengths of windows for a tolerance, of which the first one suits the motion at its start.
+fn ladder(solver: &Solver<'_, POINTS>, tolerance: f64) -> Ladder {
+    Ladder::new(solver.system.order, FIRST * tolerance.powf(1.0 / 24.0) * solver.scales.time, tolerance < EXACT)
 }
 
 impl Windows for Adaptive<'_> {
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
         if self.attempt.windows > 0 {
-            // The last window may have been solved again since it was seen.
-            if !std::mem::replace(&mut self.attempt.is_followed, true) {
-                self.follow()?;
-            }
             if self.attempt.accepted.is_last {
                 return Ok(None);
             }
@@ -282,7 +217,7 @@ impl Windows for Adaptive<'_> {
         }
         self.attempt.accepted = self.accept()?;
         self.land()?;
-        (self.attempt.windows, self.attempt.is_followed) = (self.attempt.windows + 1, false);
+        self.attempt.windows += 1;
         Ok(Some(self.window()))
     }
 
@@ -321,36 +256,16 @@ impl Windows for Adaptive<'_> {
         self.sweeps
     }
 
-    fn begin_again(&mut self) {
-        self.restarts += 1;
+    fn rewind(&mut self) {
         self.lent.solver.begin();
         self.handed.iter().for_each(|handed| _ = self.lent.solver.resume(handed, 0.0));
-        self.estimate.iter_mut().for_each(ErrorEstimate::begin);
         self.target = self.target.map(|it| Target::new(it.coordinate, it.value, it.from));
-        self.attempt = Attempt::default();
-    }
-
-    fn rewind(&mut self) {
-        self.begin_again();
-        (self.restarts, self.sweeps) = (0, 0);
-        self.strictness = 1.0;
+        (self.attempt, self.sweeps) = (Attempt::default(), 0);
     }
 
     fn resume(&mut self, handed: &Handed) {
         self.lent.solver.resume(handed, 0.0);
         self.handed = Some(handed.clone());
-    }
-
-    fn error_estimate(&self) -> Option<f64> {
-        self.estimate.as_ref().map(|estimate| estimate.total.largest + self.attempt.largest_inside)
-    }
-
-    fn reachable(&self) -> Option<f64> {
-        self.estimate.as_ref().map(|estimate| estimate.total.now[1] / (1.0 - INSIDE))
-    }
-
-    fn good_until(&self) -> [f64; GOOD_DIGITS.len()] {
-        self.attempt.good_until
     }
 
     fn sizes(&self) -> Vec<f64> {

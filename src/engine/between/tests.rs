@@ -153,7 +153,7 @@ fn barriers_at_random_places_are_met() {
                 assert_eq!(unresolved, 0, "{number} {barrier:?}");
                 count += 1;
             }
-            Err(failure) => assert_eq!(failure, Failure::Rounding, "{number} {barrier:?} {accuracy:e}"),
+            Err(failure) => assert_eq!(failure, Failure::Accuracy, "{number} {barrier:?} {accuracy:e}"),
         }
     }
     assert!(count > 135, "{count}");
@@ -180,8 +180,7 @@ fn poles_are_not_certain() {
 /// The number of windows of a run, with a look between the nodes and without one.
 fn windows((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> [usize; 2] {
     [true, false].map(|looks| {
-        let wanted = Accuracy::Promised(accuracy);
-        let mut windows = Adaptive::new(geometry, start, (length, None), wanted).unwrap();
+        let mut windows = Adaptive::new(geometry, start, (length, None), accuracy).unwrap();
         assert!(windows.between.is_some(), "something could hide");
         if !looks {
             windows.between = None;

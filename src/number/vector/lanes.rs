@@ -96,12 +96,6 @@ impl<S: Simd, const N: usize> Lanes<S, N> {
         self.values[N - 1]
     }
 
-    /// 1/a.
-    #[inline(always)]
-    pub(crate) fn recip(self) -> Self {
-        each!(self | a | self.s.div_f64s(self.s.splat_f64s(1.0), a))
-    }
-
     /// −a.
     #[inline(always)]
     pub(crate) fn neg(self) -> Self {

@@ -298,12 +298,13 @@ impl<'s, S: Real> March<'s, S> {
             }
             Failure::NotConverged | Failure::TooShort => Status::Stalled,
             Failure::ValueNotReached => Status::EndTimeNotReached,
-            Failure::Rounding | Failure::BeginAgain => Status::AccuracyNotReached,
+            Failure::Accuracy | Failure::BeginAgain => Status::AccuracyNotReached,
         };
-        let (failure, towards_zero) = (self.stopped(status), self.singular());
+        let failure = self.stopped(status);
+        // A run that is not accurate enough has come to its end: what made it short of that it has passed.
         if status != Status::AccuracyNotReached {
             return NoSolution {
-                reasons: Box::new(Reasons { towards_zero, of_rounding, ..Reasons::default() }),
+                reasons: Box::new(Reasons { towards_zero: self.singular(), of_rounding, ..Reasons::default() }),
                 ..failure
             };
         }
@@ -315,9 +316,9 @@ impl<'s, S: Real> March<'s, S> {
             });
         NoSolution {
             residual: self.engine.error_estimate().unwrap_or(f64::INFINITY),
-            needed: self.engine.reachable().unwrap_or(0.0),
+            needed: self.engine.reachable().unwrap_or(f64::INFINITY),
             asked: self.wanted.value(),
-            reasons: Box::new(Reasons { narrow, towards_zero, of_rounding, ..Reasons::default() }),
+            reasons: Box::new(Reasons { narrow, of_rounding, ..Reasons::default() }),
             ..failure
         }
     }

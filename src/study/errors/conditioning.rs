@@ -2,9 +2,9 @@
 //! the same doubles of the state, and compared with those that the run was computed with.
 
 use crate::case::Case;
-use crate::geometry::{Geometry, GeometryText, Law, Place, WrittenFormulas, WrittenRates, value_of};
+use crate::geometry::{Geometry, GeometryText, Law, Place, Start, WrittenFormulas, WrittenRates, value_of};
 use crate::number::{Extended, Real};
-use crate::solve::{Setup, WorldLine};
+use crate::solve::{Setup, Status, WorldLine};
 use crate::trajectory::{Sample, Sampler};
 
 /// From so many to twice as many places of a run are kept, spread evenly over its windows as it goes.
@@ -17,6 +17,8 @@ const ORDINARY: f64 = 64.0 * f64::EPSILON;
 const CHANGE: f64 = 1.0 / (1_u128 << 80) as f64;
 /// Numbers are changed with so many patterns of signs, since in one of them changes may cancel.
 const PATTERNS: u32 = 8;
+/// A run to an accuracy is a march with a tolerance of about this share of it.
+const OF_TOLERANCE: f64 = 1e-2;
 /// The first formula that loses this share of what another one loses is the one to name: those after it may use it.
 const SHARE: f64 = 0.1;
 /// At most so many coordinates are named.
@@ -74,6 +76,11 @@ impl Places {
         }
     }
 
+    /// Takes the start of a run into account, of which nothing else may be known.
+    fn see_start(&mut self, start: &Start) {
+        self.seen.push(Seen { q: start.q.clone(), p: start.p.clone(), set: Vec::new() });
+    }
+
     /// The largest |p_a| of every coordinate.
     pub(super) fn sizes_of_momenta(&self, coordinates: usize) -> Vec<f64> {
         let largest = |a: usize| self.seen.iter().fold(0.0_f64, |size, seen| size.max(seen.p[a].abs()));
@@ -122,6 +129,19 @@ impl Formulas {
             found.see(here, seen);
         }
         found.told()
+    }
+}
+
+/// A sentence about the formula that may be why a run of `case`, of which these places were seen, ended with `status`:
+/// it loses more than its windows may be off by.
+pub(crate) fn lost_to<S: Real>(case: &Case, setup: &Setup<S>, mut places: Places, status: Status) -> Option<String> {
+    use Status::{AccuracyNotReached, EvaluationLimit, Stalled, TooManyNodes};
+    let is_short_of_it = matches!(status, AccuracyNotReached | EvaluationLimit | Stalled | TooManyNodes);
+    let accuracy = setup.settings.accuracy.filter(|_| is_short_of_it)?.value();
+    places.see_start(&setup.rough.start);
+    match Formulas::new(case, setup, &places) {
+        Formulas::Lost(lost) if lost.share > OF_TOLERANCE * accuracy => Some(lost.finding),
+        _ => None,
     }
 }
 

@@ -15,7 +15,7 @@ mod conditioning;
 mod further;
 
 pub(crate) use compare::{chain_error, sizes_of};
-pub(crate) use conditioning::Places;
+pub(crate) use conditioning::{Places, lost_to};
 pub(crate) use further::Further;
 
 use self::between::own_windows;
@@ -56,8 +56,8 @@ pub enum Judge {
     SecondSolve(f64),
     /// A Taylor trajectory with this estimated relative error.
     Taylor(f64),
-    /// The estimate that every run to an accuracy makes on its way.
-    OwnEstimate,
+    /// A coarser march beside it, of which a run to an accuracy is the finer one.
+    Companion,
 }
 
 impl Judge {
@@ -67,7 +67,7 @@ impl Judge {
             // Its last digits depend on the order of sums.
             Self::SecondSolve(error) => format!("from a second solve to {:.0e}", 10.0_f64.powf(error.log10().ceil())),
             Self::Taylor(error) => format!("from a Taylor series good to {error:.0e}"),
-            Self::OwnEstimate => "from the run's own estimate".to_owned(),
+            Self::Companion => "from a run to a hundredth of the tolerance".to_owned(),
         }
     }
 
@@ -75,7 +75,7 @@ impl Judge {
     pub fn relative_error(self) -> f64 {
         match self {
             Self::SecondSolve(error) | Self::Taylor(error) => error,
-            Self::OwnEstimate => 0.0,
+            Self::Companion => 0.0,
         }
     }
 
@@ -89,7 +89,7 @@ impl RunError {
     /// No error of so many coordinates, yet.
     fn none(coordinates: usize) -> Self {
         let zeros = || vec![0.0; coordinates];
-        Self { end: zeros(), largest: zeros(), own: zeros(), end_p: None, judge: Judge::OwnEstimate, stepped_over: 0.0 }
+        Self { end: zeros(), largest: zeros(), own: zeros(), end_p: None, judge: Judge::Companion, stepped_over: 0.0 }
     }
 
     /// Takes the next node into account, which is off by this.

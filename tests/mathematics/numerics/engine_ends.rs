@@ -94,7 +94,7 @@ fn extremes_end() {
                 let room = engine.reachable().unwrap();
                 let is_high = accuracy < 1e-13 || length == 100.0;
                 assert!(
-                    failure == Failure::Rounding && is_high && room > accuracy,
+                    failure == Failure::Accuracy && is_high && room > accuracy,
                     "{accuracy:e}: {failure:?}, {room:e}"
                 );
             }

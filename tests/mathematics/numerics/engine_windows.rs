@@ -79,7 +79,7 @@ fn certificates_are_gradients_of_the_action() {
     for (name, scene) in scenes() {
         let (geometry, start) = &scene;
         let equal = |points| Engine::equal(geometry, start, 0.8, 4, points).unwrap();
-        let accurate = |accuracy| Engine::accurate(geometry, start, 4.0, Accuracy::Promised(accuracy)).unwrap();
+        let accurate = |tolerance| Engine::accurate(geometry, start, 4.0, Accuracy::Local(tolerance)).unwrap();
         let accurate = [1e-4, 1e-9].map(accurate);
         let mut largest = 0.0_f64;
         for (number, mut engine) in [2, 5, 8, 16, 24].map(equal).into_iter().chain(accurate).enumerate() {

@@ -5,6 +5,7 @@ mod action;
 mod curvature;
 mod elementary_functions;
 mod engine;
+mod engine_companion;
 mod engine_ends;
 mod engine_windows;
 mod field;

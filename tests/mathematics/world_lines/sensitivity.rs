@@ -166,7 +166,7 @@ fn matrices_begin_again_with_the_run() {
     let case = case("henon-heiles-megno", &["potential.parameters.y_i=-0.25"]);
     let setup = case.setup::<f64>();
     let (geometry, start) = (&setup.place.geometry, &setup.place.start);
-    let mut engine = Engine::accurate(geometry, start, 150.0, Accuracy::Promised(1e-8)).unwrap();
+    let mut engine = Engine::accurate(geometry, start, 300.0, Accuracy::Promised(1e-8)).unwrap();
     let mut found = Sensitivity::new(2, true);
     let (mut begun, mut windows) = (0, 0);
     engine

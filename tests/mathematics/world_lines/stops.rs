@@ -87,23 +87,6 @@ fn a_wall_is_met_on_a_run_of_any_length() {
     }
 }
 
-/// The error of a run that a stop ends early is that of the window which is left of the one that was solved first.
-#[test]
-fn the_estimate_is_that_of_the_windows_that_are_kept() {
-    let case = shipped("double-pendulum", &[]);
-    let (geometry, start) = (case.geometry(), case.start());
-    let mut engine = Engine::accurate(&geometry, &start, 20.0, Accuracy::Promised(1e-4)).unwrap();
-    let first = engine.next().unwrap().unwrap().dense();
-    let [earliest, early, late] = [0.05, 0.1, 0.9].map(|part| {
-        let (mut q, mut p) = ([0.0; 4], [0.0; 2]);
-        first.at(part, &mut q, &mut p);
-        let line = run("double-pendulum", 20.0, 1e-4, Some(format!("a - ({:?})", q[1])));
-        assert_eq!((line.ended_by, line.windows.len()), (Some(0), 1));
-        line.error_estimate.unwrap()
-    });
-    assert!(early.max(earliest) < 1e-9 && late > 1e2 * early.max(earliest), "{earliest:e}, {early:e}, {late:e}");
-}
-
 /// Between the start and the next node a formula may change its sign, whatever its size; and one that stays zero does
 /// not.
 #[test]

@@ -94,7 +94,14 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
         }
 
         assert!(case.is_of_x || whole.events.len() >= 2, "{text}");
-        assert_eq!((&streamed.samples, &streamed.events), (&whole.samples, &whole.events), "{text}");
+        assert_eq!(&streamed.samples, &whole.samples, "{text}");
+        // Where a formula changes its sign is found from values that are rounded in other places.
+        assert_eq!(streamed.events.len(), whole.events.len(), "{text}");
+        for (one, all) in streamed.events.iter().zip(&whole.events) {
+            let off = one.sample.q.iter().zip(&all.sample.q).map(|(one, all)| (one - all).abs());
+            let off = off.fold((one.sample.gamma - all.sample.gamma).abs(), f64::max);
+            assert!(one.watch == all.watch && off < 1e-14, "{text}: {off:e}");
+        }
         for (sample, &value) in streamed.samples.iter().zip(&values) {
             let expected = if by == Coordinate::Gamma { sampler.at_gamma(value) } else { sampler.at_value(0, value) };
             assert_eq!(Ok(sample), expected.as_ref(), "{text}");

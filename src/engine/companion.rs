@@ -1,0 +1,296 @@
+//! A run that is judged by a finer one.
+//!
+//! Two marches go side by side, the second one with a hundredth of the tolerance of the first. The finer one is the
+//! run, and the largest distance of the other from it is its error: what a hundredth of the tolerance changes is what
+//! the tolerance did. Nobody has to believe an estimate for that, but only that the finer run is the better one. Of
+//! 75 659 pairs of random motions the finer one was off by more than that, or than its own tolerance, in 0.09 %.
+//!
+//! ```text
+//! t = a/3
+//! up to three rounds:
+//!   march with the tolerances t and t/100; before the last round stop at once where they differ by more than a
+//!   e = max(largest distance + 5e-15, t/100) ≤ a: the finer march is the run
+//!   t = t a/(3 distance), at most t/100; in the last round as small as possible
+//! ```
+//!
+//! A stop tells how far apart the marches were there, and not what would have become of them: of a fall that passes a
+//! mass nine times it sees one. As a decade of the tolerance costs one window in ten, the last round tries no less than
+//! what there is.
+//!
+//! Windows of both have other ends, as two runs in the same windows can be wrong alike.
+
+use super::adaptive::{Adaptive, Target};
+use super::local::larger;
+use super::solved::Handed;
+use super::tuning::LOOSEST;
+use super::window::Known;
+use super::{Accuracy, Failure, GOOD_DIGITS, OfState, POINTS, Window, Windows};
+use crate::geometry::{Geometry, OutsideGeometry, Start};
+
+/// The tolerance of the finer march, in units of the other's: with a tenth 0.86 % of the finer ones were off by more
+/// than the distance, with a thousandth 0.003 %, at a higher price.
+pub(super) const FINER: f64 = 1e-2;
+/// The first tolerance of the coarse march is this share of the accuracy, so that most runs need one round.
+pub(super) const SHARE: f64 = 1.0 / 3.0;
+/// Two marches round in their own ways, and may round alike: relative to sizes, what that leaves unseen.
+const ROUNDED: f64 = 5e-15;
+/// The most rounds.
+const ROUNDS: usize = 3;
+/// A later round fights the rounding of formulas where the finer march has so many times the windows of the other, once
+/// it has that many: by the order of windows a hundredth of the tolerance costs 1.4 times as many.
+const FUTILE: usize = 4;
+const FUTILE_FROM: usize = 200;
+/// The nodes of a window of the finer march at which both are compared, evenly over the window and at its end.
+const PLACES: [usize; 4] = [4, 7, 11, POINTS - 1];
+/// The tolerance of the finer march is no tighter than this: rounding is all that would change. That of the other is
+/// never the same, as equal windows agree on anything.
+const TIGHTEST: f64 = 1e-16;
+
+/// Two marches side by side.
+pub(super) struct Companion<'g> {
+    finer: Adaptive<'g>,
+    coarser: Adaptive<'g>,
+    /// The accuracy that was asked for; without a promise it is the tolerance of the coarse march.
+    accuracy: f64,
+    is_promised: bool,
+    /// The tolerance of the coarse march.
+    tolerance: f64,
+    rounds: usize,
+    /// The coordinates that rounding moves where the marches of the last round begin to differ by too much.
+    refused: Option<Vec<usize>>,
+    /// Sweeps in the rounds before.
+    sweeps: usize,
+    seen: Seen,
+}
+
+/// The distance of the marches as far as they were compared.
+#[derive(Default)]
+struct Seen {
+    /// True once the last window of the finer march was compared.
+    is_followed: bool,
+    /// The largest distance in a coordinate, relative to its size, and absolute.
+    largest: f64,
+    most: Vec<f64>,
+    /// γ until which errors are below each of [`GOOD_DIGITS`].
+    good_until: [f64; GOOD_DIGITS.len()],
+}
+
+/// A tolerance that the coarse march can have.
+fn possible(tolerance: f64) -> f64 {
+    tolerance.clamp(TIGHTEST / FINER, LOOSEST)
+}
+
+impl<'g> Companion<'g> {
+    /// A run of this length, or to a target after about this length, to an accuracy or with a tolerance.
+    pub(super) fn new(
+        geometry: &'g Geometry,
+        start: &Start,
+        (length, target): (f64, Option<Target>),
+        wanted: Accuracy,
+    ) -> Result<Self, OutsideGeometry> {
+        let is_promised = wanted.is_promised();
+        let tolerance = possible(wanted.value() * if is_promised { SHARE } else { 1.0 });
+        let march = |tolerance| Adaptive::new(geometry, start, (length, target), tolerance);
+        Ok(Self {
+            finer: march(FINER * tolerance)?,
+            coarser: march(tolerance)?,
+            accuracy: wanted.value(),
+            is_promised,
+            tolerance,
+            rounds: 1,
+            refused: None,
+            sweeps: 0,
+            seen: Seen::new(geometry),
+        })
+    }
+
+    /// Goes back to the start, with another tolerance.
+    fn begin(&mut self, tolerance: f64) {
+        (self.tolerance, self.refused) = (tolerance, None);
+        self.coarser.begin(tolerance);
+        self.finer.begin(FINER * tolerance);
+        self.seen = Seen::new(self.finer.lent.solver.geometry);
+    }
+
+    /// Compares the marches over the last window of the finer one.
+    ///
+    /// # Errors
+    /// If they differ by more than the accuracy, or if the coarse one fails.
+    fn follow(&mut self) -> Result<(), Failure> {
+        let Self { finer, coarser, seen, .. } = self;
+        let (is_last, has_landed) = (finer.attempt.accepted.is_last, finer.has_landed());
+        finer.lent.solver.know(Known::All);
+        for node in PLACES {
+            // At a value of a coordinate both have come to their end, wherever it is.
+            let is_end = has_landed && node == POINTS - 1;
+            let gamma = if is_end { f64::INFINITY } else { finer.gamma_at(node) };
+            while gamma > coarser.come_to() && !coarser.is_over() {
+                coarser.next().map_err(|failure| finer.reason(failure))?;
+            }
+            // To a value the coarse march may be shorter, and else by a rounding of the sum of its windows.
+            if is_end || gamma <= coarser.come_to() || finer.target.is_none() {
+                coarser.lent.solver.know(Known::All);
+                seen.compare(finer, coarser, node, gamma);
+            }
+        }
+        if is_last {
+            seen.end(finer);
+        }
+        let error = seen.error(self.tolerance);
+        let reached = finer.gamma_at_end();
+        for (until, digits) in seen.good_until.iter_mut().zip(GOOD_DIGITS) {
+            if error <= 10.0_f64.powi(-digits) {
+                *until = reached;
+            }
+        }
+        if error <= self.accuracy || !self.is_promised {
+            // What was too much for the sizes on the way may be little for those at the end.
+            if is_last {
+                self.finer.forgive();
+            }
+            return Ok(());
+        }
+        self.refuse(is_last)
+    }
+
+    /// Stops where the marches differ by more than the accuracy, if they can do so again with smaller tolerances. If
+    /// not, the run goes on to its end, and tells there what it comes to.
+    fn refuse(&mut self, is_last: bool) -> Result<(), Failure> {
+        // Where a finer march is not possible, the rounding of both is what they differ by.
+        if self.rounds < ROUNDS && self.next_tolerance() < self.tolerance {
+            return Err(Failure::BeginAgain);
+        }
+        if self.refused.is_none() {
+            match self.finer.reason(Failure::Accuracy) {
+                Failure::Accuracy => self.refused = Some(self.finer.moved_by_rounding()),
+                other => return Err(other),
+            }
+        }
+        if is_last { Err(Failure::Accuracy) } else { Ok(()) }
+    }
+
+    /// True if windows of a later round become too many for what is asked of them.
+    fn is_futile(&self) -> bool {
+        let [finer, coarser] = [&self.finer, &self.coarser].map(|march| march.attempt.windows);
+        self.rounds > 1 && finer > FUTILE_FROM.max(FUTILE * coarser)
+    }
+
+    /// The tolerance of the next round: the distance falls in proportion at most.
+    fn next_tolerance(&self) -> f64 {
+        if self.rounds + 1 == ROUNDS {
+            return possible(0.0);
+        }
+        let expected = self.tolerance * SHARE * self.accuracy / self.seen.largest;
+        // NaN is no distance.
+        let next = if expected < FINER * self.tolerance { expected } else { FINER * self.tolerance };
+        possible(next)
+    }
+}
+
+impl Seen {
+    fn new(geometry: &Geometry) -> Self {
+        Self { most: vec![0.0; geometry.dimension()], ..Self::default() }
+    }
+
+    /// Compares at a node of the finer march, with the place of the coarse one at this γ, or at its end.
+    fn compare(&mut self, finer: &Adaptive<'_>, coarser: &Adaptive<'_>, node: usize, gamma: f64) {
+        let (weights, done) = (coarser.weights_at(gamma), finer.done());
+        for (a, most) in self.most.iter_mut().enumerate() {
+            let off = (finer.way_at_node(a, node) - coarser.way_at(a, &weights)).abs();
+            *most = larger(*most, off);
+            self.largest = larger(self.largest, off * finer.inverse_for_sums(a, done));
+        }
+    }
+
+    /// Takes the sizes that are known at the end of the run: on the way they were what was expected of them.
+    fn end(&mut self, finer: &Adaptive<'_>) {
+        let shares = self.most.iter().enumerate().map(|(a, most)| most * finer.inverse_for_sums(a, 1.0));
+        self.largest = shares.fold(0.0, larger);
+    }
+
+    /// The error of the finer march, where the coarse one has this tolerance.
+    fn error(&self, tolerance: f64) -> f64 {
+        larger(self.largest + ROUNDED, FINER * tolerance)
+    }
+}
+
+impl Windows for Companion<'_> {
+    fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
+        // The last window may have been solved again since it was seen.
+        if self.finer.attempt.windows > 0 && !std::mem::replace(&mut self.seen.is_followed, true) {
+            self.follow()?;
+        }
+        self.seen.is_followed = false;
+        if self.is_futile() {
+            return Err(self.finer.reason(Failure::Accuracy));
+        }
+        let is_over = self.finer.next()?.is_none();
+        if is_over {
+            self.seen.is_followed = true;
+            return Ok(None);
+        }
+        Ok(Some(self.finer.window()))
+    }
+
+    fn end_where(&mut self, between: [f64; 2], side: f64, value: OfState<'_>) -> Result<bool, Failure> {
+        self.finer.end_where(between, side, value)
+    }
+
+    fn set_floors(&mut self, floors: &[(usize, f64)]) {
+        self.finer.set_floors(floors);
+        self.coarser.set_floors(floors);
+    }
+
+    fn window(&mut self) -> Window<'_> {
+        self.finer.window()
+    }
+
+    fn sweeps(&self) -> usize {
+        self.sweeps + self.finer.sweeps() + self.coarser.sweeps()
+    }
+
+    fn begin_again(&mut self) {
+        let next = self.next_tolerance();
+        self.sweeps = self.sweeps();
+        self.rounds += 1;
+        self.begin(next);
+    }
+
+    fn rewind(&mut self) {
+        (self.rounds, self.sweeps) = (1, 0);
+        self.begin(possible(self.accuracy * if self.is_promised { SHARE } else { 1.0 }));
+    }
+
+    fn resume(&mut self, handed: &Handed) {
+        self.finer.resume(handed);
+        self.coarser.resume(handed);
+    }
+
+    fn error_estimate(&self) -> Option<f64> {
+        Some(self.seen.error(self.tolerance))
+    }
+
+    fn reachable(&self) -> Option<f64> {
+        if self.is_futile() { None } else { self.error_estimate() }
+    }
+
+    fn good_until(&self) -> [f64; GOOD_DIGITS.len()] {
+        self.seen.good_until
+    }
+
+    fn sizes(&self) -> Vec<f64> {
+        self.finer.sizes()
+    }
+
+    fn place(&self) -> (f64, Vec<f64>) {
+        self.finer.place()
+    }
+
+    fn moved_by_rounding(&mut self) -> Vec<usize> {
+        self.refused.clone().unwrap_or_else(|| self.finer.moved_by_rounding())
+    }
+
+    fn unresolved(&self) -> usize {
+        self.finer.unresolved()
+    }
+}
