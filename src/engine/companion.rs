@@ -90,7 +90,7 @@ impl<'g> Companion<'g> {
     ) -> Result<Self, OutsideGeometry> {
         let is_promised = wanted.is_promised();
         let tolerance = possible(wanted.value() * if is_promised { SHARE } else { 1.0 });
-        let march = |tolerance| Adaptive::new(geometry, start, (length, target), tolerance);
+        let march = |tolerance| Adaptive::new(geometry, start, (length, target), [tolerance, wanted.value()]);
         Ok(Self {
             finer: march(FINER * tolerance)?,
             coarser: march(tolerance)?,

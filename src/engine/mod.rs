@@ -305,7 +305,7 @@ impl<'g> Engine<'g> {
         accuracy: Accuracy,
     ) -> Result<Self, OutsideGeometry> {
         Ok(Self(match accuracy {
-            Accuracy::Local(tolerance) => Box::new(Adaptive::new(geometry, start, end, tolerance)?),
+            Accuracy::Local(tolerance) => Box::new(Adaptive::new(geometry, start, end, [tolerance; 2])?),
             _ => Box::new(Companion::new(geometry, start, end, accuracy)?),
         }))
     }

@@ -163,7 +163,7 @@ impl Adaptive<'_> {
 
     /// Returns true if something may hide in a window that can be shorter.
     fn must_be_shorter(&mut self, rung: i32, length: f64, kink: Kink) -> bool {
-        let (run, accuracy, least) = (self.length, self.tolerance, self.least());
+        let (run, accuracy, least) = (self.length, self.accuracy, self.least());
         let hides = self.between.as_mut().and_then(|it| it.hides(&self.lent.solver, length, run, accuracy));
         let Some(hidden) = hides else { return false };
         self.attempt.control.meets_kink(hidden.has_kink, rung);

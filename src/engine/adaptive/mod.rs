@@ -31,6 +31,8 @@ pub(super) struct Adaptive<'g> {
     pub(super) between: Option<Between>,
     defect: Defect<'g>,
     tolerance: f64,
+    /// The accuracy that is asked of the run: what may hide between the nodes changes its end by less.
+    accuracy: f64,
     handed: Option<Handed>,
     /// The length of the run; an estimate, if it ends at a target.
     pub(super) length: f64,
@@ -93,12 +95,13 @@ pub(super) struct Accepted {
 }
 
 impl<'g> Adaptive<'g> {
-    /// A run of this length, or to a target after about this length.
+    /// A run of this length, or to a target after about this length, with a tolerance of windows that serves an
+    /// accuracy of the run.
     pub(super) fn new(
         geometry: &'g Geometry,
         start: &Start,
         (length, target): (f64, Option<Target>),
-        tolerance: f64,
+        [tolerance, accuracy]: [f64; 2],
     ) -> Result<Self, OutsideGeometry> {
         let (operators, tolerance) = (Collocation::shared(Family::Lobatto, POINTS), tolerance.min(LOOSEST));
         let solver = Solver::new(geometry, start, length, operators, true)?;
@@ -110,6 +113,7 @@ impl<'g> Adaptive<'g> {
             length: if length.is_finite() || target.is_none() { length } else { solver.scales.time },
             lent: solver.into(),
             tolerance,
+            accuracy: accuracy.min(LOOSEST),
             target,
             sweeps: 0,
             attempt: Attempt::default(),
