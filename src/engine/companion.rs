@@ -5,57 +5,31 @@
 //! the tolerance did. Nobody has to believe an estimate for that, but only that the finer run is the better one. Of
 //! 75 659 pairs of random motions the finer one was off by more than that, or than its own tolerance, in 0.09 %.
 //!
-//! ```text
-//! t = a/3
-//! up to three rounds:
-//!   march with the tolerances t and t/100; before the last round stop at once where they differ by more than a
-//!   e = max(largest distance + 5e-15, t/100) ≤ a: the finer march is the run
-//!   t = t a/(3 distance), at most t/100; in the last round as small as possible
-//! ```
-//!
-//! A stop tells how far apart the marches were there, and not what would have become of them: of a fall that passes a
-//! mass nine times it sees one. As a decade of the tolerance costs one window in ten, the last round tries no less than
-//! what there is.
+//! If they differ by more than an accuracy, they begin again with smaller tolerances, see [`rounds`](super::rounds).
+//! Before the last round they stop at once where they do.
 //!
 //! Windows of both have other ends, as two runs in the same windows can be wrong alike.
 
 use super::adaptive::{Adaptive, Target};
 use super::local::larger;
+use super::rounds::Rounds;
 use super::solved::Handed;
-use super::tuning::LOOSEST;
 use super::window::Known;
 use super::{Accuracy, Failure, GOOD_DIGITS, OfState, POINTS, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 
-/// The tolerance of the finer march, in units of the other's: with a tenth 0.86 % of the finer ones were off by more
-/// than the distance, with a thousandth 0.003 %, at a higher price.
-pub(super) const FINER: f64 = 1e-2;
-/// The first tolerance of the coarse march is this share of the accuracy, so that most runs need one round.
-pub(super) const SHARE: f64 = 1.0 / 3.0;
-/// Two marches round in their own ways, and may round alike: relative to sizes, what that leaves unseen.
-const ROUNDED: f64 = 5e-15;
-/// The most rounds.
-const ROUNDS: usize = 3;
 /// A later round fights the rounding of formulas where the finer march has so many times the windows of the other, once
 /// it has that many: by the order of windows a hundredth of the tolerance costs 1.4 times as many.
 const FUTILE: usize = 4;
 const FUTILE_FROM: usize = 200;
 /// The nodes of a window of the finer march at which both are compared, evenly over the window and at its end.
 const PLACES: [usize; 4] = [4, 7, 11, POINTS - 1];
-/// The tolerance of the finer march is no tighter than this: rounding is all that would change. That of the other is
-/// never the same, as equal windows agree on anything.
-const TIGHTEST: f64 = 1e-16;
 
 /// Two marches side by side.
 pub(super) struct Companion<'g> {
     finer: Adaptive<'g>,
     coarser: Adaptive<'g>,
-    /// The accuracy that was asked for; without a promise it is the tolerance of the coarse march.
-    accuracy: f64,
-    is_promised: bool,
-    /// The tolerance of the coarse march.
-    tolerance: f64,
-    rounds: usize,
+    round: Rounds,
     /// The coordinates that rounding moves where the marches of the last round begin to differ by too much.
     refused: Option<Vec<usize>>,
     /// Sweeps in the rounds before.
@@ -75,11 +49,6 @@ struct Seen {
     good_until: [f64; GOOD_DIGITS.len()],
 }
 
-/// A tolerance that the coarse march can have.
-fn possible(tolerance: f64) -> f64 {
-    tolerance.clamp(TIGHTEST / FINER, LOOSEST)
-}
-
 impl<'g> Companion<'g> {
     /// A run of this length, or to a target after about this length, to an accuracy or with a tolerance.
     pub(super) fn new(
@@ -88,27 +57,17 @@ impl<'g> Companion<'g> {
         (length, target): (f64, Option<Target>),
         wanted: Accuracy,
     ) -> Result<Self, OutsideGeometry> {
-        let is_promised = wanted.is_promised();
-        let tolerance = possible(wanted.value() * if is_promised { SHARE } else { 1.0 });
-        let march = |tolerance| Adaptive::new(geometry, start, (length, target), [tolerance, wanted.value()]);
-        Ok(Self {
-            finer: march(FINER * tolerance)?,
-            coarser: march(tolerance)?,
-            accuracy: wanted.value(),
-            is_promised,
-            tolerance,
-            rounds: 1,
-            refused: None,
-            sweeps: 0,
-            seen: Seen::new(geometry),
-        })
+        let round = Rounds::new(wanted);
+        let [coarser, finer] = round.marches().map(|march| Adaptive::new(geometry, start, (length, target), march));
+        Ok(Self { finer: finer?, coarser: coarser?, round, refused: None, sweeps: 0, seen: Seen::new(geometry) })
     }
 
-    /// Goes back to the start, with another tolerance.
-    fn begin(&mut self, tolerance: f64) {
-        (self.tolerance, self.refused) = (tolerance, None);
-        self.coarser.begin(tolerance);
-        self.finer.begin(FINER * tolerance);
+    /// Goes back to the start, with the tolerances of a round.
+    fn begin(&mut self, round: Rounds) {
+        (self.round, self.refused) = (round, None);
+        let [coarser, finer] = round.marches();
+        self.coarser.begin(coarser);
+        self.finer.begin(finer);
         self.seen = Seen::new(self.finer.lent.solver.geometry);
     }
 
@@ -136,14 +95,14 @@ impl<'g> Companion<'g> {
         if is_last {
             seen.end(finer);
         }
-        let error = seen.error(self.tolerance);
+        let error = self.round.error(seen.largest);
         let reached = finer.gamma_at_end();
         for (until, digits) in seen.good_until.iter_mut().zip(GOOD_DIGITS) {
             if error <= 10.0_f64.powi(-digits) {
                 *until = reached;
             }
         }
-        if error <= self.accuracy || !self.is_promised {
+        if self.round.allows(error) {
             // What was too much for the sizes on the way may be little for those at the end.
             if is_last {
                 self.finer.forgive();
@@ -157,7 +116,7 @@ impl<'g> Companion<'g> {
     /// not, the run goes on to its end, and tells there what it comes to.
     fn refuse(&mut self, is_last: bool) -> Result<(), Failure> {
         // Where a finer march is not possible, the rounding of both is what they differ by.
-        if self.rounds < ROUNDS && self.next_tolerance() < self.tolerance {
+        if self.round.next(self.seen.largest).is_some() {
             return Err(Failure::BeginAgain);
         }
         if self.refused.is_none() {
@@ -172,18 +131,7 @@ impl<'g> Companion<'g> {
     /// True if windows of a later round become too many for what is asked of them.
     fn is_futile(&self) -> bool {
         let [finer, coarser] = [&self.finer, &self.coarser].map(|march| march.attempt.windows);
-        self.rounds > 1 && finer > FUTILE_FROM.max(FUTILE * coarser)
-    }
-
-    /// The tolerance of the next round: the distance falls in proportion at most.
-    fn next_tolerance(&self) -> f64 {
-        if self.rounds + 1 == ROUNDS {
-            return possible(0.0);
-        }
-        let expected = self.tolerance * SHARE * self.accuracy / self.seen.largest;
-        // NaN is no distance.
-        let next = if expected < FINER * self.tolerance { expected } else { FINER * self.tolerance };
-        possible(next)
+        self.round.is_later() && finer > FUTILE_FROM.max(FUTILE * coarser)
     }
 }
 
@@ -206,11 +154,6 @@ impl Seen {
     fn end(&mut self, finer: &Adaptive<'_>) {
         let shares = self.most.iter().enumerate().map(|(a, most)| most * finer.inverse_for_sums(a, 1.0));
         self.largest = shares.fold(0.0, larger);
-    }
-
-    /// The error of the finer march, where the coarse one has this tolerance.
-    fn error(&self, tolerance: f64) -> f64 {
-        larger(self.largest + ROUNDED, FINER * tolerance)
     }
 }
 
@@ -250,15 +193,13 @@ impl Windows for Companion<'_> {
     }
 
     fn begin_again(&mut self) {
-        let next = self.next_tolerance();
         self.sweeps = self.sweeps();
-        self.rounds += 1;
-        self.begin(next);
+        self.begin(self.round.next(self.seen.largest).expect("marches begin again where there is a further round"));
     }
 
     fn rewind(&mut self) {
-        (self.rounds, self.sweeps) = (1, 0);
-        self.begin(possible(self.accuracy * if self.is_promised { SHARE } else { 1.0 }));
+        self.sweeps = 0;
+        self.begin(self.round.first());
     }
 
     fn resume(&mut self, handed: &Handed) {
@@ -267,7 +208,7 @@ impl Windows for Companion<'_> {
     }
 
     fn error_estimate(&self) -> Option<f64> {
-        Some(self.seen.error(self.tolerance))
+        Some(self.round.error(self.seen.largest))
     }
 
     fn reachable(&self) -> Option<f64> {

@@ -55,6 +55,7 @@ mod ladder;
 mod local;
 mod march;
 mod moves;
+mod rounds;
 mod rule;
 mod sensitivity;
 mod sizes;
@@ -71,13 +72,14 @@ mod window;
 
 pub use self::dense::Dense;
 pub use self::failure::Failure;
+pub use self::rounds::Rounds;
 pub use self::sensitivity::{Growth, Sensitivity};
 pub use self::solved::{Handed, Marched, OfState, Solved, State, Window, WindowNodes};
 
 use std::ops::{ControlFlow, Deref, DerefMut};
 
 use self::adaptive::{Adaptive, Target};
-use self::companion::{Companion, FINER, SHARE};
+use self::companion::Companion;
 use self::march::March;
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::sbp::collocation::Collocation;
@@ -101,21 +103,30 @@ pub enum Accuracy {
     Estimated(f64),
     /// The tolerance of every window by itself. Nothing is known of what they add up to.
     Local(f64),
+    /// The same where windows serve an accuracy: no more than a part of that may hide between their nodes.
+    Alone {
+        /// The tolerance.
+        tolerance: f64,
+        /// The accuracy.
+        accuracy: f64,
+    },
 }
 
 impl Accuracy {
-    /// The number itself.
+    /// The number itself, which is a tolerance where windows are by themselves.
     pub fn value(self) -> f64 {
-        let (Self::Promised(value) | Self::Estimated(value) | Self::Local(value)) = self;
+        let (Self::Promised(value)
+        | Self::Estimated(value)
+        | Self::Local(value)
+        | Self::Alone { tolerance: value, .. }) = self;
         value
     }
 
     /// Windows as those of the run that this asks for, if one round is enough for it, and nothing beside them.
     pub fn alone(self) -> Self {
         match self {
-            Self::Promised(accuracy) => Self::Local(FINER * SHARE * accuracy),
-            Self::Estimated(tolerance) => Self::Local(FINER * tolerance),
-            Self::Local(_) => self,
+            Self::Promised(_) | Self::Estimated(_) => Rounds::new(self).marches()[1],
+            Self::Local(_) | Self::Alone { .. } => self,
         }
     }
 
@@ -305,8 +316,8 @@ impl<'g> Engine<'g> {
         accuracy: Accuracy,
     ) -> Result<Self, OutsideGeometry> {
         Ok(Self(match accuracy {
-            Accuracy::Local(tolerance) => Box::new(Adaptive::new(geometry, start, end, [tolerance; 2])?),
-            _ => Box::new(Companion::new(geometry, start, end, accuracy)?),
+            Accuracy::Promised(_) | Accuracy::Estimated(_) => Box::new(Companion::new(geometry, start, end, accuracy)?),
+            Accuracy::Local(_) | Accuracy::Alone { .. } => Box::new(Adaptive::new(geometry, start, end, accuracy)?),
         }))
     }
 

@@ -1,15 +1,15 @@
 //! Runs with events that act: a chain of runs, each of which starts from what an event has made of the end of the one
 //! before.
 //!
-//! An error before an event becomes one after it, by an error of the time of the event too. So the chain is solved a
-//! second time, as accurately as doubles allow, with its states shaken by their last digits, and compared. If errors
-//! grow beyond the accuracy asked for, the first chain gets a smaller one.
+//! An error before an event becomes one after it, by an error of the time of the event too. So a second chain, with a
+//! hundred times the tolerance, meets the events by itself, and the distance of the two is the error, as that of two
+//! marches is ([`Rounds`]). Its states are shaken by their last digits, as chains may round alike.
 
 use std::sync::Arc;
 
 use super::errors::{RunError, chain_error, sizes_of};
 use crate::case::Case;
-use crate::engine::{Accuracy, Handed};
+use crate::engine::{Accuracy, Handed, Rounds};
 use crate::geometry::Start;
 use crate::number::Real;
 use crate::number::norm::larger;
@@ -19,15 +19,10 @@ use crate::solve::{
 };
 use crate::trajectory::{Sample, Sampler};
 
-/// The accuracy of the windows of the second chain.
-const SECOND: f64 = 1e-13;
-/// The second chain is shaken by this, relative to every number of the state.
+/// The coarse chain is shaken by this, relative to every number of the state.
 const SHAKE: f64 = 2.0 * f64::EPSILON;
-/// The two chains may err alike: errors are taken to be so many times their difference.
+/// Two chains may round alike: errors are taken to be so many times their difference.
 const MARGIN: f64 = 2.0;
-/// Where errors are too large, an accuracy is divided by this, down to the least one.
-const TIGHTER: f64 = 10.0;
-const LEAST: f64 = 1e-15;
 /// A piece is not resolved if it is shorter than this multiple of the rounding of γ,
 const SHORT: f64 = 64.0 * f64::EPSILON;
 /// or if the formula of its event is, in its middle, below this multiple of rounding.
@@ -69,28 +64,32 @@ pub type Pieces<S> = (Vec<Piece<S>>, Option<RunError>);
 /// If the setup has neither an accuracy nor a tolerance.
 pub fn solve_acting(case: &Case, setup: &Setup) -> Result<Pieces<f64>, Box<Stopped>> {
     let wanted = setup.settings.accuracy.expect("events act in runs to an accuracy");
-    let mut pieces = chain(case, setup, wanted, false)?;
-    if pieces.len() == 1 || !setup.settings.is_judged {
-        return Ok((pieces, None));
+    if !setup.settings.is_judged {
+        return Ok((chain(case, setup, wanted, false)?, None));
     }
-    let second = chain(case, setup, Accuracy::Estimated(SECOND), true).ok();
-    let (mut accuracy, mut least) = (wanted.value(), f64::INFINITY);
+    let mut round = Rounds::new(wanted);
+    let mut pieces = chain(case, setup, round.marches()[1], false)?;
+    if pieces.len() == 1 {
+        return Ok((chain(case, setup, wanted, false)?, None));
+    }
+    let mut least = f64::INFINITY;
     loop {
-        let found = second.as_ref().and_then(|second| chain_error(&pieces, second, MARGIN));
-        let estimate = found.as_ref().map_or(f64::INFINITY, |(_, estimate, _)| *estimate);
+        let coarser = chain(case, setup, round.marches()[0], true).ok();
+        let found = coarser.as_ref().and_then(|coarser| chain_error(&pieces, coarser, (MARGIN, &round)));
+        let distance = found.as_ref().map_or(f64::INFINITY, |found| found.distance);
+        let estimate = round.error(distance);
         least = least.min(estimate);
-        if !wanted.is_promised() || estimate <= wanted.value() {
+        if round.allows(estimate) {
             let sizes = sizes_of(&pieces);
             let line = &mut pieces.last_mut().expect("a chain has pieces").line;
             line.sizes = sizes;
             (line.accuracy, line.error_estimate) = (Some(wanted), Some(estimate));
-            line.good_until = found.as_ref().map_or(line.good_until.map(|_| 0.0), |(.., good_until)| *good_until);
-            return Ok((pieces, found.map(|(error, ..)| error)));
+            line.good_until = found.as_ref().map_or(line.good_until.map(|_| 0.0), |found| found.good_until);
+            return Ok((pieces, found.map(|found| found.error)));
         }
-        accuracy /= TIGHTER;
-        let is_possible = accuracy >= LEAST;
-        match is_possible.then(|| chain(case, setup, Accuracy::Promised(accuracy), false)) {
-            Some(Ok(tighter)) => pieces = tighter,
+        let next = round.next(distance);
+        match next.map(|next| chain(case, setup, next.marches()[1], false)) {
+            Some(Ok(finer)) => pieces = finer,
             _ => {
                 let last = pieces.iter().rev().find_map(|piece| piece.acted.last().copied());
                 let failure = failed(setup, Status::AccuracyNotReached, &pieces, last);
@@ -98,6 +97,7 @@ pub fn solve_acting(case: &Case, setup: &Setup) -> Result<Pieces<f64>, Box<Stopp
                 return Err(Box::new(Stopped { failure, pieces: Vec::new(), next: None }));
             }
         }
+        round = next.expect("a finer chain was solved");
     }
 }
 
@@ -110,7 +110,7 @@ fn failed(setup: &Setup, status: Status, pieces: &[Piece], place: Option<usize>)
     NoSolution::at_event(status, &setup.place.geometry, line.gamma_f(), &line.end().q, event)
 }
 
-/// The pieces of a run to an accuracy. A chain that `is_shaken` is off by its last digits at every event.
+/// The pieces of a run to an accuracy, each to it by itself. A chain that `is_shaken` is off by its last digits at every event.
 pub(super) fn chain(
     case: &Case,
     setup: &Setup,

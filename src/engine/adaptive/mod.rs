@@ -17,7 +17,7 @@ use super::sweeps::Swept;
 use super::tuning::{AHEAD, ALONE, EXACT, FIRST, LEFT, LOOSEST};
 use super::view::Lent;
 use super::window::{Known, Solver};
-use super::{Failure, Handed, OfState, POINTS, Window, Windows};
+use super::{Accuracy, Failure, Handed, OfState, POINTS, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
 use crate::sbp::collocation::Collocation;
@@ -101,9 +101,10 @@ impl<'g> Adaptive<'g> {
         geometry: &'g Geometry,
         start: &Start,
         (length, target): (f64, Option<Target>),
-        [tolerance, accuracy]: [f64; 2],
+        wanted: Accuracy,
     ) -> Result<Self, OutsideGeometry> {
-        let (operators, tolerance) = (Collocation::shared(Family::Lobatto, POINTS), tolerance.min(LOOSEST));
+        let operators = Collocation::shared(Family::Lobatto, POINTS);
+        let [tolerance, accuracy] = of_windows(wanted);
         let solver = Solver::new(geometry, start, length, operators, true)?;
         Ok(Self {
             ladder: ladder(&solver, tolerance),
@@ -113,7 +114,7 @@ impl<'g> Adaptive<'g> {
             length: if length.is_finite() || target.is_none() { length } else { solver.scales.time },
             lent: solver.into(),
             tolerance,
-            accuracy: accuracy.min(LOOSEST),
+            accuracy,
             target,
             sweeps: 0,
             attempt: Attempt::default(),
@@ -121,7 +122,8 @@ impl<'g> Adaptive<'g> {
     }
 
     /// Goes back to the start, with another tolerance.
-    pub(super) fn begin(&mut self, tolerance: f64) {
+    pub(super) fn begin(&mut self, wanted: Accuracy) {
+        let [tolerance, _] = of_windows(wanted);
         if tolerance != self.tolerance {
             (self.tolerance, self.ladder) = (tolerance, ladder(&self.lent.solver, tolerance));
         }
@@ -196,6 +198,12 @@ impl<'g> Adaptive<'g> {
         };
         on_the_way || has_passed(end.q[coordinate].high)
     }
+}
+
+/// The tolerance of windows, and the accuracy that they serve.
+fn of_windows(wanted: Accuracy) -> [f64; 2] {
+    let accuracy = if let Accuracy::Alone { accuracy, .. } = wanted { accuracy } else { wanted.value() };
+    [wanted.value(), accuracy].map(|value| value.min(LOOSEST))
 }
 
 /// The lengths of windows for a tolerance, of which the first one suits the motion at its start.

@@ -180,7 +180,7 @@ fn poles_are_not_certain() {
 /// The number of windows of a run, with a look between the nodes and without one.
 fn windows((geometry, start): &(Geometry, Start), length: f64, accuracy: f64) -> [usize; 2] {
     [true, false].map(|looks| {
-        let mut windows = Adaptive::new(geometry, start, (length, None), [accuracy; 2]).unwrap();
+        let mut windows = Adaptive::new(geometry, start, (length, None), Accuracy::Local(accuracy)).unwrap();
         assert!(windows.between.is_some(), "something could hide");
         if !looks {
             windows.between = None;

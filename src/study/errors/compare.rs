@@ -5,7 +5,7 @@ use super::between::{Between, PROBES, middles, own_windows};
 use super::carried::rates_of_momenta;
 use super::{Judge, RunError};
 use crate::diagnostics::{Extent, origin};
-use crate::engine::{Accuracy, Engine, GOOD_DIGITS};
+use crate::engine::{Accuracy, Engine, GOOD_DIGITS, Rounds};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
@@ -192,29 +192,32 @@ pub(crate) fn sizes_of(pieces: &[Piece]) -> Vec<f64> {
 /// Events with no more than this part of the way so far between them come at once.
 const AT_ONCE: f64 = 1e-9;
 
-/// The error of a chain of pieces; the largest one, relative to the size of its coordinate; and γ, from the start of
-/// the last piece, until which each of [`GOOD_DIGITS`] is kept.
-pub(crate) type ChainError = (RunError, f64, [f64; GOOD_DIGITS.len()]);
+/// The error of a chain of pieces.
+pub(crate) struct ChainError {
+    pub(crate) error: RunError,
+    /// The largest distance of the two chains, relative to the size of its coordinate, with the margin.
+    pub(crate) distance: f64,
+    /// γ, from the start of the last piece, until which each of [`GOOD_DIGITS`] is kept.
+    pub(crate) good_until: [f64; GOOD_DIGITS.len()],
+}
 
-/// Compares the pieces of a run with those of a second one, at the same γ on the ends and in the middles of windows.
-/// Errors are `margin` times the differences. `None` if other events acted in it, or in another order; but events that
-/// come at once may be in any order, whose result the pieces behind them show.
-pub(crate) fn chain_error(pieces: &[Piece], second: &[Piece], margin: f64) -> Option<ChainError> {
-    let [flights, others] = [pieces, second].map(flights);
-    if flights.len() != others.len() || flights.iter().zip(&others).any(|(one, other)| one.1 != other.1) {
-        return None;
-    }
-    let (end, of_second) = (pieces.last()?, &second.last()?.line);
+/// Compares the pieces of a run with those of a coarser one, at the same γ on the ends and in the middles of windows.
+/// Distances count by a margin, and errors as those of marches of this round. Where other events act, or in another
+/// order, nothing is known of what follows; but events that come at once may be in any order, whose result the pieces
+/// behind them show. `None` if a piece has no samples.
+pub(crate) fn chain_error(pieces: &[Piece], coarser: &[Piece], (margin, round): (f64, &Rounds)) -> Option<ChainError> {
+    let [flights, others] = [pieces, coarser].map(flights);
+    let alike = flights.iter().zip(&others).take_while(|(one, other)| one.acted == other.acted).count();
+    let end = pieces.last()?;
     let (last, sizes) = (&end.line, &sizes_of(pieces));
     let relative = |off: &[f64]| {
         let shares = off.iter().zip(sizes).filter(|(off, _)| **off != 0.0).map(|(off, size)| off / size);
         shares.fold(0.0, larger)
     };
-    let own = second.iter().filter_map(|piece| piece.line.error_estimate).fold(0.0, larger);
     let (mut found, mut good) = (RunError::none(sizes.len()), GOOD_DIGITS.map(|_| None));
-    for ((piece, _), (other, _)) in flights.iter().zip(&others) {
-        let (mut here, mut there) = (Sampler::new(&piece.line), Sampler::new(&other.line));
-        let (start, of_other) = (piece.line.gamma_i, &other.line);
+    for (k, (Flight { piece, .. }, other)) in flights.iter().zip(&others).take(alike + 1).enumerate() {
+        let (mut here, mut there) = (Sampler::new(&piece.line), Sampler::new(&other.piece.line));
+        let (start, of_other) = (piece.line.gamma_i, &other.piece.line);
         let of_windows = piece.line.windows.iter().flat_map(|window| {
             let [first, last] = window.gamma;
             [start + (first + last).half(), start + last]
@@ -223,37 +226,50 @@ pub(crate) fn chain_error(pieces: &[Piece], second: &[Piece], margin: f64) -> Op
             let q = here.at_gamma(gamma).ok()?.q;
             // Beyond its ends the other piece goes straight on.
             let end = of_other.gamma_f();
+            if k == alike && gamma > end {
+                break;
+            }
             let inside = if gamma > end { end } else { gamma.max(of_other.gamma_i) };
             let other = there.at_gamma(inside).ok()?;
             let straight = other.q.iter().zip(&other.q_dot).map(|(&q, &q_dot)| q + (gamma - inside) * q_dot);
             found.see(q.iter().zip(straight).map(|(&q, other)| margin * (q - other)));
-            let share = relative(&found.end) + own;
+            let share = round.error(relative(&found.end));
             for (good, digits) in good.iter_mut().zip(GOOD_DIGITS) {
                 let is_good = share <= 10.0_f64.powi(-digits);
                 *good = if is_good { *good } else { good.or(Some(gamma - last.gamma_i)) };
             }
         }
     }
+    if let Some((one, other)) = flights.iter().zip(&others).nth(alike) {
+        let gamma = one.piece.line.gamma_f().min(other.piece.line.gamma_f()) - last.gamma_i;
+        good.iter_mut().for_each(|good| *good = good.or(Some(gamma)));
+        found.see(std::iter::repeat(f64::INFINITY));
+    }
     found.see(in_others(found.end.clone(), end_coordinate(&end.setup, last), &last.end().q_dot));
-    let estimate = relative(&found.largest) + own;
+    let (distance, whole) = (relative(&found.largest), last.length);
     let stepped_over = pieces.iter().map(|piece| own_windows(&piece.setup, &piece.line)).fold(0.0, larger);
-    let judge = Judge::SecondSolve(of_second.accuracy.map_or(own, |accuracy| larger(own, accuracy.value())));
-    let error = RunError { own: sizes.iter().map(|size| own * size).collect(), judge, stepped_over, ..found };
-    let whole = last.length;
-    Some((error, estimate, good.map(|good| good.unwrap_or(whole))))
+    let least = round.error(0.0);
+    let error = RunError { own: sizes.iter().map(|size| least * size).collect(), stepped_over, ..found };
+    Some(ChainError { error, distance, good_until: good.map(|good| good.unwrap_or(whole)) })
+}
+
+/// A piece with the events that acted up to the next one.
+struct Flight<'p> {
+    piece: &'p Piece,
+    acted: Vec<usize>,
 }
 
 /// The pieces of a run that are more than next to nothing, each with the events up to the next one, in the order of
 /// the case.
-fn flights(pieces: &[Piece]) -> Vec<(&Piece, Vec<usize>)> {
-    let mut flights: Vec<(&Piece, Vec<usize>)> = Vec::new();
+fn flights(pieces: &[Piece]) -> Vec<Flight<'_>> {
+    let mut flights: Vec<Flight<'_>> = Vec::new();
     for piece in pieces {
         let whole = piece.line.gamma_f() - pieces[0].line.gamma_i;
         match flights.last_mut() {
-            Some((_, acted)) if piece.line.length / whole <= AT_ONCE => acted.extend(&piece.acted),
-            _ => flights.push((piece, piece.acted.clone())),
+            Some(Flight { acted, .. }) if piece.line.length / whole <= AT_ONCE => acted.extend(&piece.acted),
+            _ => flights.push(Flight { piece, acted: piece.acted.clone() }),
         }
     }
-    flights.iter_mut().for_each(|(_, acted)| acted.sort_unstable());
+    flights.iter_mut().for_each(|flight| flight.acted.sort_unstable());
     flights
 }
