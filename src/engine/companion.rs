@@ -45,6 +45,8 @@ struct Seen {
     /// The largest distance in a coordinate, relative to its size, and absolute.
     largest: f64,
     most: Vec<f64>,
+    /// The largest absolute one in the last window.
+    here: Vec<f64>,
     /// γ until which errors are below each of [`GOOD_DIGITS`].
     good_until: [f64; GOOD_DIGITS.len()],
 }
@@ -78,7 +80,7 @@ impl<'g> Companion<'g> {
     fn follow(&mut self) -> Result<(), Failure> {
         let Self { finer, coarser, seen, .. } = self;
         let (is_last, has_landed) = (finer.attempt.accepted.is_last, finer.has_landed());
-        finer.lent.solver.know(Known::All);
+        finer.lent.solver.know(Known::Ways);
         for node in PLACES {
             // At a value of a coordinate both have come to their end, wherever it is.
             let is_end = has_landed && node == POINTS - 1;
@@ -88,10 +90,11 @@ impl<'g> Companion<'g> {
             }
             // To a value the coarse march may be shorter, and else by a rounding of the sum of its windows.
             if is_end || gamma <= coarser.come_to() || finer.target.is_none() {
-                coarser.lent.solver.know(Known::All);
+                coarser.lent.solver.know(Known::Ways);
                 seen.compare(finer, coarser, node, gamma);
             }
         }
+        seen.add(finer);
         if is_last {
             seen.end(finer);
         }
@@ -137,14 +140,24 @@ impl<'g> Companion<'g> {
 
 impl Seen {
     fn new(geometry: &Geometry) -> Self {
-        Self { most: vec![0.0; geometry.dimension()], ..Self::default() }
+        let none = vec![0.0; geometry.dimension()];
+        Self { most: none.clone(), here: none, ..Self::default() }
     }
 
     /// Compares at a node of the finer march, with the place of the coarse one at this γ, or at its end.
     fn compare(&mut self, finer: &Adaptive<'_>, coarser: &Adaptive<'_>, node: usize, gamma: f64) {
-        let (weights, done) = (coarser.weights_at(gamma), finer.done());
-        for (a, most) in self.most.iter_mut().enumerate() {
+        let weights = coarser.weights_at(gamma);
+        for (a, here) in self.here.iter_mut().enumerate() {
             let off = (finer.way_at_node(a, node) - coarser.way_at(a, &weights)).abs();
+            *here = larger(*here, off);
+        }
+    }
+
+    /// Takes what was compared in a window.
+    fn add(&mut self, finer: &Adaptive<'_>) {
+        let done = finer.done();
+        for (a, (most, here)) in self.most.iter_mut().zip(&mut self.here).enumerate() {
+            let off = std::mem::take(here);
             *most = larger(*most, off);
             self.largest = larger(self.largest, off * finer.inverse_for_sums(a, done));
         }

@@ -101,8 +101,8 @@ pub(super) struct Solver<'g, const N: usize> {
 pub(super) enum Known {
     /// Its end.
     Ends,
-    /// The velocities of active coordinates on the nodes.
-    Velocities,
+    /// The ways of ignorable coordinates on the nodes.
+    Ways,
     /// Everything on the nodes.
     All,
 }
@@ -252,18 +252,18 @@ impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, Option<&Tables<N>>, Kn
         }
         let Solver { system: System { registers, passes, ignorable, .. }, velocities, elapsed, momenta, .. } = solver;
         let (zero, m) = (Lanes::splat(s, 0.0), velocities.len());
-        if wanted >= Known::Velocities && solver.known < Known::Velocities {
+        if wanted >= Known::Ways && solver.known < Known::Ways {
+            for k in 0..elapsed.len() {
+                let ways = multiply(s, &solver.rule.integral, &registers[ignorable[k]], [zero; 2]);
+                elapsed[k] = ways.scale_add(solver.length, zero).nodes();
+            }
+        }
+        if wanted == Known::All && solver.known < Known::All {
             for k in 0..m {
                 let (start, slope) = (solver.rows[m + k].start, &registers[passes[0].slopes[k]]);
                 let gains = multiply(s, &solver.rule.integral, slope, [zero; 2]);
                 let velocity = gains.scale_add(solver.length, Lanes::splat(s, start.low)) + start.high;
                 velocities[k] = velocity.nodes();
-            }
-        }
-        if wanted == Known::All && solver.known < Known::All {
-            for k in 0..elapsed.len() {
-                let ways = multiply(s, &solver.rule.integral, &registers[ignorable[k]], [zero; 2]);
-                elapsed[k] = ways.scale_add(solver.length, zero).nodes();
             }
             for (place, momentum) in momenta.iter_mut().enumerate() {
                 let mut sum = zero;

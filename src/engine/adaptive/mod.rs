@@ -30,6 +30,7 @@ pub(super) struct Adaptive<'g> {
     /// Looks between the nodes, where something can hide there.
     pub(super) between: Option<Between>,
     defect: Defect<'g>,
+    barycentric: places::Weights,
     tolerance: f64,
     /// The accuracy that is asked of the run: what may hide between the nodes changes its end by less.
     accuracy: f64,
@@ -110,6 +111,7 @@ impl<'g> Adaptive<'g> {
             ladder: ladder(&solver, tolerance),
             between: Between::new(&solver),
             defect: Defect::new(&solver),
+            barycentric: places::barycentric(&solver.rule),
             handed: None,
             length: if length.is_finite() || target.is_none() { length } else { solver.scales.time },
             lent: solver.into(),

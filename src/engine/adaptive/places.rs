@@ -2,10 +2,16 @@
 
 use super::Adaptive;
 use crate::engine::POINTS;
+use crate::engine::rule::Rule;
 use crate::engine::solved::WindowNodes;
 
 /// The weights of values on the nodes at a place between them.
-type Weights = [f64; POINTS];
+pub(super) type Weights = [f64; POINTS];
+
+/// The barycentric weights of the nodes: on those of Lobatto the roots of the weights of the rule, with signs in turn.
+pub(super) fn barycentric(rule: &Rule<POINTS>) -> Weights {
+    std::array::from_fn(|k| rule.weights.0[k].sqrt() * if k.is_multiple_of(2) { 1.0 } else { -1.0 })
+}
 
 impl Adaptive<'_> {
     /// γ at the end of the last window, 0 before the first.
@@ -56,24 +62,32 @@ impl Adaptive<'_> {
         (solver.start.q[a].high - solver.initial.q[a]) + solver.start.q[a].low
     }
 
-    /// Its way from there to a node.
-    fn way_in(&self, a: usize, node: usize) -> f64 {
+    /// Its values on the nodes of the window, and what they count from; `None` for a clock.
+    fn row(&self, a: usize) -> Option<(&Weights, f64)> {
         let solver = &self.lent.solver;
         match solver.place(a) {
-            Ok(_) if self.is_clock(a) => 0.0,
-            Ok(place) => solver.system.position(place).0[node] - solver.start.q[a].high,
-            Err(j) => solver.elapsed[j].0[node],
+            Ok(_) if self.is_clock(a) => None,
+            Ok(place) => Some((&solver.system.position(place).0, solver.start.q[a].high)),
+            Err(j) => Some((&solver.elapsed[j].0, 0.0)),
         }
     }
 
     /// The way of a coordinate from the start of the run to a node.
     pub(in crate::engine) fn way_at_node(&self, a: usize, node: usize) -> f64 {
-        self.way_before(a) + self.way_in(a, node)
+        self.way_before(a) + self.row(a).map_or(0.0, |(row, from)| row[node] - from)
     }
 
     /// The same with these weights of the nodes.
     pub(in crate::engine) fn way_at(&self, a: usize, weights: &Weights) -> f64 {
-        self.way_before(a) + weights.iter().enumerate().map(|(node, weight)| weight * self.way_in(a, node)).sum::<f64>()
+        let Some((row, from)) = self.row(a) else { return self.way_before(a) };
+        // Four sums go side by side.
+        let mut sums = [0.0; 4];
+        for (weights, row) in weights.as_chunks::<4>().0.iter().zip(row.as_chunks::<4>().0) {
+            for (sum, (weight, value)) in sums.iter_mut().zip(weights.iter().zip(row)) {
+                *sum += weight * (value - from);
+            }
+        }
+        self.way_before(a) + ((sums[0] + sums[2]) + (sums[1] + sums[3]))
     }
 
     /// The weights of the nodes at this γ, or at the end of the window if that is behind it, by Lagrange's formula
@@ -84,10 +98,7 @@ impl Adaptive<'_> {
         if let Some(node) = nodes.iter().position(|node| *node == at) {
             return std::array::from_fn(|k| f64::from(u8::from(k == node)));
         }
-        // On Lobatto nodes barycentric weights are the roots of those of the rule, with signs in turn.
-        let barycentric =
-            |k: usize| self.lent.solver.rule.weights.0[k].sqrt() * if k.is_multiple_of(2) { 1.0 } else { -1.0 };
-        let weights: Weights = std::array::from_fn(|k| barycentric(k) / (at - nodes[k]));
+        let weights: Weights = std::array::from_fn(|k| self.barycentric[k] / (at - nodes[k]));
         let sum: f64 = weights.iter().sum();
         weights.map(|weight| weight / sum)
     }
