@@ -110,8 +110,8 @@ fn failed(setup: &Setup, status: Status, pieces: &[Piece], place: Option<usize>)
     NoSolution::at_event(status, &setup.place.geometry, line.gamma_f(), &line.end().q, event)
 }
 
-/// The pieces of a run to an accuracy, each to it by itself. A chain that `is_shaken` is off by its last digits at every
-/// event.
+/// The pieces of a run to an accuracy, each to it by itself. A chain that `is_shaken` is off by its last digits
+/// at every event.
 pub(super) fn chain(
     case: &Case,
     setup: &Setup,
