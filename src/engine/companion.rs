@@ -106,7 +106,7 @@ impl<'g> Companion<'g> {
             }
         }
         if self.round.allows(error) {
-            // What was too much for the sizes on the way may be little for those at the end.
+            // A distance that was too much for the sizes on the way may be little for those at the end.
             if is_last {
                 self.finer.forgive();
             }

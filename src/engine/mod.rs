@@ -182,7 +182,7 @@ pub trait Windows {
     /// Number of sweeps so far, those over refused windows too.
     fn sweeps(&self) -> usize;
 
-    /// Goes back to the start with smaller shares of the accuracy, after [`Failure::BeginAgain`].
+    /// Goes back to the start with smaller tolerances, after [`Failure::BeginAgain`].
     fn begin_again(&mut self) {}
 
     /// Goes back to the start, as if nothing was known, with the tables that were made.
