@@ -7,7 +7,7 @@
 //! digits.
 //!
 //! ```text
-//! cargo bench --bench engine [-- NAME]
+//! cargo bench --bench engine [-- NAME [MODE]]
 //! ```
 
 use std::ops::ControlFlow;
@@ -111,9 +111,9 @@ fn measure(scene: &Scene, accuracy: f64, (_, wanted, is_complete): Mode) -> Resu
     Ok(Measured { seconds, windows, sweeps, error, estimate: engine.error_estimate() })
 }
 
-fn table(scene: &Scene) {
+fn table(scene: &Scene, modes: &[&Mode]) {
     for accuracy in [1e-4, 1e-6, 1e-9, 1e-12] {
-        for mode in MODES {
+        for &&mode in modes {
             print!("{:<14} {accuracy:.0e} {:<10} ", scene.0, mode.0);
             match measure(scene, accuracy, mode) {
                 Ok(Measured { seconds, windows, sweeps, error, estimate }) => {
@@ -128,8 +128,9 @@ fn table(scene: &Scene) {
 }
 
 fn main() {
-    let name = std::env::args().skip(1).find(|argument| !argument.starts_with('-'));
-    for scene in SCENES.iter().filter(|scene| name.as_ref().is_none_or(|name| scene.0.contains(name.as_str()))) {
-        table(scene);
-    }
+    let mut names = std::env::args().skip(1).filter(|argument| !argument.starts_with('-'));
+    let [scene, mode] = std::array::from_fn(|_| names.next());
+    let is_asked = |name: &str, asked: &Option<String>| asked.as_ref().is_none_or(|asked| name.contains(asked));
+    let modes: Vec<&Mode> = MODES.iter().filter(|(name, ..)| is_asked(name, &mode)).collect();
+    SCENES.iter().filter(|(name, ..)| is_asked(name, &scene)).for_each(|scene| table(scene, &modes));
 }

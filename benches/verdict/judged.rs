@@ -8,7 +8,7 @@ use geodesic_ivp::diagnostics::verdict::{CoordinateError, Grade, Verdict, Verdic
 use geodesic_ivp::solve;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::errors::run_error;
-use geodesic_ivp::study::run::facts_of_run;
+use geodesic_ivp::study::facts::facts_of_run;
 use geodesic_ivp::trajectory::Sampler;
 
 use super::truth::Truth;

@@ -205,7 +205,11 @@ impl Case {
 
     /// The end of the run that this one continues, with what it takes over besides.
     fn carried<S: Real>(&self, geometry: &Geometry<S>) -> Option<(Start<S>, Carried<S>)> {
-        self.from.as_ref()?.state(geometry, self.is_backward())
+        let from = self.from.as_ref()?;
+        let (start, carried) = from.state(geometry, self.is_backward())?;
+        let keeps_energy = || from.norm().is_none_or(|norm| start::has_norm(geometry, &start, norm));
+        let start = if self.is_lifted() && !keeps_energy() { start::with_energy(geometry, start)? } else { start };
+        Some((start, carried))
     }
 
     /// A number of this case, rounded once if it is written as a decimal.

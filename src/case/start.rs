@@ -108,6 +108,20 @@ fn undetermined(data: &StartData, names: &[String]) -> NoStart {
     }
 }
 
+/// Returns true if K has this value at a state, but for rounding.
+pub(super) fn has_norm<S: Real>(geometry: &Geometry<S>, state: &Start<S>, norm: S) -> bool {
+    let rounding: S = rounding_of_norm(geometry.dimension(), 0.0);
+    (geometry.norm(&state.q, &state.q_dot) - norm).abs() <= rounding * (size_of_norm(geometry, state) + norm.abs())
+}
+
+/// A state of Newton's law with the energy that its other momenta have: p_t is such that K is 0, which is linear in it
+/// as t goes with γ. `None` outside the domain.
+pub(super) fn with_energy<S: Real>(geometry: &Geometry<S>, Start { q, mut p, .. }: Start<S>) -> Option<Start<S>> {
+    let q_dot = geometry.velocities(&q, &p).ok()?;
+    p[0] -= geometry.norm(&q, &q_dot).half() / q_dot[0];
+    Some(Start { q_dot: geometry.velocities(&q, &p).ok()?, q, p })
+}
+
 /// Σ |g_ab q̇^a q̇^b|, beside which a K of rounding errors is zero.
 pub(super) fn size_of_norm<S: Real>(geometry: &Geometry<S>, start: &Start<S>) -> S {
     form(&matrix(geometry, &start.q).0, &start.q_dot, &start.q_dot).1

@@ -251,8 +251,8 @@ fn until_failure<S: Real>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> a
     table.finish().context("cannot write until_failure.csv")?;
     if has_rows && !case.events.is_empty() {
         let names = setup.place.geometry.names();
-        let digits = setup.settings.digits;
-        files.write_table(EVENTS, |out| write_events(out, names, &case.event_names(), &events, digits))?;
+        let format = (setup.settings.digits, setup.settings.is_judged_on_its_way());
+        files.write_table(EVENTS, |out| write_events(out, names, &case.event_names(), &events, format))?;
     }
     Ok(has_rows)
 }
@@ -339,7 +339,10 @@ fn write_table<S: Real>(name: &str, out: &File, case: &Case, run: &Run<S>, every
         SAMPLES => write_samples(out, names, &run.samples, line.digits),
         SENSITIVITY => write_sensitivity(out, line),
         GROWTH => write_growth(out, line),
-        _ => write_events(out, names, &case.event_names(), &run.events, line.digits),
+        _ => {
+            let format = (line.digits, case.settings.is_judged_on_its_way());
+            write_events(out, names, &case.event_names(), &run.events, format)
+        }
     }
 }
 

@@ -280,8 +280,7 @@ impl<S: Real> Diagnostics<S> {
         }
         // Windows of a run to an accuracy are chosen by their modes, and their errors are estimated from these.
         let defect = self.defect.as_ref().filter(|_| line.accuracy.is_none());
-        // s of Newton's law is no result, and comes last.
-        let results = names.len() - usize::from(self.energy.is_some());
+        let results = line.geometry().results();
         found.extend(defect.and_then(|defect| defect.doubt(names, results, errors, remedy)));
         found
     }

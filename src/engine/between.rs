@@ -13,20 +13,16 @@ mod tests;
 use pulp::{Simd, WithSimd};
 
 use super::POINTS;
-use super::enclosure::{Enclosure, HIDDEN_SHARE, Hidden, bent, tolerated_rates};
+use super::enclosure::{Enclosure, HIDDEN_SHARE, Hidden, tolerated_rates};
 use super::kernel::On;
 use super::rule::Order;
 use super::solved::WindowNodes;
 use super::tuning::KINK;
 use super::window::Solver;
-use crate::formula::{Kind, Watched, watched_registers};
+use crate::formula::{BENT, Kind, Watched, watched_registers};
 use crate::number::root::root;
 use crate::number::spline::Table;
 use crate::number::vector::{Lanes, Level, Nodes};
-
-/// Between two nodes an argument leaves its values there by at most this part of its changes from them to their
-/// neighbours and from one to the other. A parabola comes to half of that.
-const BENT: f64 = 0.125;
 
 /// Looks between the nodes of windows.
 pub(super) struct Between {
@@ -35,8 +31,8 @@ pub(super) struct Between {
     /// The registers of what must not change much, and true if all of it has registers.
     watched: Vec<Watched>,
     is_all: bool,
-    /// True if none of that changes much on all of the window that was looked at.
-    is_gentle: bool,
+    /// True for each of those that does not change much on all of the window that was looked at.
+    gentle: Vec<bool>,
     /// True if a kink is between its first node and its last one.
     has_kink: bool,
 }
@@ -82,14 +78,15 @@ impl Between {
         let steps = system.passes.iter().map(|pass| &pass.steps).chain([&system.others]).flatten();
         let (watched, is_all) = watched_registers(steps, &depends);
         let can_hide = !is_all || !watched.is_empty();
-        can_hide.then_some(Self { enclosure: None, watched, is_all, is_gentle: false, has_kink: false })
+        let gentle = vec![false; watched.len()];
+        can_hide.then_some(Self { enclosure: None, watched, is_all, gentle, has_kink: false })
     }
 
     /// Looks at the solved window.
     pub(super) fn look(&mut self, solver: &Solver<'_, POINTS>) -> Seen {
         let registers = &solver.system.registers;
-        let look = Level::Best.dispatch(On((&registers[..], &self.watched[..])));
-        (self.is_gentle, self.has_kink) = (look.is_gentle, look.has_kink);
+        let look = Level::Best.dispatch(On((&registers[..], &self.watched[..], &mut self.gentle[..])));
+        self.has_kink = look.has_kink;
         let knot = if look.passes_knot { self.first_knot(solver) } else { None };
         Seen { decay: if look.has_kink || knot.is_some() { 1.0 } else { look.decay }, knot }
     }
@@ -107,12 +104,12 @@ impl Between {
     /// Looks for something that may hide in the window that was looked at, of length `h`, in a run of this length to an
     /// accuracy. Its change is in units of the most that is tolerated there.
     pub(super) fn hides(&mut self, solver: &Solver<'_, POINTS>, h: f64, length: f64, accuracy: f64) -> Option<Hidden> {
-        let (registers, nodes) = (&solver.system.registers, solver.fractions());
-        let mut watched = self.watched.iter();
+        let (registers, nodes) = (&solver.system.registers, &solver.rule.nodes[0].0);
+        let mut watched = self.watched.iter().zip(&self.gentle);
         // The values of an argument that has a kink in it tell nothing of it between the nodes.
         let is_seen = self.is_all
             && !self.has_kink
-            && (self.is_gentle || watched.all(|look| changes_little(look, nodes, &registers[look.register].0)));
+            && watched.all(|(look, gentle)| *gentle || changes_little(look, nodes, &registers[look.register].0));
         if is_seen { None } else { self.hides_in_intervals(solver, h, length, accuracy) }
     }
 
@@ -163,28 +160,26 @@ impl Between {
 }
 
 pub(super) struct Looked {
-    /// True if nothing changes much on all of the window.
-    is_gentle: bool,
     has_kink: bool,
     passes_knot: bool,
     /// The slowest decay of modes, where there is no kink.
     decay: f64,
 }
 
-/// Looks at the range that everything that is watched has on the nodes.
-impl WithSimd for On<(&[Nodes<POINTS>], &[Watched])> {
+/// Looks at the range that everything that is watched has on the nodes, and tells what is gentle.
+impl WithSimd for On<(&[Nodes<POINTS>], &[Watched], &mut [bool])> {
     type Output = Looked;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, s: S) -> Looked {
-        let On((registers, watched)) = self;
-        let (mut all_gentle, mut has_kink, mut passes_knot, mut ratio) = (true, false, false, 1.0_f64);
-        for look in watched {
+        let On((registers, watched, gentle)) = self;
+        let (mut has_kink, mut passes_knot, mut ratio) = (false, false, 1.0_f64);
+        for (look, gentle) in watched.iter().zip(gentle) {
             let (kind, values) = (look.kind, Lanes::new(s, &registers[look.register]));
             let (least, most) = (-values.neg().largest(), values.largest());
             // At most one of three changes in turn goes back.
             let margin = 2.0 * BENT * (most - least);
-            all_gentle &= look.is_gentle([least - margin, most + margin]);
+            *gentle = look.is_gentle([least - margin, most + margin]);
             if kind == Kind::Ratio && least * most > 0.0 {
                 ratio = ratio.max(most / least).max(least / most);
             }
@@ -196,26 +191,14 @@ impl WithSimd for On<(&[Nodes<POINTS>], &[Watched])> {
         // What is linear and changes by this ratio has a zero so far away that Bernstein's ellipse through it has the
         // parameter (√ratio + 1)/(√ratio − 1).
         let root = ratio.sqrt();
-        Looked { is_gentle: all_gentle, has_kink, passes_knot, decay: (root - 1.0) / (root + 1.0) }
+        Looked { has_kink, passes_knot, decay: (root - 1.0) / (root + 1.0) }
     }
 }
 
 /// True if a value that is this on the nodes changes little from each to the next.
 #[inline(never)]
-fn changes_little(look: &Watched, nodes: &[f64], values: &[f64]) -> bool {
-    let change = |k: usize| (values[k + 1] - values[k]).abs();
-    (0..nodes.len() - 1).all(|k| {
-        let margin = if look.kind == Kind::Base {
-            // Whether what is linear comes to 0 does not matter.
-            0.25 * bent(nodes, |node| values[node], k)
-        } else {
-            let neighbours = if k > 0 { change(k - 1) } else { 0.0 };
-            let neighbours = neighbours + if k + 2 < values.len() { change(k + 1) } else { 0.0 };
-            BENT * (change(k) + neighbours)
-        };
-        let ends @ [a, b] = [values[k], values[k + 1]];
-        look.is_gentle_between([a.min(b) - margin, a.max(b) + margin], ends)
-    })
+fn changes_little<const N: usize>(look: &Watched, nodes: &[f64; N], values: &[f64; N]) -> bool {
+    look.changes_little(nodes, values, &mut [0.0; N])
 }
 
 /// Places that differ by this part of them are one: their rounding, and that of what they are compared with in an

@@ -12,7 +12,7 @@
 
 use super::adaptive::{Adaptive, Target};
 use super::local::larger;
-use super::rounds::Rounds;
+use super::rounds::{ROUNDED, Rounds};
 use super::solved::Handed;
 use super::window::Known;
 use super::{Accuracy, Failure, GOOD_DIGITS, OfState, POINTS, Window, Windows};
@@ -42,11 +42,17 @@ pub(super) struct Companion<'g> {
 struct Seen {
     /// True once the last window of the finer march was compared.
     is_followed: bool,
+    /// The place in [`PLACES`] that is compared next.
+    place: usize,
+    /// True once the coarse march has gone on behind the end of the run.
+    is_beyond: bool,
     /// The largest distance in a coordinate, relative to its size, and absolute.
     largest: f64,
     most: Vec<f64>,
     /// The largest absolute one in the last window.
     here: Vec<f64>,
+    /// The largest way of the finer march from its start.
+    ways: Vec<f64>,
     /// γ until which errors are below each of [`GOOD_DIGITS`].
     good_until: [f64; GOOD_DIGITS.len()],
 }
@@ -73,27 +79,31 @@ impl<'g> Companion<'g> {
         self.seen = Seen::new(self.finer.lent.solver.geometry);
     }
 
-    /// Compares the marches over the last window of the finer one.
+    /// Compares the marches over the last window of the finer one, up to where the coarse one has come to. Returns false
+    /// if that has gone on by a window, and true once all is compared.
     ///
     /// # Errors
     /// If they differ by more than the accuracy, or if the coarse one fails.
-    fn follow(&mut self) -> Result<(), Failure> {
+    fn follow(&mut self) -> Result<bool, Failure> {
         let Self { finer, coarser, seen, .. } = self;
         let (is_last, has_landed) = (finer.attempt.accepted.is_last, finer.has_landed());
         finer.lent.solver.know(Known::Ways);
-        for node in PLACES {
+        while let Some(&node) = PLACES.get(seen.place) {
             // At a value of a coordinate both have come to their end, wherever it is.
             let is_end = has_landed && node == POINTS - 1;
             let gamma = if is_end { f64::INFINITY } else { finer.gamma_at(node) };
-            while gamma > coarser.come_to() && !coarser.is_over() {
+            if gamma > coarser.come_to() && !coarser.is_over() {
                 coarser.next().map_err(|failure| finer.reason(failure))?;
+                return Ok(false);
             }
             // To a value the coarse march may be shorter, and else by a rounding of the sum of its windows.
             if is_end || gamma <= coarser.come_to() || finer.target.is_none() {
                 coarser.lent.solver.know(Known::Ways);
                 seen.compare(finer, coarser, node, gamma);
             }
+            seen.place += 1;
         }
+        (seen.place, seen.is_followed) = (0, true);
         seen.add(finer);
         if is_last {
             seen.end(finer);
@@ -110,9 +120,9 @@ impl<'g> Companion<'g> {
             if is_last {
                 self.finer.forgive();
             }
-            return Ok(());
+            return Ok(true);
         }
-        self.refuse(is_last)
+        self.refuse(is_last).map(|()| true)
     }
 
     /// Stops where the marches differ by more than the accuracy, if they can do so again with smaller tolerances. If
@@ -140,16 +150,17 @@ impl<'g> Companion<'g> {
 
 impl Seen {
     fn new(geometry: &Geometry) -> Self {
-        let none = vec![0.0; geometry.dimension()];
-        Self { most: none.clone(), here: none, ..Self::default() }
+        let none = vec![0.0; geometry.results()];
+        Self { most: none.clone(), ways: none.clone(), here: none, ..Self::default() }
     }
 
     /// Compares at a node of the finer march, with the place of the coarse one at this γ, or at its end.
     fn compare(&mut self, finer: &Adaptive<'_>, coarser: &Adaptive<'_>, node: usize, gamma: f64) {
         let weights = coarser.weights_at(gamma);
-        for (a, here) in self.here.iter_mut().enumerate() {
-            let off = (finer.way_at_node(a, node) - coarser.way_at(a, &weights)).abs();
-            *here = larger(*here, off);
+        for (a, (here, most)) in self.here.iter_mut().zip(&mut self.ways).enumerate() {
+            let way = finer.way_at_node(a, node);
+            *here = larger(*here, (way - coarser.way_at(a, &weights)).abs());
+            *most = larger(*most, way.abs());
         }
     }
 
@@ -172,10 +183,7 @@ impl Seen {
 
 impl Windows for Companion<'_> {
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure> {
-        // The last window may have been solved again since it was seen.
-        if self.finer.attempt.windows > 0 && !std::mem::replace(&mut self.seen.is_followed, true) {
-            self.follow()?;
-        }
+        while self.next_of_judge()?.is_some() {}
         self.seen.is_followed = false;
         if self.is_futile() {
             return Err(self.finer.reason(Failure::Accuracy));
@@ -186,6 +194,20 @@ impl Windows for Companion<'_> {
             return Ok(None);
         }
         Ok(Some(self.finer.window()))
+    }
+
+    fn next_of_judge(&mut self) -> Result<Option<Window<'_>>, Failure> {
+        // The last window may have been solved again since it was seen.
+        if self.finer.attempt.windows > 0 && !self.seen.is_followed && !self.follow()? {
+            return Ok(Some(self.coarser.window()));
+        }
+        // Where an event has ended the run, the coarse march may meet it a little later.
+        if self.finer.attempt.accepted.is_last && !self.coarser.is_over() && !self.seen.is_beyond {
+            self.seen.is_beyond = true;
+            // Behind the event there may be nothing.
+            return Ok(self.coarser.next().unwrap_or(None));
+        }
+        Ok(None)
     }
 
     fn end_where(&mut self, between: [f64; 2], side: f64, value: OfState<'_>) -> Result<bool, Failure> {
@@ -222,6 +244,15 @@ impl Windows for Companion<'_> {
 
     fn error_estimate(&self) -> Option<f64> {
         Some(self.round.error(self.seen.largest))
+    }
+
+    fn errors(&self) -> Vec<f64> {
+        let (Seen { largest, most, ways, .. }, rounded) = (&self.seen, |size: f64| ROUNDED * size);
+        let estimate = self.round.error(*largest);
+        // What rests in both marches, as the inclination of an orbit in the equator, has no error of other coordinates.
+        let rests = |a: usize, size: f64| a < most.len() && larger(most[a], ways[a]) <= rounded(size);
+        let of = |(a, &size): (usize, &f64)| if rests(a, size) { 2.0 * rounded(size) } else { estimate * size };
+        self.finer.sizes().iter().enumerate().map(of).collect()
     }
 
     fn reachable(&self) -> Option<f64> {

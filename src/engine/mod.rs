@@ -161,6 +161,16 @@ pub trait Windows {
     /// [`Failure`], of which [`Failure::BeginAgain`] is no end.
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure>;
 
+    /// The next window of the march that judges this run, as far as it is needed beside the last window; `None` if it is
+    /// not, or if there is no such march. [`Self::next`] goes on with those that were not asked for. It is another
+    /// solution, and its windows end elsewhere.
+    ///
+    /// # Errors
+    /// As [`Self::next`].
+    fn next_of_judge(&mut self) -> Result<Option<Window<'_>>, Failure> {
+        Ok(None)
+    }
+
     /// Ends the run in the last window of a run to an accuracy, where `value` of the state at its end changes its sign:
     /// the window is solved again with another length. `between` are two lengths of which the sign before the first one
     /// is `side`, and changes before the second one, or beside them by no more than their distance. Returns false if it
@@ -194,6 +204,11 @@ pub trait Windows {
     /// The largest error to expect at any node so far, relative to sizes, if the accuracy is promised.
     fn error_estimate(&self) -> Option<f64> {
         None
+    }
+
+    /// The same for every coordinate by itself, in its unit; empty where nothing is known.
+    fn errors(&self) -> Vec<f64> {
+        Vec::new()
     }
 
     /// The highest accuracy for which rounding leaves room so far, if errors are estimated.

@@ -22,7 +22,7 @@ const FINER: f64 = 1e-2;
 /// The first tolerance of the coarse march is this share of the accuracy, so that most runs need one round.
 const SHARE: f64 = 1.0 / 3.0;
 /// Two marches round in their own ways, and may round alike: relative to sizes, what that leaves unseen.
-const ROUNDED: f64 = 5e-15;
+pub(super) const ROUNDED: f64 = 5e-15;
 /// The most rounds.
 const ROUNDS: usize = 3;
 /// The tolerance of the finer march is no tighter than this: rounding is all that would change. That of the other is

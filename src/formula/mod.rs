@@ -40,7 +40,7 @@ pub(crate) use program::{Program, Register, Step};
 pub(crate) use reduce::Level;
 #[cfg(test)]
 pub(crate) use steep::plain;
-pub(crate) use steep::{Kind, Steep, Watched, kind, watched_registers};
+pub(crate) use steep::{BENT, Kind, Steep, Watched, kind, turn, watched_registers};
 
 /// A mistake in a formula.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

@@ -29,6 +29,10 @@ const ANGLE: f64 = 1.5;
 /// times what they see of it, by the largest change of its angle, and its sixth power less than `RATIO` times.
 const LOW_POWER: f64 = 6.0;
 
+/// Between two nodes an argument leaves its values there by at most this part of its changes from them to their
+/// neighbours and from one to the other. A parabola comes to half of that.
+pub(crate) const BENT: f64 = 0.125;
+
 /// The measure by which an argument must not change much.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Kind {
@@ -108,16 +112,67 @@ impl Watched {
     #[inline(always)]
     pub(crate) fn is_gentle_between(&self, [lo, hi]: [f64; 2], ends: [f64; 2]) -> bool {
         let ends = ends.map(f64::abs);
-        let is_shown = || match self.kind {
+        match self.kind {
+            // A base that is gentle is no larger than its values on the nodes allow.
             Kind::Base => (-lo).max(hi) <= self.most * ends[0].max(ends[1]),
             Kind::Ratio => {
                 let (least, most) = (lo.abs().min(hi.abs()), lo.abs().max(hi.abs()));
-                (lo > 0.0 || hi < 0.0) && most <= RATIO * least && ends[0].min(ends[1]) <= self.most * least
+                let is_shown = most <= RATIO * least && ends[0].min(ends[1]) <= self.most * least;
+                // An interval whose ends are gentle keeps its sign, too.
+                (lo > 0.0 || hi < 0.0) && (most <= self.most * least || is_shown)
             }
-            _ => false,
-        };
-        self.is_gentle([lo, hi]) || is_shown()
+            _ => self.is_gentle([lo, hi]),
+        }
     }
+}
+
+impl Watched {
+    /// True if a value that is this on the nodes changes little from each to the next. There is room for `margins`, one
+    /// for each node: by how much the value may leave its values on it and the next one between them.
+    #[inline(always)]
+    pub(crate) fn changes_little(&self, nodes: &[f64], values: &[f64], margins: &mut [f64]) -> bool {
+        if self.kind == Kind::Base {
+            bends(nodes, values, margins)
+        } else {
+            changes(values, margins)
+        }
+        let is_gentle = |k: usize| {
+            let ends @ [a, b] = [values[k], values[k + 1]];
+            self.is_gentle_between([a.min(b) - margins[k], a.max(b) + margins[k]], ends)
+        };
+        // All of them side by side are faster than one after the other until one is not.
+        (0..values.len() - 1).fold(true, |all, k| all & is_gentle(k))
+    }
+}
+
+/// Margins by the changes around two nodes.
+#[inline(always)]
+fn changes(values: &[f64], margins: &mut [f64]) {
+    let count = values.len();
+    let change = |k: usize| if k + 1 < count { (values[k + 1] - values[k]).abs() } else { 0.0 };
+    let before = |k: usize| if k > 0 { change(k - 1) } else { 0.0 };
+    (0..count).for_each(|k| margins[k] = BENT * (change(k) + (before(k) + change(k + 1))));
+}
+
+/// Margins by second derivatives: whether what is linear comes to 0 does not matter.
+#[inline(always)]
+fn bends(nodes: &[f64], values: &[f64], margins: &mut [f64]) {
+    let count = values.len();
+    let turn = |k: usize| turn([nodes[k - 1], nodes[k], nodes[k + 1]], [values[k - 1], values[k], values[k + 1]]);
+    margins[0] = 0.0;
+    (1..count - 1).for_each(|k| margins[k] = turn(k));
+    margins[count - 1] = 0.0;
+    for k in 0..count - 1 {
+        let distance = nodes[k + 1] - nodes[k];
+        margins[k] = 0.25 * margins[k].max(margins[k + 1]) * distance * distance;
+    }
+}
+
+/// The second derivative of a value at the second of three nodes, without its sign.
+#[inline(always)]
+pub(crate) fn turn(nodes: [f64; 3], values: [f64; 3]) -> f64 {
+    let slope = |k: usize| (values[k + 1] - values[k]) / (nodes[k + 1] - nodes[k]);
+    2.0 * (slope(1) - slope(0)).abs() / (nodes[2] - nodes[0])
 }
 
 /// A program with what may become steep in it.

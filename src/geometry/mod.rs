@@ -155,6 +155,11 @@ impl<S: Real> Geometry<S> {
         })
     }
 
+    /// The number of coordinates that are results: s, which Newton's law adds to have a geodesic, comes last and is none.
+    pub fn results(&self) -> usize {
+        self.dimension() - usize::from(!self.mirrored.is_empty())
+    }
+
     /// The momentum of a coordinate as a user sees it, from that of the geometry, or back. With Newton's law it is that
     /// of mechanics, m dx/dγ + A; the geometry has g_aa = −m. All that a user reads or writes passes here.
     pub fn seen(&self, a: usize, p: S) -> S {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::parts::{self, Scope};
 use super::text::{GeometryError, GeometryText, Place};
-use crate::formula::{self, Program};
+use crate::formula::{self, Kind, Program, Watched, watched_registers};
 use crate::number::Real;
 
 /// A formula in the positions `q`, the velocities `q_dot` and the momenta `p_q` of a scene, in `norm`, which is K at
@@ -13,6 +13,9 @@ use crate::number::Real;
 pub struct Observable<S = f64> {
     program: Program<S>,
     registers: Vec<[S; 1]>,
+    /// Its arguments of functions, divisors and bases of powers, which must not change much from a point to the next if
+    /// the points are to show what it does between them. At a kink or a jump it is no other there.
+    steep: Vec<Watched>,
     /// True if velocities and momenta are those of the reversed motion.
     is_reversed: bool,
     /// The coordinates whose momenta have the other sign in the formula, see [`Geometry::seen`](super::Geometry::seen).
@@ -40,7 +43,25 @@ impl<S: Real> Observable<S> {
             .map_err(|error| GeometryError::Formula(place, error))?;
         let program = Program::new(&mut scope.graph, variables.len(), &[node]);
         let (registers, mirrored) = (program.registers(|constant| [constant]), scene.mirrored());
-        Ok(Self { registers, program, is_reversed: false, mirrored })
+        let varies = program.depends_on(|variable| variable + 1 < variables.len());
+        let (mut steep, _) = watched_registers(program.steps_to(1).iter(), &varies);
+        steep.retain(|look| !matches!(look.kind, Kind::Side(_) | Kind::Table(_)));
+        Ok(Self { registers, program, steep, is_reversed: false, mirrored })
+    }
+
+    /// What may be steep in the formula, where it was evaluated last.
+    pub(crate) fn arguments(&self) -> impl Iterator<Item = f64> {
+        self.steep.iter().map(|look| self.registers[look.register][0].to_f64())
+    }
+
+    /// Returns true if the values at these places show what the formula does between them, where `arguments` has
+    /// [`Self::arguments`] of one place after the other. Where something is no number, nothing is known.
+    pub(crate) fn is_shown(&self, places: &[f64], arguments: &[f64]) -> bool {
+        let (count, mut margins) = (self.steep.len(), vec![0.0; places.len()]);
+        self.steep.iter().enumerate().all(|(k, look)| {
+            let values: Vec<f64> = arguments.iter().skip(k).step_by(count).copied().collect();
+            look.changes_little(places, &values, &mut margins) || values.iter().any(|value| !value.is_finite())
+        })
     }
 
     /// The same, which is given velocities and momenta of the reversed motion.

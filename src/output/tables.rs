@@ -53,11 +53,17 @@ pub fn write_samples<S: Real>(
     samples: &[Sample<S>],
     digits: u32,
 ) -> csv::Result<()> {
-    write_rows(out, digits, state_header(names), samples.iter().map(|sample| (None, numbers(sample))))
+    write_rows(out, digits, state_header(names), samples.iter().map(numbers))
 }
 
-/// Writes `events.csv`: the name of the event, then the columns of `samples.csv`. `events` are the names of what was
-/// watched.
+/// The columns of `events.csv` behind the name of the event: those of `samples.csv` and, of runs that are judged on
+/// their way, by how much γ and every coordinate may be off.
+pub(crate) fn event_header(names: &[String], is_judged: bool) -> Vec<String> {
+    let errors = std::iter::once("gamma").chain(names.iter().map(String::as_str)).map(|name| format!("error_{name}"));
+    state_header(names).into_iter().chain(errors.filter(|_| is_judged)).collect()
+}
+
+/// Writes `events.csv`: the name of the event, then [`event_header`]. `events` are the names of what was watched.
 ///
 /// # Errors
 /// If `out` cannot be written.
@@ -66,10 +72,15 @@ pub fn write_events<S: Real>(
     names: &[String],
     events: &[&str],
     crossings: &[Crossing<S>],
-    digits: u32,
+    (digits, is_judged): (u32, bool),
 ) -> csv::Result<()> {
-    let header = std::iter::once("event".to_owned()).chain(state_header(names));
-    write_rows(out, digits, header, crossings.iter().map(|it| (Some(events[it.watch]), numbers(&it.sample))))
+    let mut writer = Writer::from_writer(out);
+    writer.write_record(std::iter::once("event".to_owned()).chain(event_header(names, is_judged)))?;
+    for crossing in crossings {
+        let name = events[crossing.watch].to_owned();
+        writer.write_record(std::iter::once(name).chain(crossing.cells(digits, is_judged)))?;
+    }
+    Ok(writer.flush()?)
 }
 
 /// Writes `sensitivity.csv`: gamma, and for all active coordinates and momenta `A` and `B` in the columns `d_A_d_B` by
@@ -94,7 +105,7 @@ pub fn write_sensitivity<S: Real>(out: impl Write, run: &WorldLine<S>) -> csv::R
     let entry = |(at, &value): (usize, &f64)| S::ZERO + shown(at / n, shown(at % n, S::from(value)));
     let header = std::iter::once("gamma".to_owned()).chain(cells);
     let rows = joints(run).zip(matrices);
-    let rows = rows.map(|(gamma, row)| (None, std::iter::once(gamma).chain(row.iter().enumerate().map(entry))));
+    let rows = rows.map(|(gamma, row)| std::iter::once(gamma).chain(row.iter().enumerate().map(entry)));
     write_rows(out, run.digits, header, rows)
 }
 
@@ -110,9 +121,9 @@ fn joints<S: Real>(run: &WorldLine<S>) -> impl Iterator<Item = S> {
 /// If `out` cannot be written.
 pub fn write_growth<S: Real>(out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
     let growths = run.sensitivity.iter().flat_map(Sensitivity::growths);
-    let rows = joints(run).zip(growths).map(|(gamma, Growth { lyapunov, megno, .. })| {
-        (None, [gamma, S::from(*lyapunov), S::from(*megno)].into_iter())
-    });
+    let rows = joints(run)
+        .zip(growths)
+        .map(|(gamma, Growth { lyapunov, megno, .. })| [gamma, S::from(*lyapunov), S::from(*megno)].into_iter());
     write_rows(out, run.digits, ["gamma", "lyapunov", "megno"].map(str::to_owned), rows)
 }
 
@@ -121,14 +132,14 @@ fn numbers<S: Real>(sample: &Sample<S>) -> impl Iterator<Item = S> {
     std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
 }
 
-fn write_rows<'r, S: Real>(
+fn write_rows<S: Real>(
     mut out: impl Write,
     digits: u32,
     header: impl IntoIterator<Item = String>,
-    mut rows: impl Iterator<Item = (Option<&'r str>, impl Iterator<Item = S>)>,
+    mut rows: impl Iterator<Item = impl Iterator<Item = S>>,
 ) -> csv::Result<()> {
     let mut table = Table::new(&mut out, digits, header)?;
-    rows.try_for_each(|(label, values)| table.row(label, values, None))?;
+    rows.try_for_each(|values| table.row(values, None))?;
     table.finish()
 }
 
@@ -212,7 +223,7 @@ fn write_table<S: Real>(
         for (node, gamma) in gammas.by_ref().take(last + 1).enumerate() {
             let values = columns.iter_mut().filter_map(Iterator::next);
             if node % every == 0 || node == last {
-                table.row(None, std::iter::once(gamma).chain(values), has_windows.then_some(window))?;
+                table.row(std::iter::once(gamma).chain(values), has_windows.then_some(window))?;
             } else {
                 values.for_each(drop);
             }
@@ -297,15 +308,9 @@ impl<'o> Table<'o> {
         Ok(Self { writer, digits, record: header, room: DecimalRoom::default() })
     }
 
-    /// Writes a row: numbers between a label and the number of a window, where there are such.
-    fn row<S: Real>(
-        &mut self,
-        label: Option<&str>,
-        values: impl Iterator<Item = S>,
-        window: Option<usize>,
-    ) -> csv::Result<()> {
+    /// Writes a row: numbers and, where there is one, the number of a window.
+    fn row<S: Real>(&mut self, values: impl Iterator<Item = S>, window: Option<usize>) -> csv::Result<()> {
         self.record.clear();
-        label.iter().for_each(|label| self.record.push_field(label.as_bytes()));
         for value in values {
             self.record.push_field(value.write_decimal(self.digits, &mut self.room).as_bytes());
         }

@@ -31,6 +31,9 @@ pub struct Continuation {
     /// True if these are momenta of mechanics with Newton's law; summaries of old versions had those of the geometry.
     #[serde(default)]
     is_mechanical: bool,
+    /// K of q^a and dq^a/dγ, by which another space-time is known from the one of this run.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    norm: Option<Digits>,
     /// The state of a march.
     #[serde(skip_serializing_if = "Option::is_none")]
     march: Option<Marched>,
@@ -94,6 +97,7 @@ impl Continuation {
                 digits(line.geometry().seen(a, p), line.geometry().seen(a, low))
             }),
             is_mechanical: true,
+            norm: Some(digits(line.geometry().norm(&end.q, &end.q_dot), S::ZERO)),
             march: handed.march.clone(),
             error: None,
         }
@@ -133,6 +137,11 @@ impl Continuation {
     /// The origin that t counts from in one coordinate.
     pub fn origin<S: Real>(&self) -> Option<S> {
         Some(sum(self.t_counts_from.as_ref()?)?.high)
+    }
+
+    /// K at the end, if that is known.
+    pub fn norm<S: Real>(&self) -> Option<S> {
+        Some(sum(self.norm.as_ref()?)?.high)
     }
 
     /// The state at the end, and what else the run hands on to one that goes the same way.

@@ -112,7 +112,7 @@ fn until<S: Real>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Resul
 /// among those that end the run, γ − γ_i roughly, and true if the formula is positive after it.
 fn near<S: Real>(setup: &Setup<S>, whole: S) -> Option<(usize, S, bool)> {
     let rough = Setup { limit: Limit::Length(whole.to_f64()), ..setup.in_f64() };
-    let line = sweeps::to_accuracy(&rough, Accuracy::Local(NEAR), Some(&mut |_| ())).ok()?;
+    let line = sweeps::to_accuracy(&rough, Accuracy::Local(NEAR), Some(&mut |_| ()), None).ok()?;
     let (index, view, start) = (line.ended_by?, line.views().last()?, &rough.place.start);
     // The node before the change.
     let node = view.window.points() - 2;

@@ -73,7 +73,7 @@ use crate::number::Real;
 /// # Panics
 /// If the setup is not valid, which one of a valid case is.
 pub fn solve<S: Real>(setup: impl Into<Setup<S>>) -> Result<WorldLine<S>, NoSolution> {
-    solve_observed(&setup.into(), None)
+    solve_observed(&setup.into(), None, None)
 }
 
 /// [`solve`] in t and x in the memory of one window: `observe` sees every window as a solution of its own, at its place
@@ -92,13 +92,18 @@ pub fn solve_window_by_window<S: Real>(
     setup: impl Into<Setup<S>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
-    solve_observed(&setup.into(), Some(observe))
+    solve_observed(&setup.into(), Some(observe), None)
 }
 
-/// The solve behind both, window by window if there is an observer.
-fn solve_observed<S: Real>(setup: &Setup<S>, observer: Option<Observer<'_, S>>) -> Result<WorldLine<S>, NoSolution> {
+/// The solve behind both, window by window if there is an observer. `of_judge` sees the windows of the march that judges
+/// the run, if there is one.
+pub(crate) fn solve_observed<S: Real>(
+    setup: &Setup<S>,
+    observer: Option<Observer<'_, S>>,
+    of_judge: Option<Observer<'_, S>>,
+) -> Result<WorldLine<S>, NoSolution> {
     if let Some(accuracy) = setup.settings.accuracy {
-        return sweeps::to_accuracy(setup, accuracy, observer);
+        return sweeps::to_accuracy(setup, accuracy, observer, of_judge);
     }
     if let (Limit::Length(length), true) = (setup.limit, setup.until.is_empty()) {
         return solve_to(setup, length, observer);

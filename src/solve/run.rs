@@ -50,6 +50,7 @@ impl<'o, S: Real> Run<'o, S> {
             iterations: Iterations::of(InitialGuess::None, Vec::new()),
             digits: settings.digits,
             error_estimate: None,
+            errors: Vec::new(),
             sizes: Vec::new(),
             windows_unproved: None,
             sensitivity: is_sensitive.then(|| Sensitivity::new(m, observer.is_none())),

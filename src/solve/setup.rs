@@ -78,6 +78,11 @@ pub struct Settings {
 }
 
 impl Settings {
+    /// True if another march goes beside the run, which judges it on its way.
+    pub fn is_judged_on_its_way(&self) -> bool {
+        self.is_judged && self.accuracy.is_some()
+    }
+
     /// Returns true if more digits are asked for than `f64` has.
     pub fn is_extended(&self) -> bool {
         self.digits > f64::MOST_DIGITS

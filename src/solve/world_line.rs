@@ -77,6 +77,8 @@ pub struct WorldLine<S = f64> {
     /// The estimated error of every coordinate at the nodes, relative to its size, if the windows were chosen for an
     /// accuracy.
     pub error_estimate: Option<f64>,
+    /// The same of every coordinate by itself, in its unit; none if there is no estimate.
+    pub errors: Vec<f64>,
     /// These sizes, as [`Windows::sizes`](crate::engine::Windows::sizes); none if there is no estimate.
     pub sizes: Vec<f64>,
     /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.

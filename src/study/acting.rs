@@ -22,11 +22,13 @@ use crate::trajectory::{Sample, Sampler};
 /// The coarse chain is shaken by this, relative to every number of the state.
 const SHAKE: f64 = 2.0 * f64::EPSILON;
 /// Two chains may round alike: errors are taken to be so many times their difference.
-const MARGIN: f64 = 2.0;
+pub(super) const MARGIN: f64 = 2.0;
 /// A piece is not resolved if it is shorter than this multiple of the rounding of γ,
 const SHORT: f64 = 64.0 * f64::EPSILON;
-/// or if the formula of its event is, in its middle, below this multiple of rounding.
+/// or if the formula of its event is below this multiple of rounding at these fractions of it: at one of them it may
+/// just pass zero.
 const LOW: f64 = 64.0;
+const INSIDE: [f64; 3] = [0.27, 0.5, 0.66];
 /// So many pieces in turn that are not resolved end a run whose events are not the same.
 const IN_TURN: usize = 16;
 
@@ -52,8 +54,23 @@ pub struct Stopped<S: Real = f64> {
     pub next: Option<Setup<S>>,
 }
 
-/// The pieces of a run, one if no event acts; and the error of a run with several.
-pub type Pieces<S> = (Vec<Piece<S>>, Option<RunError>);
+/// A run in pieces, one if no event acts.
+#[derive(Debug)]
+pub struct Chains<S: Real = f64> {
+    /// The pieces.
+    pub pieces: Vec<Piece<S>>,
+    /// The error of a run with several.
+    pub error: Option<RunError>,
+    /// The pieces of the chain that judges it, which differ from it by its error over [`MARGIN`]; none if there is no such chain.
+    pub coarser: Vec<Piece<S>>,
+}
+
+impl<S: Real> Chains<S> {
+    /// Pieces that no other chain judges.
+    pub(super) fn alone(pieces: Vec<Piece<S>>) -> Self {
+        Self { pieces, error: None, coarser: Vec::new() }
+    }
+}
 
 /// Solves the setup of a case with events that act, to its accuracy or its tolerance.
 ///
@@ -62,15 +79,15 @@ pub type Pieces<S> = (Vec<Piece<S>>, Option<RunError>);
 ///
 /// # Panics
 /// If the setup has neither an accuracy nor a tolerance.
-pub fn solve_acting(case: &Case, setup: &Setup) -> Result<Pieces<f64>, Box<Stopped>> {
+pub fn solve_acting(case: &Case, setup: &Setup) -> Result<Chains, Box<Stopped>> {
     let wanted = setup.settings.accuracy.expect("events act in runs to an accuracy");
     if !setup.settings.is_judged {
-        return Ok((chain(case, setup, wanted, false)?, None));
+        return chain(case, setup, wanted, false).map(Chains::alone);
     }
     let mut round = Rounds::new(wanted);
     let mut pieces = chain(case, setup, round.marches()[1], false)?;
     if pieces.len() == 1 {
-        return Ok((chain(case, setup, wanted, false)?, None));
+        return chain(case, setup, wanted, false).map(Chains::alone);
     }
     let mut least = f64::INFINITY;
     loop {
@@ -85,7 +102,8 @@ pub fn solve_acting(case: &Case, setup: &Setup) -> Result<Pieces<f64>, Box<Stopp
             line.sizes = sizes;
             (line.accuracy, line.error_estimate) = (Some(wanted), Some(estimate));
             line.good_until = found.as_ref().map_or(line.good_until.map(|_| 0.0), |found| found.good_until);
-            return Ok((pieces, found.map(|found| found.error)));
+            let (error, coarser) = (found.map(|found| found.error), coarser.unwrap_or_default());
+            return Ok(Chains { pieces, error, coarser });
         }
         let next = round.next(distance);
         match next.map(|next| chain(case, setup, next.marches()[1], false)) {
@@ -190,14 +208,17 @@ fn add_up(line: &mut WorldLine, before: Option<&Piece>) {
     line.windows_unproved = line.windows_unproved.zip(before.windows_unproved).map(|(one, other)| one + other);
 }
 
-/// Returns true if the formula of an event that began and ended a piece is zero in its middle, up to rounding.
+/// Returns true if the formula of an event that began and ended a piece is zero inside of it, up to rounding.
 fn is_low(setup: &Setup, line: &WorldLine, place: usize) -> bool {
     let (Place { geometry, start }, mut formula) = (&setup.place, setup.until[place].formula.clone());
     let norm = geometry.norm(&start.q, &start.q_dot);
     let at_end = Beginning::new((geometry, &line.end_inside()), &mut formula, norm, (line.length, 0.0));
-    let middle = Sampler::new(line).at_gamma(line.gamma_i + line.length.half());
-    let mut value = |Sample { q, q_dot, p, .. }: Sample| formula.at(&q, &q_dot, &p, norm);
-    middle.is_ok_and(|middle| value(middle).abs() <= LOW * at_end.noise)
+    let (mut sampler, mut value) =
+        (Sampler::new(line), |Sample { q, q_dot, p, .. }: Sample| formula.at(&q, &q_dot, &p, norm));
+    INSIDE.into_iter().all(|share| {
+        let inside = sampler.at_gamma(line.gamma_i + share * line.length);
+        inside.is_ok_and(|inside| value(inside).abs() <= LOW * at_end.noise)
+    })
 }
 
 /// The state that the events at the end of a piece make of it, of which `first` ended it, with the setup behind them.

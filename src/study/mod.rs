@@ -4,10 +4,12 @@
 pub mod acting;
 pub mod convergence;
 pub mod errors;
+pub mod facts;
 pub mod many;
 mod method;
 pub mod proof;
 pub mod run;
+mod solved;
 pub mod stability;
 mod subject;
 #[cfg(test)]

@@ -14,7 +14,8 @@ use crate::number::{Extended, Real};
 use crate::proof::{Coordinate, Motion, Proof, Reason as Unproved, Until, prove};
 use crate::solve::{Limit, Setup};
 use crate::study::errors::{Judge, RunError};
-use crate::study::run::{Judged, Run, facts_of_run};
+use crate::study::facts::coordinate_errors;
+use crate::study::run::{Judged, Run};
 
 /// No number at the end is written with more digits.
 const MOST_DIGITS: i32 = 40;
@@ -215,7 +216,7 @@ fn errors<S: Real>(run: &Run<S>, ends: &[ProvedEnd], of: impl Fn(&ProvedEnd) -> 
     let end: Vec<f64> = names.iter().map(error).collect();
     let own = vec![0.0; end.len()];
     let error = RunError { largest: end.clone(), end, own, end_p: None, judge: Judge::Companion, stepped_over: 0.0 };
-    facts_of_run(&run.line, &run.diagnostics, Some(&error), None).errors.unwrap_or_default()
+    coordinate_errors(&run.line, &run.diagnostics, &error)
 }
 
 /// The verdict with the proof: proved where the end is as near to the proved one as was asked for, doubtful where it is

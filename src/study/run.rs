@@ -1,19 +1,19 @@
 //! One run of a case: solved, measured and judged. A row of many runs is the same.
 
-use std::any::Any;
 use std::time::Instant;
 
 use crate::case::Case;
 use crate::diagnostics::gaps::Gaps;
-use crate::diagnostics::verdict::{CoordinateError, Reason, Verdict, VerdictInput};
-use crate::diagnostics::{Diagnostics, Extent, OfX};
+use crate::diagnostics::verdict::{Reason, Verdict, VerdictInput};
+use crate::diagnostics::{Diagnostics, OfX};
 use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
-use crate::number::norm::larger;
-use crate::solve::{NoSolution, Off, Setup, WorldLine, solve, solve_window_by_window};
-use crate::study::acting::{Piece, Pieces, Stopped, solve_acting};
-use crate::study::errors::{Further, Places, RunError, lost_to, reference_error, run_error};
+use crate::solve::{NoSolution, Off, Setup, WorldLine, solve_window_by_window};
+use crate::study::acting::{Chains, Piece, Stopped};
+use crate::study::errors::{Further, OfRun, Places, RunError, lost_to, pair, reference_error, run_error};
+use crate::study::facts::{coordinate_errors, facts_of_run, suspicions};
 use crate::study::proof::ProofOfRun;
+use crate::study::solved::{EveryWindow, solved};
 use crate::study::subject::timed;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
 
@@ -69,6 +69,8 @@ pub struct Run<S: Real = f64> {
     pub samples: Vec<Sample<S>>,
     /// The events of the case, in the order of γ.
     pub events: Vec<Crossing<S>>,
+    /// The name of the first event that the run has met and its judge has not, or the other way round.
+    pub unpaired: Option<String>,
     /// The number of events that have acted.
     pub acting_events: usize,
     /// The number of changes of sign at which an event should have acted, and has not.
@@ -193,26 +195,6 @@ impl<S: Real> Measures<'_, '_, S> {
     }
 }
 
-/// The pieces of a run, of which `measures`, if they are given, see the only one window by window where no event acts.
-fn solved<S: Real>(
-    case: &Case,
-    setup: &Setup<S>,
-    measures: Option<&mut Measures<'_, '_, S>>,
-) -> Result<Pieces<S>, Box<Stopped<S>>> {
-    if setup.has_acting_events() {
-        // Events act in runs to an accuracy, which exclude further digits.
-        let setup = (setup as &dyn Any).downcast_ref().expect("events act in double precision");
-        let found: Box<dyn Any> = Box::new(solve_acting(case, setup));
-        return *found.downcast().expect("it is of the same precision");
-    }
-    let line = match measures {
-        Some(measures) => solve_window_by_window(setup, &mut |part| measures.see(part)),
-        None => solve(setup),
-    };
-    let line = line.map_err(|failure| Box::new(Stopped { failure, pieces: Vec::new(), next: None }))?;
-    Ok((vec![Piece { line, setup: setup.clone(), acted: Vec::new() }], None))
-}
-
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
 /// is streamed they contain those of measuring.
 pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
@@ -232,8 +214,10 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         places: Places::default(),
         set: Vec::new(),
     };
-    let (found, solve_seconds) = timed(|| solved(case, setup, wanted.is_streamed.then_some(&mut measures)));
-    let (pieces, error) = match found {
+    let mut see = |part: &WorldLine<S>| measures.see(part);
+    let observer: Option<EveryWindow<'_, S>> = if wanted.is_streamed { Some(&mut see) } else { None };
+    let (found, solve_seconds) = timed(|| solved(case, setup, observer));
+    let (Chains { pieces, error, .. }, of_judge) = match found {
         Ok(found) => found,
         Err(stopped) => {
             let Stopped { mut failure, pieces, next } = *stopped;
@@ -254,20 +238,31 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         let mut sums = measures.sums.iter();
         rows.sums.retain(|_| sums.next().is_some_and(|(_, holds)| *holds));
     }
-    let (line, diagnostics) = before.pop().expect("a run has a piece");
+    let (mut line, diagnostics) = before.pop().expect("a run has a piece");
     let samples = match measures.samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
         Ok(samples) => samples,
         Err(none) => return (Err(NoRun::Unsampled(none)), solve_seconds),
     };
+    let further = Further::new(case, setup, &line, &measures.places);
+    further.limit(&mut line);
+    let missed = measures.events.missed();
+    let mut events = measures.events.finish(&line);
+    let first = before.first().map_or(&line, |(first, _)| first);
+    let unpaired = of_judge.and_then(|of_judge| pair(&mut events, &of_judge, &OfRun::new(first, &line)));
+    if !further.is_nothing() {
+        // What the run does not make itself moves events, too.
+        events.iter_mut().for_each(|event| event.off = None);
+    }
     let run = Run {
         is_whole: !wanted.is_streamed,
-        further: Further::new(case, setup, &line, &measures.places),
+        further,
         sums: measures.sums.into_iter().filter_map(|(sum, holds)| holds.then_some(sum)).collect(),
         diagnostics,
         samples,
         acting_events,
-        missed: measures.events.missed(),
-        events: measures.events.finish(&line),
+        missed,
+        events,
+        unpaired: unpaired.map(|watch| case.events[watch].name.clone()),
         error,
         seconds: start.elapsed().as_secs_f64(),
         before,
@@ -300,7 +295,11 @@ impl<S: Real> Run<S> {
         let estimate = || is_estimated.then(|| run_error(setup, line, samples)).flatten();
         let estimate = self.error.clone().or_else(estimate);
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
-        let facts = facts_of_run(line, diagnostics, estimate.as_ref().or(reference.as_ref()), contradiction);
+        let known = estimate.as_ref().or(reference.as_ref());
+        let facts = facts_of_run(line, diagnostics, known, contradiction);
+        // What the run does not make itself may explain what its witnesses see.
+        let all = known.map(|error| self.further.added(error));
+        let facts = VerdictInput { suspicions: suspicions(line, diagnostics, all.as_ref()), ..facts };
         let facts = VerdictInput { is_unjudged: !setup.settings.is_judged, ..facts };
         let mut verdict = Verdict::new(&facts);
         let newtonian = diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
@@ -317,6 +316,10 @@ impl<S: Real> Run<S> {
             let finding = format!("{many} that acts was stepped over between two nodes");
             verdict.doubt(Reason::new(finding, SMALLER).remaining());
         }
+        if let Some(name) = &self.unpaired {
+            let finding = format!("an event {name} is met by this run or by the one that judges it, and not by both");
+            verdict.doubt(Reason::new(finding, SMALLER));
+        }
         let error = reference.or(estimate);
         let mut judged = Judged { error, inherited: None, left: None, gaps, proof: None, verdict, suspicions };
         self.add_further(setup, &facts, &mut judged);
@@ -331,7 +334,7 @@ impl<S: Real> Run<S> {
             judged.verdict.doubt_first(further.reasons(&[], &[], None));
             return;
         };
-        let all = facts_of_run(line, diagnostics, Some(&further.added(error)), None).errors;
+        let all = Some(coordinate_errors(line, diagnostics, &further.added(error)));
         let reasons = further.reasons(own, all.as_deref().unwrap_or_default(), line.accuracy);
         let told = Verdict::new(&VerdictInput { errors: all, digits: line.digits, ..VerdictInput::default() });
         (judged.verdict.error, judged.verdict.digits) = (told.error, told.digits);
@@ -340,59 +343,5 @@ impl<S: Real> Run<S> {
         judged.left = further.left(setup, line, own, error.end_p.as_deref());
         judged.inherited = further.inherited();
         judged.error = Some(further.added(error));
-    }
-}
-
-/// The facts that a [`Verdict`] on `line` is found from, with what was measured
-/// on it and its error, if that is known.
-/// The estimate of a run to an accuracy may be contradicted by a reference, if there is one.
-pub fn facts_of_run<S: Real>(
-    line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S>,
-    error: Option<&RunError>,
-    reference: Option<&RunError>,
-) -> VerdictInput {
-    let (geometry, reaches) = (line.geometry(), &diagnostics.reaches);
-    // A run to an accuracy has found sizes itself.
-    let size = |(a, reach): (usize, &Extent)| line.sizes.get(a).copied().unwrap_or(reach.size());
-    let sizes: Vec<f64> = reaches.iter().enumerate().map(size).collect();
-    // t and x of the paper have units of their own.
-    let is_of_x = diagnostics.of_x.is_some();
-    let of_kind = |all: &[f64]| if is_of_x { all.to_vec() } else { geometry.shared(&line.place.start.q, all) };
-    let ranges: Vec<f64> = reaches.iter().map(|reach| reach.range()).collect();
-    let (shared, shared_ranges) = (of_kind(&sizes), of_kind(&ranges));
-    // The coordinate s of Newton's law is no result: it was added to have a geodesic, and comes last.
-    let count = reaches.len() - usize::from(diagnostics.energy.is_some());
-    let errors: Option<Vec<CoordinateError>> = error.map(|error| {
-        let (end, largest) = (error.at_most_at_end(), error.at_most());
-        let of = |a: usize| CoordinateError {
-            name: geometry.names()[a].clone(),
-            end: end[a],
-            largest: largest[a],
-            size: sizes[a],
-            range: ranges[a],
-            shared: shared[a],
-            shared_range: shared_ranges[a],
-        };
-        (0..count).map(of).collect()
-    });
-    let relative = |error: &RunError| {
-        let shares = error.largest.iter().zip(&line.sizes).filter(|(_, size)| **size > 0.0);
-        [shares.map(|(error, size)| error / size).fold(0.0, larger), error.judge.relative_error()]
-    };
-    // Beside an error that is large by itself, what it does to a witness is no longer in proportion to it.
-    let is_small = errors.as_ref().is_some_and(|errors| errors.iter().all(CoordinateError::is_small));
-    let claimed = error.filter(|_| is_small).map(RunError::at_most);
-    let mut suspicions = diagnostics.suspicions(line);
-    suspicions.extend(diagnostics.unexplained(line, claimed.as_deref()));
-    VerdictInput {
-        errors,
-        accuracy: line.accuracy,
-        good_until: line.good_until.map(|until| line.gamma_at(S::from(until)).to_f64()),
-        reference: reference.map(relative),
-        stepped_over: error.map_or(0.0, |error| error.stepped_over),
-        digits: line.digits,
-        suspicions,
-        is_unjudged: false,
     }
 }

@@ -2,9 +2,10 @@
 //!
 //! In every window a formula is evaluated at enough points of the curve to resolve the motion. The polynomial through
 //! these values has extrema between them, and there the formula is evaluated, too: two crossings that are close
-//! together have an extremum between them. Between two values of different sign the crossing is a root of the formula
-//! on the curve itself. Two crossings are missed only where the formula passes zero by less than its polynomial
-//! resolves.
+//! together have an extremum between them. Where arguments of functions change so much between the points that these do
+//! not show what the formula does, it is looked at in halves. Between two values of different sign the crossing is a
+//! root of the formula on the curve itself. Two crossings are missed only where the formula passes zero by less than its
+//! polynomial resolves.
 
 use std::cmp::Ordering;
 
@@ -15,6 +16,9 @@ use crate::geometry::{Direction, Observable};
 use crate::number::Real;
 use crate::number::root::root;
 use crate::solve::WorldLine;
+
+/// A cell is halved so many times at most where its points do not show a formula.
+const MOST_HALVINGS: u32 = 16;
 
 /// A formula whose changes of sign are looked for.
 #[derive(Debug, Clone)]
@@ -32,6 +36,26 @@ pub struct Crossing<S = f64> {
     pub watch: usize,
     /// The world-line there.
     pub sample: Sample<S>,
+    /// By how much γ and then every coordinate may be off, if that is known.
+    pub off: Option<Vec<f64>>,
+}
+
+impl<S> Crossing<S> {
+    /// One of which nothing more is known.
+    fn new(watch: usize, sample: Sample<S>) -> Self {
+        Self { watch, sample, off: None }
+    }
+}
+
+impl<S: Real> Crossing<S> {
+    /// The numbers of the sample as decimals of so many digits and, of a run that is judged on its way, those of `off`,
+    /// or nothing in their place.
+    pub(crate) fn cells(&self, digits: u32, is_judged: bool) -> Vec<String> {
+        let Self { sample: Sample { gamma, q, q_dot, .. }, off, .. } = self;
+        let errors = |k: usize| off.as_ref().map_or_else(String::new, |off| S::from(off[k]).to_decimal(digits));
+        let numbers = std::iter::once(gamma).chain(q).chain(q_dot).map(|number| number.to_decimal(digits));
+        numbers.chain((0..=q.len()).filter(|_| is_judged).map(errors)).collect()
+    }
 }
 
 /// Every change of sign of the formulas of `watches` in their directions, in the order of γ. A formula that is zero at
@@ -81,19 +105,26 @@ impl<'w, S: Real> EventSearch<'w, S> {
         for window in 0..line.windows.len() {
             let (cells, points) = sampler.curve(window).cells();
             let expansion = expansion(tables, points);
-            let last = cells.len() - 1;
-            for (index, ends) in cells.into_iter().enumerate() {
+            // Cells still to be looked at, the next one last, with how often each was halved.
+            let mut cells: Vec<([S; 2], u32)> = cells.into_iter().rev().map(|ends| (ends, 0)).collect();
+            while let Some((ends, halvings)) = cells.pop() {
                 let inner = expansion.nodes.iter().map(|&node| ends[0] + node * (ends[1] - ends[0]));
                 let mut places: Vec<S> = inner.collect();
                 places[points - 1] = ends[1];
-                let interval = Interval { window, ends, places, is_first: !progress.is_begun };
-                progress.is_begun = true;
+                let interval = Interval { window, ends, places, halvings, is_first: !progress.is_begun };
                 let samples: Vec<_> = interval.places.iter().map(|&place| sampler.in_window(window, place)).collect();
-                for (watch, watched) in watches.iter_mut().enumerate() {
-                    let values: Vec<S> = samples.iter().map(|sample| value(watched, sample, progress.norm)).collect();
+                let found: Option<Vec<Vec<S>>> =
+                    watches.iter_mut().map(|watched| shown(watched, &interval, &samples, progress.norm)).collect();
+                let Some(found) = found else {
+                    let middle = (ends[0] + ends[1]).half();
+                    cells.extend([[middle, ends[1]], [ends[0], middle]].map(|half| (half, halvings + 1)));
+                    continue;
+                };
+                progress.is_begun = true;
+                for ((watch, watched), values) in watches.iter_mut().enumerate().zip(found) {
                     let extrema = Extrema::new(&expansion.coefficients(&values));
                     progress.pass(&mut sampler, &interval, (watch, watched), &values, &extrema);
-                    if index == last {
+                    if cells.is_empty() {
                         progress.ends[watch] = [values[points - 1], extrema.slope(1.0), (ends[1] - ends[0]).half()];
                     }
                 }
@@ -123,7 +154,7 @@ impl<'w, S: Real> EventSearch<'w, S> {
         let inside = |crossing: &&Crossing<S>| is_met(crossing) && crossing.sample.gamma != end.gamma;
         progress.missed += of_piece.iter().filter(inside).count();
         progress.found.extend(of_piece.into_iter().filter(|crossing| !is_met(crossing)));
-        progress.found.extend(acted.iter().map(|&watch| Crossing { watch, sample: end.clone() }));
+        progress.found.extend(acted.iter().map(|&watch| Crossing::new(watch, end.clone())));
     }
 
     /// The number of changes of sign at which an event should have acted, and has not.
@@ -153,7 +184,7 @@ impl<'w, S: Real> EventSearch<'w, S> {
                 && progress.signs[watch] == Some(!is_positive)
                 && watched.direction.counts(is_positive);
             if is_change && progress.is_at_zero(half, value, slope) {
-                progress.found.push(Crossing { watch, sample: end.clone() });
+                progress.found.push(Crossing::new(watch, end.clone()));
                 progress.signs[watch] = Some(is_positive);
             }
         }
@@ -170,6 +201,20 @@ fn value<S: Real>(watched: &mut Watch<S>, sample: &Sample<S>, norm: S) -> S {
     watched.formula.at(&sample.q, &sample.q_dot, &sample.p, norm)
 }
 
+/// The values of a formula at samples in turn; `None` if they do not show what it does between them, and their cell may
+/// be halved again.
+fn shown<S: Real>(watched: &mut Watch<S>, interval: &Interval<S>, samples: &[Sample<S>], norm: S) -> Option<Vec<S>> {
+    let mut arguments = Vec::new();
+    let values = samples.iter().map(|sample| {
+        let value = value(watched, sample, norm);
+        arguments.extend(watched.formula.arguments());
+        value
+    });
+    let values: Vec<S> = values.collect();
+    let places: Vec<f64> = interval.places.iter().map(|place| place.to_f64()).collect();
+    (interval.halvings == MOST_HALVINGS || watched.formula.is_shown(&places, &arguments)).then_some(values)
+}
+
 fn order<S: Real>(a: &S, b: &S) -> Ordering {
     a.partial_cmp(b).unwrap_or(Ordering::Equal)
 }
@@ -181,6 +226,8 @@ struct Interval<S> {
     ends: [S; 2],
     /// γ at its points, counted in the same way.
     places: Vec<S>,
+    /// How often the piece was halved.
+    halvings: u32,
     /// True if the run begins with it.
     is_first: bool,
 }
@@ -258,7 +305,7 @@ impl<S: Real> Progress<S> {
             self.signs[watch] = Some(is_positive);
             before = [place, here];
         }
-        let roots = roots.into_iter().map(|root| Crossing { watch, sample: sampler.in_window(interval.window, root) });
+        let roots = roots.into_iter().map(|root| Crossing::new(watch, sampler.in_window(interval.window, root)));
         self.found.extend(roots);
     }
 

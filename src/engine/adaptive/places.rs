@@ -80,26 +80,27 @@ impl Adaptive<'_> {
     /// The same with these weights of the nodes.
     pub(in crate::engine) fn way_at(&self, a: usize, weights: &Weights) -> f64 {
         let Some((row, from)) = self.row(a) else { return self.way_before(a) };
-        // Four sums go side by side.
-        let mut sums = [0.0; 4];
-        for (weights, row) in weights.as_chunks::<4>().0.iter().zip(row.as_chunks::<4>().0) {
-            for (sum, (weight, value)) in sums.iter_mut().zip(weights.iter().zip(row)) {
-                *sum += weight * (value - from);
-            }
-        }
-        self.way_before(a) + ((sums[0] + sums[2]) + (sums[1] + sums[3]))
+        self.way_before(a) + sum(&std::array::from_fn(|k| weights[k] * (row[k] - from)))
     }
 
     /// The weights of the nodes at this γ, or at the end of the window if that is behind it, by Lagrange's formula
     /// (Wang, Huybrechs, Vandewalle, Math. Comp. 83, 2014).
     pub(in crate::engine) fn weights_at(&self, gamma: f64) -> Weights {
         let at = ((gamma - self.attempt.gamma.high) / self.attempt.accepted.length).min(1.0);
-        let nodes = self.lent.solver.fractions();
-        if let Some(node) = nodes.iter().position(|node| *node == at) {
-            return std::array::from_fn(|k| f64::from(u8::from(k == node)));
-        }
+        let nodes = &self.lent.solver.rule.nodes[0].0;
         let weights: Weights = std::array::from_fn(|k| self.barycentric[k] / (at - nodes[k]));
-        let sum: f64 = weights.iter().sum();
-        weights.map(|weight| weight / sum)
+        let all = 1.0 / sum(&weights);
+        // On a node its weight is infinite.
+        if all == 0.0 { nodes.map(|node| f64::from(u8::from(node == at))) } else { weights.map(|weight| weight * all) }
     }
+}
+
+/// The sum of all, of which four parts go side by side.
+#[inline(always)]
+fn sum(terms: &Weights) -> f64 {
+    let mut sums = [0.0; 4];
+    for terms in terms.as_chunks::<4>().0 {
+        sums.iter_mut().zip(terms).for_each(|(sum, term)| *sum += term);
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
 }

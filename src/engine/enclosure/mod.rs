@@ -23,7 +23,7 @@ mod tests;
 
 use self::arithmetic::Enclose;
 use self::influence::Influence;
-use crate::formula::{Kind, Program, Register, Steep, Step, Watched};
+use crate::formula::{Kind, Program, Register, Steep, Step, Watched, turn};
 use crate::geometry::Geometry;
 use crate::number::vector::{Level, Nodes};
 
@@ -325,11 +325,10 @@ fn middle([lo, hi]: [f64; 2]) -> f64 {
 
 /// By how much a value that is this on the nodes bends from node `pair` to the next: its second derivative times the
 /// square of their distance, from the nodes around them.
-pub(super) fn bent(nodes: &[f64], value: impl Fn(usize) -> f64, pair: usize) -> f64 {
+fn bent(nodes: &[f64], value: impl Fn(usize) -> f64, pair: usize) -> f64 {
     let distance = nodes[pair + 1] - nodes[pair];
-    let slope = |k: usize| (value(k + 1) - value(k)) / (nodes[k + 1] - nodes[k]);
     let around = pair.saturating_sub(1)..(pair + 1).min(nodes.len() - 2);
-    let bends = around.map(|k| 2.0 * (slope(k + 1) - slope(k)).abs() / (nodes[k + 2] - nodes[k]));
+    let bends = around.map(|k| turn([k, k + 1, k + 2].map(|k| nodes[k]), [k, k + 1, k + 2].map(&value)));
     bends.fold(0.0, f64::max) * distance * distance
 }
 

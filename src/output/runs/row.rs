@@ -3,7 +3,7 @@
 use super::rows::line_of;
 use crate::diagnostics::verdict::{Grade, Reason};
 use crate::number::Real;
-use crate::output::tables::state_header;
+use crate::output::tables::{event_header, state_header};
 use crate::solve::Status;
 use crate::study::many::{End, ManyRuns};
 
@@ -37,8 +37,9 @@ impl Columns {
         let estimate = first.settings.accuracy.map(|_| "error_estimate".to_owned()).into_iter().collect();
         let proof = if first.proof { texts(&["proof_status", "proof_radius"]) } else { Vec::new() };
         let verdict = texts(&["verdict", "message"]);
-        let row = [texts(&["row"]), keys, ending, state.clone(), maxima.clone(), estimate, proof, verdict].concat();
-        let event = (!first.events.is_empty()).then(|| [texts(&["row", "event"]), state].concat());
+        let row = [texts(&["row"]), keys, ending, state, maxima.clone(), estimate, proof, verdict].concat();
+        let of_event = || event_header(&first.coordinates(), first.settings.is_judged_on_its_way());
+        let event = (!first.events.is_empty()).then(|| [texts(&["row", "event"]), of_event()].concat());
         Self { headers: [row].into_iter().chain(event).collect(), maxima }
     }
 

@@ -5,10 +5,12 @@
 //! same action; the iteration is just some fifty times faster. Where it does not converge, because a window is too long
 //! for it, Newton's method takes over equal ones.
 
+mod judge;
 mod watch;
 
 use std::sync::Arc;
 
+use self::judge::{Judge, Operators, next};
 use self::watch::Watches;
 use super::failure::{Narrow, NoSolution, Reasons, point};
 use super::grid::WindowOperator;
@@ -32,11 +34,8 @@ const OF_MOTION: f64 = 0.1;
 const AT_ONE_PLACE: f64 = 1e-14;
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
-/// The latest operators that are searched for one to share. Most runs have a dozen at most; where every window has a
-/// length of its own, a search among all of them would take time quadratic in their number.
-const SEARCHED: usize = 64;
-
-/// The run of a setup whose windows are chosen for an accuracy or a tolerance.
+/// The run of a setup whose windows are chosen for an accuracy or a tolerance. `of_judge` sees the windows of the march
+/// that judges it.
 ///
 /// # Errors
 /// [`NoSolution`], if the accuracy is not reached.
@@ -44,15 +43,18 @@ pub(super) fn to_accuracy<S: Real>(
     setup: &Setup<S>,
     wanted: Accuracy,
     observer: Option<Observer<'_, S>>,
+    of_judge: Option<Observer<'_, S>>,
 ) -> Result<WorldLine<S>, NoSolution> {
     let mut march = March::new(setup, wanted);
     let is_kept = observer.is_none();
     let (system, form, sbp, accuracy) = (System::PhysicalLimit, Form::Weak, SbpName::Gll(POINTS as u8), Some(wanted));
-    let mut run = Run::new(setup, &Settings { system, form, sbp, accuracy, ..setup.settings }, observer);
+    let settings = Settings { system, form, sbp, accuracy, ..setup.settings };
+    let mut run = Run::new(setup, &settings, observer);
+    let mut judge = of_judge.map(|observer| Judge::new(Run::new(setup, &settings, Some(observer))));
     let mut watches = Watches::new(&setup.rough, &setup.until, &setup.sides);
-    let mut operators: Vec<Arc<WindowOperator<S>>> = Vec::new();
+    let mut operators = Operators::default();
     loop {
-        let mut window = match march.engine.next() {
+        let mut window = match next(&mut march.engine, judge.as_mut()) {
             Ok(Some(window)) => window,
             Ok(None) => break,
             Err(Failure::BeginAgain) => {
@@ -83,13 +85,8 @@ pub(super) fn to_accuracy<S: Real>(
             // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
             run.line.ended_at = Some((coordinate, value));
         }
-        let (end, length) = (window.gamma + window.length, S::from(window.length));
-        let known = operators.iter().rev().find(|operator| operator.length == length).map(Arc::clone);
-        let operator = known.unwrap_or_else(|| {
-            operators.drain(..usize::from(operators.len() == SEARCHED));
-            operators.push(WindowOperator::element(POINTS, length));
-            Arc::clone(&operators[operators.len() - 1])
-        });
+        let end = window.gamma + window.length;
+        let operator = operators.of_length(S::from(window.length));
         append(&mut run, &mut window, &operator, S::from(end))?;
         let nodes = is_kept.then_some(run.line.window_count * POINTS);
         march.within_limits(nodes, march.done(end, run.here.q.iter().map(|q| q.to_f64())))?;
@@ -278,7 +275,7 @@ impl<'s, S: Real> March<'s, S> {
         if let Some(last) = line.windows.last_mut() {
             last.gamma[1] = line.length;
         }
-        line.error_estimate = self.engine.error_estimate();
+        (line.error_estimate, line.errors) = (self.engine.error_estimate(), self.engine.errors());
         (line.sizes, line.good_until) = (self.engine.sizes(), self.engine.good_until());
         line.windows_unproved = Some(self.engine.unresolved());
         line.iterations.count = self.engine.sweeps();

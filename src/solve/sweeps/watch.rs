@@ -14,6 +14,8 @@ const NEAR_ZERO: f64 = 0.5;
 const ROOM: f64 = 1e-6;
 /// A change near the start of a run is looked for in ever shorter parts of the window.
 const MOST_TIMES_NEARER: usize = 60;
+/// Parts of a window are halved so many times at most where their points do not show a formula.
+const MOST_HALVINGS: u32 = 16;
 /// Parabolas through ever closer points that look for the extremum.
 const STEPS_TO_EXTREMUM: usize = 4;
 
@@ -131,24 +133,64 @@ impl<'g> Watches<'g> {
         self.value(place)
     }
 
+    /// A formula at points of a window with these ends, each with its fraction: at the nodes, and where its arguments
+    /// change much from one to the next, at more of them.
+    fn points(&mut self, place: usize, window: &mut Window<'_>, ends: [&State; 2]) -> Vec<[f64; 2]> {
+        let nodes = window.nodes();
+        let fractions = nodes.fractions().to_vec();
+        let mut arguments = Vec::new();
+        let mut points: Vec<[f64; 2]> = Vec::with_capacity(fractions.len());
+        for (node, &fraction) in fractions.iter().enumerate() {
+            let value = if node == 0 { self.at(place, ends[0]) } else { self.at_node(place, nodes, ends, node) };
+            points.push([fraction, value]);
+            arguments.extend(self.watches[place].formula.arguments());
+        }
+        if self.watches[place].formula.is_shown(&fractions, &arguments) {
+            return points;
+        }
+        let (dense, last) = (window.dense(), points[points.len() - 1]);
+        points.truncate(1);
+        let mut cells = vec![([0.5, 1.0], 1), ([0.0, 0.5], 1)];
+        while let Some(([from, to], halvings)) = cells.pop() {
+            arguments.clear();
+            let inner: Vec<[f64; 2]> = fractions
+                .iter()
+                .map(|fraction| {
+                    let at = from + fraction * (to - from);
+                    let value = self.inside(place, &dense, at);
+                    arguments.extend(self.watches[place].formula.arguments());
+                    [at, value]
+                })
+                .collect();
+            if halvings < MOST_HALVINGS && !self.watches[place].formula.is_shown(&fractions, &arguments) {
+                let middle = 0.5 * (from + to);
+                cells.extend([[middle, to], [from, middle]].map(|half| (half, halvings + 1)));
+            } else {
+                points.extend(&inner[1..]);
+            }
+        }
+        // The end is known as it is handed on.
+        points.pop();
+        points.push(last);
+        points
+    }
+
     /// The first change of sign on the nodes of a window that counts.
     pub(super) fn change(&mut self, window: &mut Window<'_>) -> Option<Change> {
         let (h, begin, end) = (window.length, window.start().clone(), window.end().clone());
-        let nodes = window.nodes();
-        let last = nodes.points() - 1;
         let (mut first, mut dips): (Option<Change>, Vec<Dip>) = (None, Vec::new());
         for place in 0..self.watches.len() {
-            let ([mut side, mut noise], mut before) = (self.watches[place].here, self.at(place, &begin));
+            let points = self.points(place, window, [&begin, &end]);
+            let ([mut side, mut noise], mut before) = (self.watches[place].here, points[0][1]);
             if side == 0.0 && !self.are_known {
                 // The start of a run. A root there is none.
-                let (now, next) = (before, self.at_node(place, nodes, [&begin, &end], 1));
+                let (now, next) = (before, points[1][1]);
                 let now = if now.abs() < AT_START * next.abs() { next } else { now };
                 side = if now == 0.0 { 0.0 } else { now.signum() };
             }
             let mut earlier = [f64::NAN; 2];
-            for node in 1..=last {
-                let here = self.at_node(place, nodes, [&begin, &end], node);
-                let [mut from, to] = [node - 1, node].map(|node| nodes.fractions()[node]);
+            for pair in points.windows(2) {
+                let ([mut from, _], [to, here]) = (pair[0], pair[1]);
                 if noise > 0.0 {
                     if here.abs() <= noise {
                         continue;
@@ -248,8 +290,11 @@ impl Dip {
         (curvature * self.side > 0.0 && at > a && at < c).then_some([at, lowest])
     }
 
-    /// Returns true if the parabola is much nearer to zero there than at the points.
+    /// Returns true if the parabola is much nearer to zero there than at the points, which are all on one side.
     fn comes_near(&self) -> bool {
+        if self.points.iter().any(|[_, value]| value * self.side < 0.0) {
+            return false;
+        }
         let least = self.points.iter().fold(f64::INFINITY, |least, [_, value]| least.min(value.abs()));
         self.extremum().is_some_and(|[_, lowest]| lowest < NEAR_ZERO * least)
     }

@@ -211,7 +211,8 @@ pub(crate) fn chain_error(pieces: &[Piece], coarser: &[Piece], (margin, round): 
     let end = pieces.last()?;
     let (last, sizes) = (&end.line, &sizes_of(pieces));
     let relative = |off: &[f64]| {
-        let shares = off.iter().zip(sizes).filter(|(off, _)| **off != 0.0).map(|(off, size)| off / size);
+        let results = off.iter().zip(sizes).take(last.geometry().results());
+        let shares = results.filter(|(off, _)| **off != 0.0).map(|(off, size)| off / size);
         shares.fold(0.0, larger)
     };
     let (mut found, mut good) = (RunError::none(sizes.len()), GOOD_DIGITS.map(|_| None));

@@ -7,7 +7,7 @@ use super::compare::end_coordinate;
 use super::conditioning::{Formulas, Lost, Places};
 use crate::case::Case;
 use crate::diagnostics::verdict::{CoordinateError, Reason};
-use crate::engine::Accuracy;
+use crate::engine::{Accuracy, GOOD_DIGITS};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
@@ -107,6 +107,23 @@ impl Further {
         };
         let momenta = places.sizes_of_momenta(setup.place.start.q.len());
         Self { inherited, lost, of_formula, momenta }
+    }
+
+    /// True if there are no such errors.
+    pub(crate) fn is_nothing(&self) -> bool {
+        [&self.inherited, &self.lost].into_iter().all(|part| *part == Part::Nothing)
+    }
+
+    /// Where they are larger than what is good to some digits, the run is nowhere known to be good to these.
+    pub(crate) fn limit<S: Real>(&self, line: &mut WorldLine<S>) {
+        let WorldLine { good_until, sizes, .. } = line;
+        let share = |(a, size): (usize, &f64)| (self.inherited.largest(a) + self.lost.largest(a)) / size;
+        let most = sizes.iter().enumerate().filter(|(_, size)| **size > 0.0).map(share).fold(0.0, larger);
+        let is_unknown = [&self.inherited, &self.lost].into_iter().any(|part| part.unknown().is_some());
+        for (until, digits) in good_until.iter_mut().zip(GOOD_DIGITS) {
+            let is_good = !is_unknown && most <= 10.0_f64.powi(-digits);
+            *until = if is_good { *until } else { 0.0 };
+        }
     }
 
     /// The error of a run with what it does not make itself.

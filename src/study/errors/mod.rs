@@ -12,10 +12,12 @@ mod between;
 mod carried;
 mod compare;
 mod conditioning;
+mod events;
 mod further;
 
 pub(crate) use compare::{chain_error, sizes_of};
 pub(crate) use conditioning::{Places, lost_to};
+pub(crate) use events::{OfRun, events_of_chain, pair};
 pub(crate) use further::Further;
 
 use self::between::own_windows;
@@ -119,9 +121,9 @@ impl RunError {
 /// if no second solve reaches the end.
 pub fn run_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
     let end_coordinate = end_coordinate(setup, line);
-    if let Some(estimate) = line.error_estimate {
-        let mut found = RunError::none(line.sizes.len());
-        found.see(line.sizes.iter().map(|size| estimate * size));
+    if line.error_estimate.is_some() {
+        let mut found = RunError::none(line.errors.len());
+        found.see(line.errors.iter().copied());
         end_coordinate.into_iter().for_each(|end_coordinate| found.end[end_coordinate] = 0.0);
         return Some(RunError { stepped_over: own_windows(setup, line), ..found });
     }

@@ -137,7 +137,7 @@ pub struct End {
     pub proof: Option<ProofOfRun>,
     /// The verdict on the result.
     pub verdict: Verdict,
-    /// The events of the case, in the order of γ: the name, then the state.
+    /// The events of the case, in the order of γ: the name, then the state and its errors, if these are columns.
     pub events: Vec<(String, Vec<String>)>,
 }
 
@@ -177,9 +177,8 @@ fn outcome<S: Real>(case: &Case) -> Result<End, NoSolution> {
     let state = |gamma: S, q: &[S], q_dot: &[S]| -> Vec<String> {
         std::iter::once(&gamma).chain(q).chain(q_dot).map(|value| value.to_decimal(line.digits)).collect()
     };
-    let events = found.events.iter().map(|Crossing { watch, sample }| {
-        (case.events[*watch].name.clone(), state(sample.gamma, &sample.q, &sample.q_dot))
-    });
+    let cells = |event: &Crossing<S>| event.cells(line.digits, setup.settings.is_judged_on_its_way());
+    let events = found.events.iter().map(|event| (case.events[event.watch].name.clone(), cells(event)));
     let end = line.end();
     Ok(End {
         ended_by: ended_by(case, line.ended_by).to_owned(),

@@ -271,3 +271,39 @@ fn of_two_crossings_between_two_nodes_that_of_the_direction_acts() {
         assert!((run.line.end().q[1] - way - way * way).abs() < 1e-9, "{direction}: {:?}", run.line.end().q);
     }
 }
+
+/// The bounces of a ball have the errors that a coarser chain tells: upper bounds of the true ones.
+#[test]
+fn events_that_act_have_errors() {
+    for accuracy in ["1e-4", "1e-7", "1e-10"] {
+        let found = solved(BALL, &[&format!("solver.accuracy={accuracy}")]).unwrap();
+        assert!(found.unpaired.is_none() && found.events.len() > 5, "{accuracy}");
+        let (mut exact, mut flight) = (0.0, (2.0 / 9.81_f64).sqrt());
+        for event in &found.events {
+            exact += flight;
+            flight = if exact == flight { 2.0 * 0.9 * flight } else { 0.9 * flight };
+            let (late, off) = ((event.sample.gamma - exact).abs(), event.off.as_ref().unwrap());
+            assert!(late <= off[0] && off[0] < 1e-3, "{accuracy}: {late:e} {off:?}");
+        }
+    }
+}
+
+/// Kicks by the time come when they are due, also where the formula passes 0 in the middle between two of them.
+#[test]
+fn kicks_at_equal_distances_do_not_pile_up() {
+    let scene = r#"
+        potential = { coordinates = ["x"], formula = "x^2/2" }
+        particle.law = "newtonian"
+        initial = { x = 1.0, x_dot = 0.0 }
+        grid.t_f = 8.16
+        solver.accuracy = 1e-6
+        events.kick = { when = "sin(3*t)", direction = "down", set = { x_dot = "x_dot - 0.1" } }
+    "#;
+    for accuracy in ["1e-3", "5e-6", "1e-9", "1e-12"] {
+        let found = solved(scene, &[&format!("solver.accuracy={accuracy}")]).unwrap();
+        assert_eq!(found.acting_events, 4, "{accuracy}");
+        let (t, mut x): (f64, f64) = (8.16, 8.16_f64.cos());
+        (0..4).for_each(|k| x -= 0.1 * (t - std::f64::consts::PI * f64::from(2 * k + 1) / 3.0).sin());
+        assert!((found.line.end().q[1] - x).abs() < 1e-4, "{accuracy}: {} {x}", found.line.end().q[1]);
+    }
+}

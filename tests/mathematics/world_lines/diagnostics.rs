@@ -3,8 +3,8 @@
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::study::errors::{RunError, run_error};
+use geodesic_ivp::study::facts::facts_of_run;
 use geodesic_ivp::study::many::ManyRuns;
-use geodesic_ivp::study::run::facts_of_run;
 
 use crate::common::{against_reference, case, geometry, line_of, metric, parsed, setup_of, text_solved};
 

@@ -7,6 +7,7 @@ use geodesic_ivp::case::Case;
 use geodesic_ivp::geometry::Start;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::WorldLine;
+use geodesic_ivp::study::run::{Run, Wanted, run as studied};
 use geodesic_ivp::trajectory::{Crossing, crossings};
 
 use crate::common::{line_of, parsed, reference_of, shipped};
@@ -202,6 +203,98 @@ fn of_two_events_in_one_step_the_first_ends_the_run() {
             let events = format!("events={{a={{when='x - {a:?}', until=true}}, b={{when='{b:?} - x', until=true}}}}");
             let line: WorldLine = line_of(&parsed(LINE, &[&events, "grid.windows=3"]));
             assert!((line.length - 1.0).abs() < 1e-12, "{a} and {b}: {}", line.length);
+        }
+    }
+}
+
+/// An oscillation passes 0 at odd multiples of π/2 and rests at multiples of π. The errors that the judge tells are
+/// upper bounds of the true ones, and no larger than the accuracy allows.
+#[test]
+fn events_have_the_errors_that_their_pairs_tell() {
+    let scene = "potential={coordinates=['x'], formula='x^2/2'}\nparticle.law='newtonian'\ninitial={x=1, x_dot=0}\n\
+                 grid.t_f=40\nsolver.accuracy=1e-3\n[events]\npass={when='x'}\nrest={when='x_dot'}";
+    for solver in ["accuracy=1e-3", "accuracy=1e-6", "accuracy=1e-10", "tolerance=1e-4", "tolerance=1e-8"] {
+        let setting = format!("solver={{{solver}}}");
+        let case = parsed(scene, &[&setting]);
+        let Ok(found) = studied(&case, &case.setup::<f64>(), Wanted::default()).0 else { panic!("{solver}") };
+        assert_eq!((found.events.len(), found.unpaired.as_deref()), (25, None), "{solver}");
+        for (k, event) in (1..).zip(&found.events) {
+            let (exact, off) = (f64::from(k) * PI / 2.0, event.off.as_ref().unwrap());
+            let late = (event.sample.gamma - exact).abs();
+            assert!(late <= off[0], "{solver}, {k}: {late:e} {off:?}");
+            assert!(off[0] <= 40.0 * found.line.error_estimate.unwrap(), "{solver}, {k}: {off:?}");
+        }
+    }
+}
+
+/// A particle that moves freely, x = 0.1 + 0.3 t and y = 0.7 + 0.1 t: one window is enough for it.
+const FREE: &str = "potential={coordinates=['x', 'y'], formula='0'}\nparticle.law='newtonian'\n\
+                    initial={x=0.1, y=0.7, x_dot=0.3, y_dot=0.1}\ngrid.t_f=30\nsolver.accuracy=1e-6\n";
+
+fn free(event: &str, settings: &[&str]) -> Run {
+    let case = parsed(&format!("{FREE}events.met={{{event}}}"), settings);
+    let Ok(found) = studied(&case, &case.setup::<f64>(), Wanted::default()).0 else { panic!("{event} {settings:?}") };
+    found
+}
+
+const ACCURACIES: [&str; 4] =
+    ["solver.accuracy=1e-3", "solver.accuracy=1e-6", "solver.accuracy=1e-9", "solver.accuracy=1e-12"];
+
+/// Windows as long as the motion allows do not resolve such formulas; more points of them do.
+#[test]
+fn formulas_that_change_faster_than_the_motion_are_met() {
+    for accuracy in ACCURACIES {
+        let found = free("when='sin(20*x) - 0.9', direction='up'", &[accuracy]);
+        assert_eq!(found.events.len(), 28, "{accuracy}");
+        for (k, event) in (1..).zip(&found.events) {
+            let exact = ((0.9_f64.asin() + TAU * f64::from(k)) / 20.0 - 0.1) / 0.3;
+            assert!((event.sample.gamma - exact).abs() < 1e-12, "{accuracy}, {k}");
+        }
+    }
+}
+
+/// The first place where such a formula changes its sign ends the run, also on a grid that does not resolve it.
+#[test]
+fn formulas_that_change_faster_than_the_motion_end_it_at_the_first_place() {
+    let of_sine = ((0.9_f64.asin() + TAU) / 20.0 - 0.1) / 0.3;
+    let of_gauss = (3.2 - 0.1 * 2.0_f64.ln().sqrt()) / 0.3;
+    for (when, exact) in [
+        ("sin(20*x) - 0.9", of_sine),
+        ("exp(-((x - 3.3)/0.1)^2) - 0.5", of_gauss),
+        ("0.1 - hypot(x - 3.3, y - 1.7666)", 10.350_372_297_228_722),
+        ("1e-4 - abs(x - 3.3)", 3.1999 / 0.3),
+        ("tanh((x - 3.3)/1e-3) - tanh((x - 3.31)/1e-3) - 1", 3.2 / 0.3),
+    ] {
+        let event = format!("when='{when}', direction='up', until=true");
+        for accuracy in ACCURACIES {
+            let end = free(&event, &[accuracy]).line.gamma_f();
+            assert!((end - exact).abs() < 1e-7, "{when} {accuracy}: {end}");
+        }
+        let case = parsed(
+            &FREE.replace("solver.accuracy=1e-6", "scheme={sbp='GLL16', form='weak'}\ngrid.windows=30"),
+            &[&format!("grid.until=\"{when}\"")],
+        );
+        let end = line_of::<f64>(&case).gamma_f();
+        assert!((end - exact).abs() < 1e-7, "{when}: {end}");
+    }
+}
+
+/// A slab that is passed through acts once, however thin it is, and so do many of them.
+#[test]
+fn thin_slabs_act_once_where_they_are_entered() {
+    let y = |times: &[f64]| 3.7 + times.iter().map(|at| 0.5 * (30.0 - at)).sum::<f64>();
+    let sine = |k: i32| ((0.9999_f64.asin() + TAU * f64::from(k)) / 200.0 - 0.1) / 0.3;
+    let all: Vec<f64> = (3..290).map(sine).collect();
+    let mut scenes: Vec<(String, Vec<f64>)> = vec![("sin(200*x) - 0.9999".to_owned(), all)];
+    for width in [0.3, 0.03, 1e-3, 1e-5] {
+        scenes.push((format!("{width:?}^2 - (x - 3.3)^2"), vec![(3.2 - width) / 0.3]));
+    }
+    for (when, times) in scenes {
+        for accuracy in &ACCURACIES[1..] {
+            let found = free(&format!("when='{when}', direction='up', set={{y_dot='y_dot + 0.5'}}"), &[accuracy]);
+            assert_eq!(found.acting_events, times.len(), "{when} {accuracy}");
+            let [end, exact] = [found.line.end().q[2], y(&times)];
+            assert!((end - exact).abs() < 1e-5 * exact, "{when} {accuracy}: {end} {exact}");
         }
     }
 }

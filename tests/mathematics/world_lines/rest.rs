@@ -74,3 +74,41 @@ fn what_starts_at_rest_stays_and_is_trusted() {
         }
     }
 }
+
+/// The verdict on a run, and by how much it is off from this end in these coordinates.
+fn verdict(text: &str, accuracy: &str, exact: &[(usize, f64)]) -> (Grade, f64) {
+    let case = parsed(text, &[&format!("solver.accuracy={accuracy}")]);
+    let setup = case.setup::<f64>();
+    let Ok(found) = run(&case, &setup, Wanted::default()).0 else { panic!("{text} {accuracy}") };
+    let end = found.line.end();
+    let off = exact.iter().map(|&(a, value)| (end.q[a] - value).abs());
+    (found.judged(&setup, false, false).verdict.grade, off.fold(0.0, f64::max))
+}
+
+/// s of Newton's law has the rate v²/2 − V, which is 0 on a circle around a spring: only rounding moves it.
+#[test]
+fn a_circle_around_a_spring_is_trusted_though_s_rests() {
+    let scene = "potential={coordinates=['x', 'y'], formula='(x^2 + y^2)/2'}\nparticle.law='newtonian'\n\
+                 initial={x=0.0, y=1.0, x_dot=1.0, y_dot=0.0}\ngrid.t_f=10.0\nsolver.accuracy=1e-6";
+    for accuracy in ["1e-4", "1e-6", "1e-9", "1e-12"] {
+        let (grade, off) = verdict(scene, accuracy, &[(1, 10.0_f64.sin()), (2, 10.0_f64.cos())]);
+        assert!(grade == Grade::Trusted && off < accuracy.parse().unwrap(), "{accuracy}: {grade:?} {off:e}");
+    }
+}
+
+/// An orbit in the equator stays there, and a particle at rest beside one that moves does, too: the error of the others
+/// is none of theirs.
+#[test]
+fn what_rests_beside_what_moves_is_trusted() {
+    let kerr = "metric={preset='kerr', parameters={a=0.7}}\ngrid.gamma_f=500.0\nsolver.accuracy=1e-4\n\
+                initial={r=10.0, theta='pi/2', r_dot=0.0, theta_dot=0.0, phi_dot=0.04, norm='timelike', \
+                solve={t_dot='+'}}";
+    let pair = "potential={coordinates=['x', 'y'], formula='x^2/2 + y^2'}\ngrid.t_f=10.0\nsolver.accuracy=1e-4\n\
+                particle={law='newtonian', masses={x='1', y='2'}}\ninitial={x=1.0, y=0.0, x_dot=0.0, y_dot=0.0}";
+    for accuracy in ["1e-4", "1e-6"] {
+        let (grade, off) = verdict(kerr, accuracy, &[(2, std::f64::consts::FRAC_PI_2)]);
+        assert!(grade == Grade::Trusted && off < 1e-14, "{accuracy}: {grade:?} {off:e}");
+        let (grade, off) = verdict(pair, accuracy, &[(1, 10.0_f64.cos()), (2, 0.0)]);
+        assert!(grade == Grade::Trusted && off < 1e-4, "{accuracy}: {grade:?} {off:e}");
+    }
+}

@@ -146,3 +146,37 @@ fn what_is_no_end_of_a_run_is_refused() {
         ("run quartic --from first --set initial.x=2", 2, "unknown field `x`"),
     ]);
 }
+
+/// A spring that is another one from 5 on: the run goes on with its energy, and what it inherits explains what its
+/// witnesses see.
+#[test]
+fn a_run_goes_on_with_other_formulas() {
+    let folder = Folder::new();
+    folder.write(
+        "spring.toml",
+        "potential={coordinates=['x'], formula='k*x^2/2', parameters={k=1.0}}\nparticle.law='newtonian'\n\
+         initial={x=1.0, x_dot=0.0}\ngrid.t_f=5.0\nsolver.accuracy=1e-8\n",
+    );
+    folder.succeeds("run spring.toml --out first");
+    let told =
+        folder.succeeds("run spring.toml --from first --set potential.parameters.k=1.5 --set grid.t_f=20 --out second");
+    assert!(told.contains("trusted"), "{told}");
+    let summary = folder.summary("second");
+    let energy = summary["energy"].as_f64().unwrap();
+    assert!((energy - 0.520_116_058_865_443_4).abs() < 1e-9, "{energy}");
+    assert!((summary["final"]["x"].as_f64().unwrap() + 0.108_611_911_792_383_78).abs() < 1e-8, "{summary}");
+    assert!((summary["final"]["s"].as_f64().unwrap() + 0.0549).abs() < 1e-3, "{summary}");
+}
+
+/// What a run inherits limits where it is good to so many digits, and is in the doubts of its witnesses.
+#[test]
+fn a_run_is_good_to_no_more_digits_than_it_inherits() {
+    let folder = Folder::new();
+    folder.succeeds("run henon-heiles --set solver.tolerance=1e-2 --set grid.gamma_f=50 --out first");
+    let told = folder
+        .succeeds("run henon-heiles --from first --set solver.tolerance=1e-12 --set grid.gamma_f=60 --out second");
+    let summary = folder.summary("second");
+    let good = |digits: &str| summary["good_until"][digits].as_f64().unwrap();
+    assert!(good("1e-9") == 50.0 && good("1e-3") == 60.0, "{summary}");
+    assert!(!told.contains("explain"), "{told}");
+}

@@ -1,0 +1,138 @@
+//! The errors of events: the march or the chain that judges a run meets them by itself, and they are paired.
+//!
+//! The first, second … event of a name in one are the first, second … in the other. What they differ by in γ and in
+//! every coordinate is what they are off by, as what the two runs differ by anywhere is. Two runs may agree at a place
+//! by chance, so that no event is said to be better than those before.
+
+use crate::case::Case;
+use crate::number::Real;
+use crate::number::norm::larger;
+use crate::solve::WorldLine;
+use crate::study::acting::{MARGIN, Piece};
+use crate::trajectory::{Crossing, EventSearch};
+
+/// The last digits of a run, relative to γ and to sizes, which two runs may round alike.
+const ROUNDED: f64 = 16.0 * f64::EPSILON;
+/// A run that is known until this share of it is known as a whole.
+const WHOLE: f64 = 1.0 - 1e-9;
+
+/// What is known of a run whose events are paired.
+#[derive(Debug, Clone)]
+pub(crate) struct OfRun {
+    /// γ at its start and at its end.
+    pub(crate) ends: [f64; 2],
+    /// γ from the start until which something is known of it.
+    pub(crate) until: f64,
+    /// Its error, relative to sizes, and these.
+    pub(crate) error: f64,
+    pub(crate) sizes: Vec<f64>,
+    /// What differences count by.
+    pub(crate) margin: f64,
+}
+
+impl OfRun {
+    /// That of a judged run by its first piece and its last one, which are one where no event acts.
+    pub(crate) fn new<S: Real>(first: &WorldLine<S>, last: &WorldLine<S>) -> Self {
+        let (begin, before) = (first.gamma_i.to_f64(), (last.gamma_i - first.gamma_i).to_f64().abs());
+        Self {
+            ends: [begin, last.gamma_f().to_f64()],
+            until: before + last.good_until[0],
+            error: last.error_estimate.unwrap_or(f64::INFINITY),
+            sizes: last.sizes.clone(),
+            margin: if before > 0.0 { MARGIN } else { 1.0 },
+        }
+    }
+}
+
+/// The events of a chain, with those that have acted in it.
+pub(crate) fn events_of_chain<S: Real>(case: &Case, pieces: &[Piece<S>]) -> Vec<Crossing<S>> {
+    let (mut watches, acting) = (case.watches(), case.acting_watches());
+    let (mut search, mut set) = (EventSearch::new(&mut watches), &Vec::new());
+    for Piece { line, setup, acted } in pieces {
+        if setup.set != *set {
+            set = &setup.set;
+            let case = case.with_parameters(set, &setup.rough.start.q).expect("it was solved with these numbers");
+            search.replace(&case.watches());
+        }
+        search.see(line);
+        let acted: Vec<usize> = acted.iter().filter_map(|&place| acting[place]).collect();
+        search.act(line, &acted, &acting);
+    }
+    search.found()
+}
+
+/// Says of every event of a run by how much it is off, as those of its judge tell. Returns the first that only one of
+/// the two has met, if there is one: its watch.
+pub(crate) fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>], run: &OfRun) -> Option<usize> {
+    let [begin, end] = run.ends;
+    let length = (end - begin).abs();
+    let until = if run.until >= WHOLE * length { f64::INFINITY } else { run.until };
+    let from_start = |event: &Crossing<S>| (event.sample.gamma.to_f64() - begin).abs();
+    let least = || run.sizes.iter().map(|size| ROUNDED * size);
+    let mut most: Vec<f64> = std::iter::once(ROUNDED * begin.abs().max(end.abs())).chain(least()).collect();
+    let of = |watch: usize| of_judge.iter().filter(move |event| event.watch == watch);
+    let mut met = vec![0; 1 + events.iter().chain(of_judge).map(|event| event.watch).max().unwrap_or(0)];
+    let mut alone: Vec<(f64, usize)> = Vec::new();
+    for event in events.iter_mut().filter(|event| from_start(event) <= until) {
+        let other = of(event.watch).nth(met[event.watch]);
+        met[event.watch] += 1;
+        let Some(other) = other else {
+            alone.push((from_start(event), event.watch));
+            continue;
+        };
+        let q = event.sample.q.iter().zip(&other.sample.q).map(|(&one, &other)| one - other);
+        let differences = std::iter::once(event.sample.gamma - other.sample.gamma).chain(q);
+        for (most, difference) in most.iter_mut().zip(differences) {
+            *most = larger(*most, run.margin * difference.to_f64().abs());
+        }
+        event.off = Some(most.clone());
+    }
+    let others = (0..met.len()).flat_map(|watch| of(watch).skip(met[watch]));
+    alone.extend(others.map(|event| (from_start(event), event.watch)));
+    // The last event of a run may be behind the end of the other. In units of γ that is known as well as events are, or
+    // as coordinates that go the way of their size in the run.
+    let near = length.min(until) - 2.0 * most[0].max(run.error * length);
+    let first = alone.into_iter().filter(|(gamma, _)| *gamma < near).min_by(|one, other| one.0.total_cmp(&other.0));
+    first.map(|(_, watch)| watch)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{OfRun, pair};
+    use crate::trajectory::{Crossing, Sample};
+
+    fn events(met: &[(usize, f64)]) -> Vec<Crossing> {
+        let sample = |gamma: f64| Sample { gamma, q: vec![2.0 * gamma], q_dot: vec![2.0], p: vec![2.0] };
+        met.iter().map(|&(watch, gamma)| Crossing { watch, sample: sample(gamma), off: None }).collect()
+    }
+
+    fn run(until: f64) -> OfRun {
+        OfRun { ends: [0.0, 10.0], until, error: 1e-6, sizes: vec![20.0], margin: 1.0 }
+    }
+
+    /// Errors are differences of pairs, and no event is better than those before.
+    #[test]
+    fn events_of_a_name_are_paired_in_their_order() {
+        let mut own = events(&[(0, 1.0), (1, 2.0), (0, 3.0), (0, 9.0)]);
+        let found = pair(&mut own, &events(&[(0, 1.25), (0, 3.125), (1, 2.5), (0, 9.0)]), &run(10.0));
+        assert_eq!(found, None);
+        let errors: Vec<f64> = own.iter().map(|event| event.off.as_ref().unwrap()[0]).collect();
+        assert_eq!(errors, [0.25, 0.5, 0.5, 0.5]);
+        assert_eq!(own[1].off.as_ref().unwrap()[1], 1.0);
+    }
+
+    /// An event that only one of both meets has no error, and is named; but behind what is known nobody looks, and at
+    /// the end of a run the other one may not have come to it.
+    #[test]
+    fn an_event_that_one_run_meets_alone_is_named() {
+        let (more, less) = (&[(0, 1.0), (1, 4.0), (0, 5.0)], &[(0, 1.0), (0, 5.0)]);
+        let mut own = events(more);
+        assert_eq!(pair(&mut own, &events(less), &run(10.0)), Some(1));
+        assert!(own[1].off.is_none() && own[2].off.is_some());
+        assert_eq!(pair(&mut events(less), &events(more), &run(10.0)), Some(1));
+        assert_eq!(pair(&mut events(less), &events(more), &run(3.0)), None);
+        let late = [(0, 1.0), (0, 5.0), (1, 9.999_999)];
+        assert_eq!(pair(&mut events(&late), &events(less), &run(10.0)), None);
+        assert_eq!(pair(&mut events(less), &events(&late), &run(10.0)), None);
+    }
+}
