@@ -253,7 +253,8 @@ pub(super) fn jumping(case: &Case, whole: &Field<'_>, q: &[f64]) -> Result<(), C
         jump.function,
         place.join(", ")
     );
-    let help = "make it a slope, such as tanh(x/w) with a small w, or let an event there `set` the velocity";
+    let help = "make it a slope, such as tanh(x/w) with a small w, let an event there `set` the velocity, or give what \
+                is switched on at a time as a force: the energy jumps with the potential";
     Err(whole.error(message).with_help(help))
 }
 

@@ -79,8 +79,8 @@ impl<'g> Companion<'g> {
         self.seen = Seen::new(self.finer.lent.solver.geometry);
     }
 
-    /// Compares the marches over the last window of the finer one, up to where the coarse one has come to. Returns false
-    /// if that has gone on by a window, and true once all is compared.
+    /// Compares the marches over the last window of the finer one, up to where the coarse one has come to. Returns
+    /// false if that has gone on by a window, and true once all is compared.
     ///
     /// # Errors
     /// If they differ by more than the accuracy, or if the coarse one fails.

@@ -161,8 +161,8 @@ pub trait Windows {
     /// [`Failure`], of which [`Failure::BeginAgain`] is no end.
     fn next(&mut self) -> Result<Option<Window<'_>>, Failure>;
 
-    /// The next window of the march that judges this run, as far as it is needed beside the last window; `None` if it is
-    /// not, or if there is no such march. [`Self::next`] goes on with those that were not asked for. It is another
+    /// The next window of the march that judges this run, as far as it is needed beside the last window; `None` if it
+    /// is not, or if there is no such march. [`Self::next`] goes on with those that were not asked for. It is another
     /// solution, and its windows end elsewhere.
     ///
     /// # Errors

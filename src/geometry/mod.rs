@@ -155,7 +155,8 @@ impl<S: Real> Geometry<S> {
         })
     }
 
-    /// The number of coordinates that are results: s, which Newton's law adds to have a geodesic, comes last and is none.
+    /// The number of coordinates that are results: s, which Newton's law adds to have a geodesic, comes last and is
+    /// none.
     pub fn results(&self) -> usize {
         self.dimension() - usize::from(!self.mirrored.is_empty())
     }

@@ -95,8 +95,8 @@ pub fn solve_window_by_window<S: Real>(
     solve_observed(&setup.into(), Some(observe), None)
 }
 
-/// The solve behind both, window by window if there is an observer. `of_judge` sees the windows of the march that judges
-/// the run, if there is one.
+/// The solve behind both, window by window if there is an observer. `of_judge` sees the windows of the march that
+/// judges the run, if there is one.
 pub(crate) fn solve_observed<S: Real>(
     setup: &Setup<S>,
     observer: Option<Observer<'_, S>>,

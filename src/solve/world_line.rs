@@ -74,13 +74,11 @@ pub struct WorldLine<S = f64> {
     pub iterations: Iterations,
     /// Significant decimal digits that were asked for; 16 for `f64`.
     pub digits: u32,
-    /// The estimated error of every coordinate at the nodes, relative to its size, if the windows were chosen for an
-    /// accuracy.
+    /// The estimated error of every coordinate at the nodes, relative to its size, of a run to an accuracy.
     pub error_estimate: Option<f64>,
-    /// The same of every coordinate by itself, in its unit; none if there is no estimate.
-    pub errors: Vec<f64>,
-    /// These sizes, as [`Windows::sizes`](crate::engine::Windows::sizes); none if there is no estimate.
+    /// These sizes, as [`Windows::sizes`](crate::engine::Windows::sizes), and errors; none if there is no estimate.
     pub sizes: Vec<f64>,
+    pub errors: Vec<f64>,
     /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
     pub windows_unproved: Option<usize>,
     /// The growth of small changes of the start, if it was asked for.

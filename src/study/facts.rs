@@ -50,9 +50,9 @@ pub(super) fn suspicions<S: Real>(
     suspicions
 }
 
-/// The facts that a [`Verdict`](crate::diagnostics::verdict::Verdict) on `line` is found from, with what was measured on
-/// it and its error, if that is known. The estimate of a run to an accuracy may be contradicted by a reference, if there
-/// is one.
+/// The facts that a [`Verdict`](crate::diagnostics::verdict::Verdict) on `line` is found from, with what was measured
+/// on it and its error, if that is known. The estimate of a run to an accuracy may be contradicted by a reference, if
+/// there is one.
 pub fn facts_of_run<S: Real>(
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S>,

@@ -4,8 +4,8 @@
 //! these values has extrema between them, and there the formula is evaluated, too: two crossings that are close
 //! together have an extremum between them. Where arguments of functions change so much between the points that these do
 //! not show what the formula does, it is looked at in halves. Between two values of different sign the crossing is a
-//! root of the formula on the curve itself. Two crossings are missed only where the formula passes zero by less than its
-//! polynomial resolves.
+//! root of the formula on the curve itself. Two crossings are missed only where the formula passes zero by less than
+//! its polynomial resolves.
 
 use std::cmp::Ordering;
 

@@ -292,7 +292,8 @@ impl Dip {
 
     /// Returns true if the parabola is much nearer to zero there than at the points, which are all on one side.
     fn comes_near(&self) -> bool {
-        if self.points.iter().any(|[_, value]| value * self.side < 0.0) {
+        // Behind a zero at which a run goes on, the side that it goes on to may be left before the next point.
+        if !self.points.iter().all(|[_, value]| value * self.side > 0.0) {
             return false;
         }
         let least = self.points.iter().fold(f64::INFINITY, |least, [_, value]| least.min(value.abs()));

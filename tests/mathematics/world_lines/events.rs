@@ -270,6 +270,8 @@ fn formulas_that_change_faster_than_the_motion_end_it_at_the_first_place() {
             let end = free(&event, &[accuracy]).line.gamma_f();
             assert!((end - exact).abs() < 1e-7, "{when} {accuracy}: {end}");
         }
+        // grid.until knows no direction.
+        let exact = if when.starts_with("sin") { ((PI - 0.9_f64.asin()) / 20.0 - 0.1) / 0.3 } else { exact };
         let case = parsed(
             &FREE.replace("solver.accuracy=1e-6", "scheme={sbp='GLL16', form='weak'}\ngrid.windows=30"),
             &[&format!("grid.until=\"{when}\"")],

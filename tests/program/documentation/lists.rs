@@ -92,6 +92,7 @@ fn expanded(columns: &str, names: &[(&str, &[&str])]) -> Vec<String> {
 #[test]
 fn columns_keys_and_files_are_those_that_the_pages_list() {
     let run = "--plot --sample-gamma 0:1:0.5 --set grid.windows=1 --set grid.gamma_f=1";
+    let adaptive = "--plot --sample-gamma 0:1:0.5 --set solver.accuracy=1e-6 --set grid.gamma_f=1";
     let (rows, manual) = (Page::named("docs/results.md").rows().collect::<Vec<_>>(), page());
     let (listed, files) = (firsts(&rows), section(&manual, "FILES"));
     let (folder, mut tables) = (Folder::new(), BTreeSet::new());
@@ -110,6 +111,7 @@ fn columns_keys_and_files_are_those_that_the_pages_list() {
         ("stability henon-heiles --methods RK4 --gamma-f 1 --delta-gamma 0.1", &["t", "x", "y", "s"], &["t", "s"], &[]),
         (&*format!("run kerr-inclined {run}"), &["t", "r", "theta", "phi"], &["t", "phi"], &["carter"]),
         (&*format!("run kerr-mino {run}"), &["t", "r", "theta", "phi", "tau"], &["t", "phi", "tau"], &["carter"]),
+        (&*format!("run kerr-inclined {adaptive}"), &["t", "r", "theta", "phi"], &["t", "phi"], &["carter"]),
         (&*format!("run damped-oscillator {run}"), &["t", "x", "s"], &["s"], &[]),
         (&*format!("run two-bodies {run} --set solver.system=doubled"), &["t", "x1", "x2"], &["t"], &[]),
     ] {
@@ -129,8 +131,9 @@ fn columns_keys_and_files_are_those_that_the_pages_list() {
                 let header = if name == "residuals.csv" { header.replace(",delta_energy", ",delta_k") } else { header };
                 let places = [("<q>", names), ("<c>", ignorable), ("<name>", invariants)];
                 let is_header = |row: &Vec<String>| expanded(&row[1], &places).join(",") == header;
-                let of_scene = format!("{name} of a scene");
-                let mut of_table = rows.iter().filter(|row| row.len() == 2 && (row[0] == name || row[0] == of_scene));
+                let kinds =
+                    ["", " of a scene", " to an accuracy or with a tolerance"].map(|kind| format!("{name}{kind}"));
+                let mut of_table = rows.iter().filter(|row| row.len() == 2 && kinds.contains(&row[0]));
                 assert!(of_table.any(is_header), "{command}: {name} has {header}");
                 tables.insert(name);
             }
