@@ -76,8 +76,9 @@ pub struct WorldLine<S = f64> {
     pub digits: u32,
     /// The estimated error of every coordinate at the nodes, relative to its size, of a run to an accuracy.
     pub error_estimate: Option<f64>,
-    /// These sizes, as [`Windows::sizes`](crate::engine::Windows::sizes), and errors; none if there is no estimate.
+    /// These sizes, as [`Windows::sizes`](crate::engine::Windows::sizes); none if there is no estimate.
     pub sizes: Vec<f64>,
+    /// The errors of coordinates by [`Windows::errors`](crate::engine::Windows::errors); none if there is no estimate.
     pub errors: Vec<f64>,
     /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
     pub windows_unproved: Option<usize>,
@@ -394,7 +395,6 @@ impl<S: Real> WorldLine<S> {
 
     /// K of the start.
     pub fn norm(&self) -> S {
-        let Start { q, q_dot, .. } = &*self.place.start;
-        self.geometry().norm(q, q_dot)
+        self.geometry().norm(&self.place.start.q, &self.place.start.q_dot)
     }
 }
