@@ -14,7 +14,7 @@ pub struct Observable<S = f64> {
     program: Program<S>,
     registers: Vec<[S; 1]>,
     /// Its arguments of functions, divisors and bases of powers, which must not change much from a point to the next if
-    /// the points are to show what it does between them. At a kink or a jump it is no other there.
+    /// the points are to show what it does between them. A table has no scale of its own.
     steep: Vec<Watched>,
     /// True if velocities and momenta are those of the reversed motion.
     is_reversed: bool,
@@ -45,7 +45,7 @@ impl<S: Real> Observable<S> {
         let (registers, mirrored) = (program.registers(|constant| [constant]), scene.mirrored());
         let varies = program.depends_on(|variable| variable + 1 < variables.len());
         let (mut steep, _) = watched_registers(program.steps_to(1).iter(), &varies);
-        steep.retain(|look| !matches!(look.kind, Kind::Side(_) | Kind::Table(_)));
+        steep.retain(|look| !matches!(look.kind, Kind::Table(_)));
         Ok(Self { registers, program, steep, is_reversed: false, mirrored })
     }
 
@@ -60,7 +60,12 @@ impl<S: Real> Observable<S> {
         let (count, mut margins) = (self.steep.len(), vec![0.0; places.len()]);
         self.steep.iter().enumerate().all(|(k, look)| {
             let values: Vec<f64> = arguments.iter().skip(k).step_by(count).copied().collect();
-            look.changes_little(places, &values, &mut margins) || values.iter().any(|value| !value.is_finite())
+            // A kink or a jump is where it is, and others may be near it.
+            let is_known = match look.kind {
+                Kind::Side(_) => values.windows(2).all(|pair| (pair[0] < 0.0) == (pair[1] < 0.0)),
+                _ => look.changes_little(places, &values, &mut margins),
+            };
+            is_known || values.iter().any(|value| !value.is_finite())
         })
     }
 

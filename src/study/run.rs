@@ -176,6 +176,19 @@ impl<S: Real> Measures<'_, '_, S> {
         parts
     }
 
+    /// Expresses a failure, before which a run `is_streamed` shows what there is.
+    fn unsolved(mut self, setup: &Setup<S>, stopped: Stopped<S>, is_streamed: bool) -> NoRun<S> {
+        let Stopped { mut failure, pieces, next } = stopped;
+        if is_streamed {
+            self.see_stopped(pieces, next);
+        }
+        if setup.is_backward {
+            failure.gamma = 2.0 * setup.gamma_i.to_f64() - failure.gamma;
+        }
+        failure.reasons.lost = lost_to(self.case, setup, std::mem::take(&mut self.places), failure.status);
+        NoRun::Unsolved(failure, self.events.found())
+    }
+
     /// Sees the windows before a failure, which a run with events that act has not kept.
     fn see_stopped(&mut self, pieces: Vec<Piece<S>>, next: Option<Setup<S>>) {
         let before = pieces.last().map_or(0, |piece| piece.line.window_count);
@@ -219,17 +232,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     let (found, solve_seconds) = timed(|| solved(case, setup, observer));
     let (Chains { pieces, error, .. }, of_judge) = match found {
         Ok(found) => found,
-        Err(stopped) => {
-            let Stopped { mut failure, pieces, next } = *stopped;
-            if wanted.is_streamed {
-                measures.see_stopped(pieces, next);
-            }
-            if setup.is_backward {
-                failure.gamma = 2.0 * setup.gamma_i.to_f64() - failure.gamma;
-            }
-            failure.reasons.lost = lost_to(case, setup, std::mem::take(&mut measures.places), failure.status);
-            return (Err(NoRun::Unsolved(failure, measures.events.found())), solve_seconds);
-        }
+        Err(stopped) => return (Err(measures.unsolved(setup, *stopped, wanted.is_streamed)), solve_seconds),
     };
     let acting_events = pieces.iter().map(|piece| piece.acted.len()).sum();
     let start = Instant::now();
@@ -247,8 +250,8 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     further.limit(&mut line);
     let missed = measures.events.missed();
     let mut events = measures.events.finish(&line);
-    let first = before.first().map_or(&line, |(first, _)| first);
-    let unpaired = of_judge.and_then(|of_judge| pair(&mut events, &of_judge, &OfRun::new(first, &line)));
+    let of_run = OfRun::new(before.first().map_or(&line, |(first, _)| first), &line);
+    let unpaired = of_judge.and_then(|of_judge| pair(&mut events, &of_judge, &of_run));
     if !further.is_nothing() {
         // What the run does not make itself moves events, too.
         events.iter_mut().for_each(|event| event.off = None);
