@@ -173,6 +173,10 @@ impl<S: Real> Measures<'_, '_, S> {
             let rows = rows.unwrap_or_else(|| Diagnostics::new(&line));
             parts.push((line, rows));
         }
+        for (_, rows) in &mut parts {
+            let mut sums = self.sums.iter();
+            rows.sums.retain(|_| sums.next().is_some_and(|(_, holds)| *holds));
+        }
         parts
     }
 
@@ -237,10 +241,6 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     let acting_events = pieces.iter().map(|piece| piece.acted.len()).sum();
     let start = Instant::now();
     let mut before = measures.see_pieces(pieces, wanted.is_streamed && !setup.has_acting_events());
-    for (_, rows) in &mut before {
-        let mut sums = measures.sums.iter();
-        rows.sums.retain(|_| sums.next().is_some_and(|(_, holds)| *holds));
-    }
     let (mut line, diagnostics) = before.pop().expect("a run has a piece");
     let samples = match measures.samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
         Ok(samples) => samples,
