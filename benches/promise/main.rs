@@ -119,7 +119,8 @@ fn study(seed: u64, (name, template): (&str, &str)) -> Option<Studied> {
 fn compared(run: &WorldLine, references: [&WorldLine; 2], estimate: f64) -> Found {
     let mut found = Found { error: 0.0, doubt: 0.0, estimate };
     let mut samplers = references.map(Sampler::new);
-    let mut rows: Vec<_> = (0..run.sizes.len()).map(|a| run.q(a)).collect();
+    // s of Newton's law is none of the results.
+    let mut rows: Vec<_> = (0..run.geometry().results()).map(|a| run.q(a)).collect();
     for gamma in run.gamma() {
         let [one, two] = samplers.each_mut().map(|sampler| sampler.at_gamma(gamma).expect("it is inside").q);
         for (a, row) in rows.iter_mut().enumerate() {
