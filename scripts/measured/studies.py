@@ -48,11 +48,11 @@ def judged(chart):
         if row["status"] != "converged":
             continue
         error = max(float(row[key]) for key in row if key.startswith("error_"))
-        found, digits = (float(row["seconds_min"]), error), int(row["setting"].rpartition("-")[2])
+        found = (float(row["seconds_min"]), error)
         if row["method"] == "accuracy":
             own.append(found)
         elif row["method"].startswith("heyoka"):
-            others[row["method"]][digits] = found
+            others[row["method"]][int(row["setting"].rpartition("-")[2])] = found
     twice = [
         (of[digits][0] + of[digits + 2][0], of[digits + 2][1])
         for of in others.values()

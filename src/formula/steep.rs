@@ -21,6 +21,9 @@ use crate::number::spline::Table;
 /// smooth motion the ratio stays below. Of a power it is the power that changes by no more.
 const RATIO: f64 = 8.0;
 
+/// The exponential of less is 0.
+const UNDERFLOW: f64 = -746.0;
+
 /// The change of an argument of exp and the like, and of an angle.
 const STEP: f64 = 2.0;
 const ANGLE: f64 = 1.5;
@@ -121,6 +124,8 @@ impl Watched {
                 // An interval whose ends are gentle keeps its sign, too.
                 (lo > 0.0 || hi < 0.0) && (most <= self.most * least || is_shown)
             }
+            // All of it is 0.
+            Kind::Exponent if hi < UNDERFLOW => true,
             _ => self.is_gentle([lo, hi]),
         }
     }

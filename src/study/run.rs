@@ -73,7 +73,7 @@ pub struct Run<S: Real = f64> {
     pub unpaired: Option<String>,
     /// The number of events that have acted.
     pub acting_events: usize,
-    /// The number of changes of sign at which an event should have acted, and has not.
+    /// The number of changes of sign at which an event should have acted or ended the run, and has not.
     pub missed: usize,
     /// The error of a run in which events have acted.
     pub error: Option<RunError>,
@@ -256,6 +256,9 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         // What the run does not make itself moves events, too.
         events.iter_mut().for_each(|event| event.off = None);
     }
+    // An event that ends a run is found no earlier than there.
+    let is_passed = |event: &&Crossing<S>| case.events[event.watch].until && event.sample.gamma != line.gamma_f();
+    let missed = missed + events.iter().filter(is_passed).count();
     let run = Run {
         is_whole: !wanted.is_streamed,
         further,
@@ -316,7 +319,7 @@ impl<S: Real> Run<S> {
         }
         if self.missed > 0 {
             let many = if self.missed == 1 { "once an event" } else { "several times an event" };
-            let finding = format!("{many} that acts was stepped over between two nodes");
+            let finding = format!("{many} that acts or ends the run was stepped over between two nodes");
             verdict.doubt(Reason::new(finding, SMALLER).remaining());
         }
         if let Some(name) = &self.unpaired {

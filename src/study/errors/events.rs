@@ -2,16 +2,18 @@
 //!
 //! The first, second … event of a name in one are the first, second … in the other. What they differ by in γ and in
 //! every coordinate is what they are off by, as what the two runs differ by anywhere is. Two runs may agree at a place
-//! by chance, so that no event is said to be better than those before.
+//! by chance, so that no event is said to be better than those before; and in a window that both have they agree on
+//! anything, so that none is better than the tolerance of the finer run, as no other place is.
 
 use crate::case::Case;
+use crate::engine::Rounds;
 use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::WorldLine;
 use crate::study::acting::{MARGIN, Piece};
 use crate::trajectory::{Crossing, EventSearch};
 
-/// The last digits of a run, relative to γ and to sizes, which two runs may round alike.
+/// The last digits of a run, relative to γ, which two runs may round alike.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
 /// A run that is known until this share of it is known as a whole.
 const WHOLE: f64 = 1.0 - 1e-9;
@@ -23,8 +25,9 @@ pub(crate) struct OfRun {
     pub(crate) ends: [f64; 2],
     /// γ from the start until which something is known of it.
     pub(crate) until: f64,
-    /// Its error, relative to sizes, and these.
+    /// Its error, relative to sizes, the least that it may be, and these.
     pub(crate) error: f64,
+    pub(crate) least: f64,
     pub(crate) sizes: Vec<f64>,
     /// What differences count by.
     pub(crate) margin: f64,
@@ -38,6 +41,7 @@ impl OfRun {
             ends: [begin, last.gamma_f().to_f64()],
             until: before + last.good_until[0],
             error: last.error_estimate.unwrap_or(f64::INFINITY),
+            least: last.accuracy.map_or(0.0, |accuracy| Rounds::new(accuracy).error(0.0)),
             sizes: last.sizes.clone(),
             margin: if before > 0.0 { MARGIN } else { 1.0 },
         }
@@ -68,8 +72,8 @@ pub(crate) fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>]
     let length = (end - begin).abs();
     let until = if run.until >= WHOLE * length { f64::INFINITY } else { run.until };
     let from_start = |event: &Crossing<S>| (event.sample.gamma.to_f64() - begin).abs();
-    let least = || run.sizes.iter().map(|size| ROUNDED * size);
-    let mut most: Vec<f64> = std::iter::once(ROUNDED * begin.abs().max(end.abs())).chain(least()).collect();
+    let of_sizes = run.sizes.iter().map(|size| run.least * size);
+    let mut most: Vec<f64> = std::iter::once(ROUNDED * begin.abs().max(end.abs())).chain(of_sizes).collect();
     let of = |watch: usize| of_judge.iter().filter(move |event| event.watch == watch);
     let mut met = vec![0; 1 + events.iter().chain(of_judge).map(|event| event.watch).max().unwrap_or(0)];
     let mut alone: Vec<(f64, usize)> = Vec::new();
@@ -85,13 +89,15 @@ pub(crate) fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>]
         for (most, difference) in most.iter_mut().zip(differences) {
             *most = larger(*most, run.margin * difference.to_f64().abs());
         }
+        // γ has the size of what of it is behind.
+        most[0] = larger(most[0], run.least * from_start(event));
         event.off = Some(most.clone());
     }
     let others = (0..met.len()).flat_map(|watch| of(watch).skip(met[watch]));
     alone.extend(others.map(|event| (from_start(event), event.watch)));
-    // The last event of a run may be behind the end of the other. In units of γ that is known as well as events are, or
-    // as coordinates that go the way of their size in the run.
-    let near = length.min(until) - 2.0 * most[0].max(run.error * length);
+    // The last event of a run may be behind the end of the other. In units of γ that is known as well as coordinates
+    // that go the way of their size in the run.
+    let near = length.min(until) - 2.0 * run.error * length;
     let first = alone.into_iter().filter(|(gamma, _)| *gamma < near).min_by(|one, other| one.0.total_cmp(&other.0));
     first.map(|(_, watch)| watch)
 }
@@ -107,7 +113,7 @@ mod tests {
     }
 
     fn run(until: f64) -> OfRun {
-        OfRun { ends: [0.0, 10.0], until, error: 1e-6, sizes: vec![20.0], margin: 1.0 }
+        OfRun { ends: [0.0, 10.0], until, error: 1e-6, least: 1e-9, sizes: vec![20.0], margin: 1.0 }
     }
 
     /// Errors are differences of pairs, and no event is better than those before.

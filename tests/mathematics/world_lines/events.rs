@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::f64::consts::{PI, TAU};
 
 use geodesic_ivp::case::Case;
+use geodesic_ivp::diagnostics::verdict::Grade;
 use geodesic_ivp::geometry::Start;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::WorldLine;
@@ -298,5 +299,41 @@ fn thin_slabs_act_once_where_they_are_entered() {
             let [end, exact] = [found.line.end().q[2], y(&times)];
             assert!((end - exact).abs() < 1e-5 * exact, "{when} {accuracy}: {end} {exact}");
         }
+    }
+}
+
+/// Run and judge may have the same first window, and agree on anything in it: no event is better than the tolerance.
+#[test]
+fn events_of_the_first_window_have_errors() {
+    for solver in ["accuracy=1e-3", "accuracy=2e-5", "tolerance=1e-4", "accuracy=1e-7"] {
+        for place in [0.7, 0.4, 0.2, -0.1, -0.3] {
+            let scene = format!(
+                "potential={{coordinates=['x'], formula='x^2/2'}}\nparticle.law='newtonian'\ninitial={{x=1, x_dot=0}}\n\
+                 grid.t_f=13.7\nsolver.accuracy=1e-3\nevents.met={{when='x - ({place:?})', direction='down'}}"
+            );
+            let case = parsed(&scene, &[&format!("solver={{{solver}}}")]);
+            let Ok(found) = studied(&case, &case.setup::<f64>(), Wanted::default()).0 else { panic!("{solver}") };
+            for (turn, event) in found.events.iter().enumerate() {
+                let late = (event.sample.gamma - f64::acos(place) - TAU * turn as f64).abs();
+                let off = event.off.as_ref().unwrap();
+                assert!(late <= off[0], "{solver} {place}, {turn}: {late:e} {off:?}");
+            }
+        }
+    }
+}
+
+/// A thin slab that is left where it was entered is met, or the run is doubted: its table has the event all the same.
+#[test]
+fn a_run_that_passes_what_ends_it_is_not_trusted() {
+    let scene = "potential={coordinates=['x', 'y'], formula='0.5*x^2'}\nparticle.law='newtonian'\ngrid.t_f=14.1008\n\
+                 initial={x=-0.692865, x_dot=-0.526897, y=0.288693, y_dot=-0.0735232}\nsolver.accuracy=1e-3\n\
+                 events.met={when='(x + y - 0.58002)^2 - 2.72421e-11', until=true}";
+    for solver in ["accuracy=1e-3", "tolerance=1.1e-5", "accuracy=1e-6", "accuracy=1e-9", "accuracy=1e-12"] {
+        let case = parsed(scene, &[&format!("solver={{{solver}}}")]);
+        let setup = case.setup::<f64>();
+        let Ok(found) = studied(&case, &setup, Wanted::default()).0 else { continue };
+        let is_right = (found.line.gamma_f() - 2.832_226_644_902_462).abs() < 1e-3;
+        let grade = found.judged(&setup, false, false).verdict.grade;
+        assert!(is_right || grade == Grade::Doubtful, "{solver}: {}", found.line.gamma_f());
     }
 }
