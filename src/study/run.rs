@@ -10,7 +10,7 @@ use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
 use crate::solve::{NoSolution, Off, Setup, WorldLine, solve_window_by_window};
 use crate::study::acting::{Chains, Piece, Stopped};
-use crate::study::errors::{Further, OfRun, Places, RunError, lost_to, pair, reference_error, run_error};
+use crate::study::errors::{Further, OfRun, Places, RunError, lost_to, pair, passed, reference_error, run_error};
 use crate::study::facts::{coordinate_errors, facts_of_run, suspicions};
 use crate::study::proof::ProofOfRun;
 use crate::study::solved::{EveryWindow, solved};
@@ -256,9 +256,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         // What the run does not make itself moves events, too.
         events.iter_mut().for_each(|event| event.off = None);
     }
-    // An event that ends a run is found no earlier than there.
-    let is_passed = |event: &&Crossing<S>| case.events[event.watch].until && event.sample.gamma != line.gamma_f();
-    let missed = missed + events.iter().filter(is_passed).count();
+    let missed = missed + passed(&events, &of_run, |watch| case.events[watch].until);
     let run = Run {
         is_whole: !wanted.is_streamed,
         further,

@@ -65,6 +65,13 @@ pub(crate) fn events_of_chain<S: Real>(case: &Case, pieces: &[Piece<S>]) -> Vec<
     search.found()
 }
 
+/// The number of events before the end of a run of which the first should have ended it, as `ends` says of their watch.
+pub(crate) fn passed<S: Real>(events: &[Crossing<S>], run: &OfRun, ends: impl Fn(usize) -> bool) -> usize {
+    let [begin, end] = run.ends;
+    let near = (1.0 - WHOLE) * (end - begin).abs();
+    events.iter().filter(|event| ends(event.watch) && (end - event.sample.gamma.to_f64()).abs() > near).count()
+}
+
 /// Says of every event of a run by how much it is off, as those of its judge tell. Returns the first that only one of
 /// the two has met, if there is one: its watch.
 pub(crate) fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>], run: &OfRun) -> Option<usize> {

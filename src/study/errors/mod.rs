@@ -17,7 +17,7 @@ mod further;
 
 pub(crate) use compare::{chain_error, sizes_of};
 pub(crate) use conditioning::{Places, lost_to};
-pub(crate) use events::{OfRun, events_of_chain, pair};
+pub(crate) use events::{OfRun, events_of_chain, pair, passed};
 pub(crate) use further::Further;
 
 use self::between::own_windows;
