@@ -63,7 +63,8 @@ pub(crate) fn event_header(names: &[String], is_judged: bool) -> Vec<String> {
     state_header(names).into_iter().chain(errors.filter(|_| is_judged)).collect()
 }
 
-/// Writes `events.csv`: the name of the event, then [`event_header`]. `events` are the names of what was watched.
+/// Writes `events.csv`: the name of the event, then the columns of `samples.csv` and, of runs that are judged on their
+/// way, by how much γ and every coordinate may be off. `events` are the names of what was watched.
 ///
 /// # Errors
 /// If `out` cannot be written.

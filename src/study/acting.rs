@@ -61,7 +61,7 @@ pub struct Chains<S: Real = f64> {
     pub pieces: Vec<Piece<S>>,
     /// The error of a run with several.
     pub error: Option<RunError>,
-    /// The pieces of the chain that judges it, which differ from it by its error over [`MARGIN`]; none without one.
+    /// The pieces of the chain that judges it, which differ from it by half of its error; none without one.
     pub coarser: Vec<Piece<S>>,
 }
 
