@@ -49,7 +49,7 @@ impl<S: Real> Observable<S> {
         Ok(Self { registers, program, steep, is_reversed: false, mirrored })
     }
 
-    /// What may be steep in the formula, where it was evaluated last.
+    /// The values of all that may be steep in the formula, where it was evaluated last.
     pub(crate) fn arguments(&self) -> impl Iterator<Item = f64> {
         self.steep.iter().map(|look| self.registers[look.register][0].to_f64())
     }

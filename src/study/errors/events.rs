@@ -18,7 +18,7 @@ const ROUNDED: f64 = 16.0 * f64::EPSILON;
 /// A run that is known until this share of it is known as a whole.
 const WHOLE: f64 = 1.0 - 1e-9;
 
-/// What is known of a run whose events are paired.
+/// The facts about a run whose events are paired.
 #[derive(Debug, Clone)]
 pub(crate) struct OfRun {
     /// γ at its start and at its end.
@@ -29,12 +29,12 @@ pub(crate) struct OfRun {
     pub(crate) error: f64,
     pub(crate) least: f64,
     pub(crate) sizes: Vec<f64>,
-    /// What differences count by.
+    /// The factor by which differences count.
     pub(crate) margin: f64,
 }
 
 impl OfRun {
-    /// That of a judged run by its first piece and its last one, which are one where no event acts.
+    /// Takes them from the first piece of a judged run and its last one, which are one where no event acts.
     pub(crate) fn new<S: Real>(first: &WorldLine<S>, last: &WorldLine<S>) -> Self {
         let (begin, before) = (first.gamma_i.to_f64(), (last.gamma_i - first.gamma_i).to_f64().abs());
         Self {
