@@ -249,7 +249,7 @@ impl Windows for Companion<'_> {
     fn errors(&self) -> Vec<f64> {
         let (Seen { largest, most, ways, .. }, rounded) = (&self.seen, |size: f64| ROUNDED * size);
         let estimate = self.round.error(*largest);
-        // A coordinate that rests in both marches, as the inclination of an orbit in the equator, has no error of others.
+        // A coordinate that rests in both marches, as that across the plane of an orbit, has no error of others.
         let rests = |a: usize, size: f64| a < most.len() && larger(most[a], ways[a]) <= rounded(size);
         let of = |(a, &size): (usize, &f64)| if rests(a, size) { 2.0 * rounded(size) } else { estimate * size };
         self.finer.sizes().iter().enumerate().map(of).collect()

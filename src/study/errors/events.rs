@@ -81,13 +81,13 @@ pub(crate) fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>]
     let from_start = |event: &Crossing<S>| (event.sample.gamma.to_f64() - begin).abs();
     let of_sizes = run.sizes.iter().map(|size| run.least * size);
     let mut most: Vec<f64> = std::iter::once(ROUNDED * begin.abs().max(end.abs())).chain(of_sizes).collect();
+    let watches = 1 + events.iter().chain(of_judge).map(|event| event.watch).max().unwrap_or(0);
+    // Those that have no partner yet, by their watch.
     let of = |watch: usize| of_judge.iter().filter(move |event| event.watch == watch);
-    let mut met = vec![0; 1 + events.iter().chain(of_judge).map(|event| event.watch).max().unwrap_or(0)];
+    let mut others: Vec<_> = (0..watches).map(of).collect();
     let mut alone: Vec<(f64, usize)> = Vec::new();
     for event in events.iter_mut().filter(|event| from_start(event) <= until) {
-        let other = of(event.watch).nth(met[event.watch]);
-        met[event.watch] += 1;
-        let Some(other) = other else {
+        let Some(other) = others[event.watch].next() else {
             alone.push((from_start(event), event.watch));
             continue;
         };
@@ -100,8 +100,7 @@ pub(crate) fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>]
         most[0] = larger(most[0], run.least * from_start(event));
         event.off = Some(most.clone());
     }
-    let others = (0..met.len()).flat_map(|watch| of(watch).skip(met[watch]));
-    alone.extend(others.map(|event| (from_start(event), event.watch)));
+    alone.extend(others.into_iter().flatten().map(|event| (from_start(event), event.watch)));
     // The last event of a run may be behind the end of the other. In units of γ that is known as well as coordinates
     // that go the way of their size in the run.
     let near = length.min(until) - 2.0 * run.error * length;
