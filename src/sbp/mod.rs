@@ -22,6 +22,7 @@ pub(crate) mod collocation;
 pub mod gll;
 pub(crate) mod legendre;
 mod name;
+pub(crate) mod polynomial;
 mod regularised;
 pub mod symbol;
 

@@ -1,20 +1,20 @@
 //! Where formulas of the state change their sign along a world-line.
 //!
-//! In every window a formula is evaluated at enough points of the curve to resolve the motion. The polynomial through
-//! these values has extrema between them, and there the formula is evaluated, too: two crossings that are close
-//! together have an extremum between them. Where arguments of functions change so much between the points that these do
-//! not show what the formula does, it is looked at in halves. Between two values of different sign the crossing is a
-//! root of the formula on the curve itself. Two crossings are missed only where the formula passes zero by less than
-//! its polynomial resolves.
+//! In every window a formula is evaluated at enough points to resolve the motion: the nodes, where the solver has left
+//! the states there, or points of the curve. The polynomial through these values has extrema between them, and there
+//! the formula is evaluated, too, where it may be zero: two crossings that are close together have one between them.
+//! Where arguments of functions change so much between the points that these do not show what the formula does, it is
+//! looked at in halves. Between two values of different sign the crossing is a root of the formula on the curve itself.
+//! Two crossings are missed only where the formula passes zero by less than its polynomial resolves.
 
 use std::cmp::Ordering;
 
-use super::legendre::{Extrema, Tables, expansion};
 use super::sampler::least;
 use super::{Sample, Sampler, slack};
 use crate::geometry::{Direction, Observable};
 use crate::number::Real;
 use crate::number::root::root;
+use crate::sbp::polynomial::{Expansion, Tables, Through, expansion};
 use crate::solve::WorldLine;
 
 /// A cell is halved so many times at most where its points do not show a formula.
@@ -103,30 +103,27 @@ impl<'w, S: Real> EventSearch<'w, S> {
         let Self { watches, progress: Some(progress), tables } = self else { return };
         let mut sampler = Sampler::new(line);
         for window in 0..line.windows.len() {
+            if sampler.has_states(window) {
+                // The nodes are enough where nothing happens.
+                let points = line.windows[window].points();
+                let whole =
+                    Interval::new(window, [S::ZERO, line.windows[window].length()], 0, expansion(tables, points));
+                if progress.look(&mut sampler, watches, &whole, true) {
+                    progress.pass(&mut sampler, watches, &whole);
+                    continue;
+                }
+            }
             let (cells, points) = sampler.curve(window).cells();
             let expansion = expansion(tables, points);
             // Cells still to be looked at, the next one last, with how often each was halved.
             let mut cells: Vec<([S; 2], u32)> = cells.into_iter().rev().map(|ends| (ends, 0)).collect();
             while let Some((ends, halvings)) = cells.pop() {
-                let inner = expansion.nodes.iter().map(|&node| ends[0] + node * (ends[1] - ends[0]));
-                let mut places: Vec<S> = inner.collect();
-                places[points - 1] = ends[1];
-                let interval = Interval { window, ends, places, halvings, is_first: !progress.is_begun };
-                let samples: Vec<_> = interval.places.iter().map(|&place| sampler.in_window(window, place)).collect();
-                let found: Option<Vec<Vec<S>>> =
-                    watches.iter_mut().map(|watched| shown(watched, &interval, &samples, progress.norm)).collect();
-                let Some(found) = found else {
+                let interval = Interval::new(window, ends, halvings, expansion);
+                if progress.look(&mut sampler, watches, &interval, false) {
+                    progress.pass(&mut sampler, watches, &interval);
+                } else {
                     let middle = (ends[0] + ends[1]).half();
                     cells.extend([[middle, ends[1]], [ends[0], middle]].map(|half| (half, halvings + 1)));
-                    continue;
-                };
-                progress.is_begun = true;
-                for ((watch, watched), values) in watches.iter_mut().enumerate().zip(found) {
-                    let extrema = Extrema::new(&expansion.coefficients(&values));
-                    progress.pass(&mut sampler, &interval, (watch, watched), &values, &extrema);
-                    if cells.is_empty() {
-                        progress.ends[watch] = [values[points - 1], extrema.slope(1.0), (ends[1] - ends[0]).half()];
-                    }
                 }
             }
         }
@@ -201,35 +198,40 @@ fn value<S: Real>(watched: &mut Watch<S>, sample: &Sample<S>, norm: S) -> S {
     watched.formula.at(&sample.q, &sample.q_dot, &sample.p, norm)
 }
 
-/// The values of a formula at samples in turn; `None` if they do not show what it does between them, and their cell may
-/// be halved again.
-fn shown<S: Real>(watched: &mut Watch<S>, interval: &Interval<S>, samples: &[Sample<S>], norm: S) -> Option<Vec<S>> {
-    let mut arguments = Vec::new();
-    let values = samples.iter().map(|sample| {
-        let value = value(watched, sample, norm);
-        arguments.extend(watched.formula.arguments());
-        value
-    });
-    let values: Vec<S> = values.collect();
-    let places: Vec<f64> = interval.places.iter().map(|place| place.to_f64()).collect();
-    (interval.halvings == MOST_HALVINGS || watched.formula.is_shown(&places, &arguments)).then_some(values)
-}
-
 fn order<S: Real>(a: &S, b: &S) -> Ordering {
     a.partial_cmp(b).unwrap_or(Ordering::Equal)
 }
 
 /// A piece of a window on which the curve is one polynomial.
-struct Interval<S> {
+struct Interval<'e, S> {
     window: usize,
     /// γ at its ends, counted from the start of the window.
     ends: [S; 2],
-    /// γ at its points, counted in the same way.
-    places: Vec<S>,
     /// How often the piece was halved.
     halvings: u32,
-    /// True if the run begins with it.
-    is_first: bool,
+    /// The polynomials through its points, and γ at these, counted as the ends are.
+    expansion: &'e Expansion<S>,
+    places: Vec<S>,
+}
+
+impl<'e, S: Real> Interval<'e, S> {
+    fn new(window: usize, ends: [S; 2], halvings: u32, expansion: &'e Expansion<S>) -> Self {
+        let mut places: Vec<S> = expansion.nodes.iter().map(|&node| ends[0] + node * (ends[1] - ends[0])).collect();
+        *places.last_mut().expect("rules have two points or more") = ends[1];
+        Self { window, ends, halvings, expansion, places }
+    }
+
+    /// Half of its length in γ, by which it is longer than the interval of z.
+    fn half(&self) -> S {
+        (self.ends[1] - self.ends[0]).half()
+    }
+}
+
+/// What a formula and its [arguments](Observable::arguments) are at the points of an interval.
+#[derive(Debug, Clone)]
+struct Seen<S> {
+    values: Vec<S>,
+    arguments: Vec<f64>,
 }
 
 /// The state of a search along a world-line.
@@ -238,6 +240,8 @@ struct Progress<S> {
     is_begun: bool,
     is_backward: bool,
     norm: S,
+    /// Room for the state at a point.
+    here: Sample<S>,
     /// The value of each formula at the start of the run. The first node of the weak form is close to it only.
     starts: Vec<S>,
     /// A root that is closer than this to an end of the run is there.
@@ -246,6 +250,8 @@ struct Progress<S> {
     signs: Vec<Option<bool>>,
     /// The value and the slope of each formula at the end of the last interval, and half of that interval's length.
     ends: Vec<[S; 3]>,
+    /// What each formula is in the interval that was looked at last.
+    seen: Vec<Seen<S>>,
     found: Vec<Crossing<S>>,
     /// The index of the first of these in the current piece.
     from: usize,
@@ -261,37 +267,84 @@ impl<S: Real> Progress<S> {
             is_begun: false,
             is_backward: line.is_backward,
             norm,
+            here: Sample { gamma: line.gamma_i, q: start.q.clone(), q_dot: start.q_dot.clone(), p: start.p.clone() },
             starts: watches.iter_mut().map(|w| w.formula.at(&start.q, &start.q_dot, &start.p, norm)).collect(),
             nowhere: slack::<S>(line.digits) * line.length.max(line.gamma_i.abs()),
             signs: vec![None; watches.len()],
             ends: vec![[S::ZERO; 3]; watches.len()],
+            seen: vec![Seen { values: Vec::new(), arguments: Vec::new() }; watches.len()],
             found: Vec::new(),
             from: 0,
             missed: 0,
         }
     }
 
-    /// Finds the changes of sign in an interval, where the formula has these values at its points.
-    fn pass(
+    /// Looks at the formulas at the points of an interval, which are nodes if `are_nodes` says so. Returns true if these
+    /// show what the formulas do between them, or the interval may not be halved again.
+    fn look(
         &mut self,
         sampler: &mut Sampler<'_, S>,
-        interval: &Interval<S>,
+        watches: &mut [Watch<S>],
+        interval: &Interval<'_, S>,
+        are_nodes: bool,
+    ) -> bool {
+        for seen in &mut self.seen {
+            seen.values.clear();
+            seen.arguments.clear();
+        }
+        for (node, &place) in interval.places.iter().enumerate() {
+            if are_nodes {
+                sampler.at_node(interval.window, node, &mut self.here);
+            } else {
+                self.here = sampler.in_window(interval.window, place);
+            }
+            for (watched, seen) in watches.iter_mut().zip(&mut self.seen) {
+                seen.values.push(value(watched, &self.here, self.norm));
+                seen.arguments.extend(watched.formula.arguments());
+            }
+        }
+        let places: Vec<f64> = interval.places.iter().map(|place| place.to_f64()).collect();
+        let is_shown = |(watched, seen): (&Watch<S>, &Seen<S>)| watched.formula.is_shown(&places, &seen.arguments);
+        interval.halvings == MOST_HALVINGS || watches.iter().zip(&self.seen).all(is_shown)
+    }
+
+    /// Finds the changes of sign in the interval that was looked at last.
+    fn pass(&mut self, sampler: &mut Sampler<'_, S>, watches: &mut [Watch<S>], interval: &Interval<'_, S>) {
+        for (watch, watched) in watches.iter_mut().enumerate() {
+            let values = std::mem::take(&mut self.seen[watch].values);
+            let mut through = Through::new(interval.expansion, &values);
+            let [first, last] = through.end_slopes();
+            let start = self.starts[watch];
+            if !self.is_begun && !self.is_at_zero(interval.half(), start, first) {
+                self.signs[watch] = Some(start > S::ZERO);
+            }
+            self.ends[watch] = [values[values.len() - 1], last, interval.half()];
+            let extrema = through.extrema(&values);
+            self.pass_one(sampler, interval, (watch, watched), &values, &extrema);
+            self.seen[watch].values = values;
+        }
+        self.is_begun = true;
+    }
+
+    /// Finds the changes of sign of one formula, which has these values at the points of the interval, and may have
+    /// extrema at these shares of it.
+    fn pass_one(
+        &mut self,
+        sampler: &mut Sampler<'_, S>,
+        interval: &Interval<'_, S>,
         (watch, watched): (usize, &mut Watch<S>),
         values: &[S],
-        extrema: &Extrema<S>,
+        extrema: &[f64],
     ) {
         let (norm, direction, least) = (self.norm, watched.direction, least(sampler.line, interval.window));
         let mut at = |place: S| value(watched, &sampler.in_window(interval.window, place), norm);
-        // The points of the interval with their values, and the extrema of the polynomial through these, in order.
         let [first, last] = interval.ends;
         let mut marks: Vec<[S; 2]> =
             interval.places.iter().zip(values).map(|(&place, &value)| [place, value]).collect();
-        let places = extrema.extrema().into_iter().map(|z| first + S::from(0.5 * (z + 1.0)) * (last - first));
-        marks.extend(places.map(|place| [place, at(place)]));
-        marks.sort_by(|a, b| order(&a[0], &b[0]));
-        let start = self.starts[watch];
-        if interval.is_first && !self.is_at_zero((last - first).half(), start, extrema.slope(-1.0)) {
-            self.signs[watch] = Some(start > S::ZERO);
+        if !extrema.is_empty() {
+            let places = extrema.iter().map(|&s| first + S::from(s) * (last - first));
+            marks.extend(places.map(|place| [place, at(place)]));
+            marks.sort_by(|a, b| order(&a[0], &b[0]));
         }
         // The start of an interval is the end of the one before, whose sign counts.
         let mut before = [marks[0][0], carried(self.signs[watch], marks[0][1])];

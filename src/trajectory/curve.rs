@@ -4,7 +4,6 @@
 //! integrated from the start, and Picard sweeps on twice as many nodes refine that. Their fixed point is the same
 //! method with 2n stages, so that the inside is as accurate as the ends.
 
-use super::legendre::{Expansion, Tables, expansion, integral, series};
 use super::partition;
 use crate::action::Form;
 use crate::geometry::{Geometry, Point};
@@ -12,6 +11,7 @@ use crate::number::Real;
 use crate::number::norm::larger;
 use crate::sbp::gll::MOST_NODES;
 use crate::sbp::legendre::legendre;
+use crate::sbp::polynomial::{Expansion, Tables, expansion, integral, series};
 use crate::solve::{WindowNodes, WorldLine};
 
 /// Most Picard sweeps. Each gains two digits or more where the window resolves the motion.

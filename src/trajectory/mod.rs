@@ -25,7 +25,6 @@
 
 mod crossings;
 mod curve;
-mod legendre;
 mod sampler;
 
 pub use crossings::{Crossing, EventSearch, Watch, crossings};

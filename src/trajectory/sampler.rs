@@ -1,11 +1,11 @@
 //! World-lines between their nodes, and samples of a run that is computed window by window.
 
 use super::curve::Curve;
-use super::legendre::Tables;
 use super::{OutsideRun, partition, slack, within};
 use crate::geometry::{Point, Start};
 use crate::number::Real;
 use crate::number::root::root;
+use crate::sbp::polynomial::Tables;
 use crate::solve::{Solution, WindowNodes, WorldLine};
 
 /// A world-line at one value of γ.
@@ -108,6 +108,41 @@ impl<'l, S: Real> Sampler<'l, S> {
         let Start { mut q, q_dot, p } = line.turned(Start { q, q_dot, p });
         q.iter_mut().enumerate().for_each(|(a, q)| *q += line.origin_of(a));
         Sample { gamma: line.gamma_at(first + place), q, q_dot, p }
+    }
+
+    /// Returns true if the solver has left the states at the nodes of a window, and the motion is followed by the
+    /// polynomial through them.
+    pub(super) fn has_states(&self, window: usize) -> bool {
+        !self.line.is_doubled() && !self.line.windows[window].is_equidistant()
+    }
+
+    /// The world-line at a node of a window of which [`Self::has_states`] is true.
+    pub(super) fn at_node(&mut self, window: usize, node: usize, into: &mut Sample<S>) {
+        let Self { line, point, .. } = self;
+        let (nodes, start) = (line.windows[window].nodes(), line.joint(window));
+        let (is_last, active) = (node + 1 == nodes.len(), line.geometry().active());
+        if is_last && window + 1 == line.windows.len() {
+            let Start { q, q_dot, p } = line.end();
+            *into = Sample { gamma: into.gamma, q, q_dot, p };
+            return;
+        }
+        let joint = if is_last { line.joint(window + 1) } else { start };
+        let inner = (node > 0 && !is_last).then_some(nodes.start + node);
+        into.q.copy_from_slice(joint.q);
+        into.p.copy_from_slice(joint.p);
+        if let Some(inner) = inner {
+            into.q.iter_mut().zip(&line.q).for_each(|(q, row)| *q += row[inner]);
+            for (&a, row) in active.iter().zip(&line.p) {
+                (into.q[a], into.p[a]) = (line.q[a][inner], row[inner]);
+            }
+        }
+        let _ = point.evaluate(&into.q, &into.p);
+        let sign = |rate: S| if line.is_backward { -rate } else { rate };
+        for a in 0..into.q.len() {
+            into.q_dot[a] = sign(point.q_dot(a));
+            into.p[a] = sign(into.p[a]);
+            into.q[a] += line.origin_of(a);
+        }
     }
 
     /// The curve of a window.

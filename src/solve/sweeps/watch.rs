@@ -1,23 +1,23 @@
 //! Formulas at whose first change of sign a run ends.
+//!
+//! A window is looked at as [`EventSearch`](crate::trajectory::EventSearch) does: on its nodes, between them where the
+//! polynomial through the values may be zero twice, and in halves where the nodes do not show a formula.
 
 use crate::engine::{Dense, State, Window, WindowNodes};
 use crate::geometry::{Direction, Geometry, Observable, Point};
 use crate::number::root::root;
+use crate::sbp::polynomial::{Tables, Through, expansion};
 use crate::solve::setup::Until;
 use crate::solve::world_line::Place;
 
 /// A value at the start of a run counts as zero if it is this part of that at the next node.
 const AT_START: f64 = 1e-6;
-/// A parabola through three nodes comes near to zero if its extremum is below this share of the least of its values.
-const NEAR_ZERO: f64 = 0.5;
 /// The lengths next to a change are off from it by this share of its distance from the node before.
 const ROOM: f64 = 1e-6;
 /// A change near the start of a run is looked for in ever shorter parts of the window.
 const MOST_TIMES_NEARER: usize = 60;
 /// Parts of a window are halved so many times at most where their points do not show a formula.
 const MOST_HALVINGS: u32 = 16;
-/// Parabolas through ever closer points that look for the extremum: their error falls like its power 1.3.
-const STEPS_TO_EXTREMUM: usize = 16;
 
 /// A change of sign between two lengths of the window.
 pub(super) struct Change {
@@ -56,6 +56,10 @@ pub(super) struct Watches<'g> {
     q: Vec<f64>,
     q_dot: Vec<f64>,
     p: Vec<f64>,
+    /// p_a of active coordinates.
+    momenta: Vec<f64>,
+    seen: Seen,
+    tables: Tables<f64>,
 }
 
 impl<'g> Watches<'g> {
@@ -76,6 +80,9 @@ impl<'g> Watches<'g> {
             q: start.q.clone(),
             q_dot: start.q_dot.clone(),
             p: start.p.clone(),
+            momenta: vec![0.0; geometry.active().len()],
+            seen: Seen::default(),
+            tables: Tables::default(),
             geometry,
         }
     }
@@ -93,12 +100,13 @@ impl<'g> Watches<'g> {
     /// The value of a formula at a state.
     pub(super) fn at(&mut self, place: usize, state: &State) -> f64 {
         self.q = state.positions();
-        self.set_momenta(&state.momenta());
+        self.momenta = state.momenta();
+        self.set_momenta();
         self.value(place)
     }
 
-    fn set_momenta(&mut self, momenta: &[f64]) {
-        self.geometry.active().iter().zip(momenta).for_each(|(&a, &p)| self.p[a] = p);
+    fn set_momenta(&mut self) {
+        self.geometry.active().iter().zip(&self.momenta).for_each(|(&a, &p)| self.p[a] = p);
     }
 
     /// The value of a formula at the q and p in place.
@@ -113,9 +121,8 @@ impl<'g> Watches<'g> {
 
     /// The value of a formula inside a window, at this fraction of it.
     fn inside(&mut self, place: usize, dense: &Dense, fraction: f64) -> f64 {
-        let mut momenta = vec![0.0; self.geometry.active().len()];
-        dense.at(fraction, &mut self.q, &mut momenta);
-        self.set_momenta(&momenta);
+        dense.at(fraction, &mut self.q, &mut self.momenta);
+        self.set_momenta();
         self.value(place)
     }
 
@@ -128,101 +135,75 @@ impl<'g> Watches<'g> {
             let is_active = self.geometry.active().contains(&a);
             self.q[a] = nodes.q(a)[node] + if is_active { 0.0 } else { begin.q[a].high };
         }
-        let momenta: Vec<f64> = (0..begin.p.len()).map(|place| nodes.p(place)[node]).collect();
-        self.set_momenta(&momenta);
+        self.momenta.iter_mut().enumerate().for_each(|(place, p)| *p = nodes.p(place)[node]);
+        self.set_momenta();
         self.value(place)
     }
 
-    /// A formula at points of a window with these ends, each with its fraction: at the nodes, and where its arguments
-    /// change much from one to the next, at more of them.
-    fn points(&mut self, place: usize, window: &mut Window<'_>, ends: [&State; 2]) -> Vec<[f64; 2]> {
+    /// A formula on the nodes of a window with these ends or, of a part of it, at places like them.
+    fn look(&mut self, place: usize, window: &mut Window<'_>, ends: [&State; 2], part: &Part) {
+        let mut seen = std::mem::take(&mut self.seen);
+        seen.clear();
+        let dense = (!part.is_whole()).then(|| window.dense());
         let nodes = window.nodes();
-        let fractions = nodes.fractions().to_vec();
-        let mut arguments = Vec::new();
-        let mut points: Vec<[f64; 2]> = Vec::with_capacity(fractions.len());
-        for (node, &fraction) in fractions.iter().enumerate() {
-            let value = if node == 0 { self.at(place, ends[0]) } else { self.at_node(place, nodes, ends, node) };
-            points.push([fraction, value]);
-            arguments.extend(self.watches[place].formula.arguments());
+        for (node, &fraction) in nodes.fractions().iter().enumerate() {
+            let at = part.at(fraction);
+            let value = match &dense {
+                // The ends are known as they are handed on.
+                _ if at == 0.0 => self.at(place, ends[0]),
+                None => self.at_node(place, nodes, ends, node),
+                Some(dense) => self.inside(place, dense, at),
+            };
+            seen.points.push([at, value]);
+            seen.arguments.extend(self.watches[place].formula.arguments());
         }
-        if self.watches[place].formula.is_shown(&fractions, &arguments) {
-            return points;
-        }
-        let (dense, last) = (window.dense(), points[points.len() - 1]);
-        points.truncate(1);
-        let mut cells = vec![([0.5, 1.0], 1), ([0.0, 0.5], 1)];
-        while let Some(([from, to], halvings)) = cells.pop() {
-            arguments.clear();
-            let inner: Vec<[f64; 2]> = fractions
-                .iter()
-                .map(|fraction| {
-                    let at = from + fraction * (to - from);
-                    let value = self.inside(place, &dense, at);
-                    arguments.extend(self.watches[place].formula.arguments());
-                    [at, value]
-                })
-                .collect();
-            if halvings < MOST_HALVINGS && !self.watches[place].formula.is_shown(&fractions, &arguments) {
-                let middle = 0.5 * (from + to);
-                cells.extend([[middle, to], [from, middle]].map(|half| (half, halvings + 1)));
-            } else {
-                points.extend(&inner[1..]);
-            }
-        }
-        // The end is known as it is handed on.
-        points.pop();
-        points.push(last);
-        points
+        seen.is_shown =
+            part.halvings == MOST_HALVINGS || self.watches[place].formula.is_shown(nodes.fractions(), &seen.arguments);
+        self.seen = seen;
     }
 
-    /// The first change of sign on the nodes of a window that counts.
-    pub(super) fn change(&mut self, window: &mut Window<'_>) -> Option<Change> {
-        let (h, begin, end) = (window.length, window.start().clone(), window.end().clone());
-        let (mut first, mut dips): (Option<Change>, Vec<Dip>) = (None, Vec::new());
-        for place in 0..self.watches.len() {
-            let points = self.points(place, window, [&begin, &end]);
-            let ([mut side, mut noise], mut before) = (self.watches[place].here, points[0][1]);
-            if side == 0.0 && !self.are_known {
-                // The start of a run. A root there is none.
-                let (now, next) = (before, points[1][1]);
-                let now = if now.abs() < AT_START * next.abs() { next } else { now };
-                side = if now == 0.0 { 0.0 } else { now.signum() };
-            }
-            let mut earlier = [f64::NAN; 2];
-            for pair in points.windows(2) {
-                let ([mut from, _], [to, here]) = (pair[0], pair[1]);
-                if noise > 0.0 {
-                    if here.abs() <= noise {
-                        continue;
-                    }
-                    // All before is no more than rounding.
-                    (noise, before, from) = (0.0, 0.0, 0.0);
-                }
-                let is_change = here * side < 0.0 || here == 0.0 && side != 0.0;
-                if is_change && self.watches[place].direction.counts(side < 0.0) {
-                    let share = if before * here < 0.0 { before / (before - here) } else { 1.0 };
-                    let near = h * (from + share * (to - from));
-                    if first.as_ref().is_none_or(|first| near < first.near) {
-                        first = Some(Change { place, between: [from * h, to * h], side, near });
-                    }
-                    break;
-                }
-                let dip = Dip { place, points: [earlier, [from, before], [to, here]], side };
-                dips.extend((!is_change && dip.comes_near()).then_some(dip));
-                earlier = [from, before];
-                before = here;
-                if here != 0.0 {
-                    side = here.signum();
-                }
-            }
-            self.watches[place].end = [side, noise];
-        }
-        if dips.is_empty() {
-            return first;
+    /// Adds the extrema at which the formula may be beyond zero to its points in a part of a window.
+    fn add_extrema(&mut self, place: usize, window: &Window<'_>, part: &Part) {
+        let values: Vec<f64> = self.seen.points.iter().map(|[_, value]| *value).collect();
+        let extrema = Through::new(expansion(&mut self.tables, values.len()), &values).extrema(&values);
+        if extrema.is_empty() {
+            return;
         }
         let dense = window.dense();
-        let changes = dips.into_iter().filter_map(|dip| self.change_in(dip, &dense, h));
-        first.into_iter().chain(changes).min_by(|one, other| one.near.total_cmp(&other.near))
+        for at in extrema.into_iter().map(|s| part.at(s)) {
+            let value = self.inside(place, &dense, at);
+            self.seen.points.push([at, value]);
+        }
+        self.seen.points.sort_by(|one, other| one[0].total_cmp(&other[0]));
+    }
+
+    /// The first change of sign in a window that counts.
+    pub(super) fn change(&mut self, window: &mut Window<'_>) -> Option<Change> {
+        let (begin, end) = (window.start().clone(), window.end().clone());
+        let changes = (0..self.watches.len()).filter_map(|place| self.change_of(place, window, [&begin, &end]));
+        changes.min_by(|one, other| one.near.total_cmp(&other.near))
+    }
+
+    /// The first change of sign of one formula.
+    fn change_of(&mut self, place: usize, window: &mut Window<'_>, ends: [&State; 2]) -> Option<Change> {
+        let mut sides = Sides { place, now: self.watches[place].here, before: None, is_known: self.are_known };
+        // Parts still to be looked at, the next one last.
+        let mut parts = vec![Part::WHOLE];
+        let mut change = None;
+        while let Some(part) = parts.pop() {
+            self.look(place, window, ends, &part);
+            if !self.seen.is_shown {
+                parts.extend(part.halves());
+                continue;
+            }
+            self.add_extrema(place, window, &part);
+            change = sides.pass(&self.seen.points, self.watches[place].direction, window.length);
+            if change.is_some() {
+                break;
+            }
+        }
+        self.watches[place].end = sides.now;
+        change
     }
 
     /// Lengths next to a change of an event that acts, by the motion inside the window: there are many events, and each
@@ -254,61 +235,93 @@ impl<'g> Watches<'g> {
         }
         None
     }
-
-    /// The change of sign that counts between nodes at which a formula has one sign.
-    fn change_in(&mut self, mut dip: Dip, dense: &Dense, h: f64) -> Option<Change> {
-        let (place, side) = (dip.place, dip.side);
-        let [first, .., last] = dip.points.map(|point| point[0]);
-        let lowest = (0..STEPS_TO_EXTREMUM).find_map(|_| {
-            let [at, _] = dip.extremum()?;
-            let here = self.inside(place, dense, at);
-            dip.narrow([at, here]);
-            (here * side < 0.0).then_some(at)
-        })?;
-        let is_first = self.watches[place].direction.counts(side < 0.0);
-        let (ends, side) = if is_first { ([first, lowest], side) } else { ([lowest, last], -side) };
-        let between = ends.map(|fraction| fraction * h);
-        Some(Change { place, between, side, near: between[0] })
-    }
 }
 
-/// Three points at which a formula has one sign, where a parabola comes near to zero between them.
-struct Dip {
+/// What is known of the sign of a formula on its way through a window.
+struct Sides {
     place: usize,
-    points: [[f64; 2]; 3],
-    side: f64,
+    /// The sign, 0 as long as the value was 0, and the bound that values exceed before changes count.
+    now: [f64; 2],
+    /// The last place, as a fraction of the window, with the value there.
+    before: Option<[f64; 2]>,
+    /// True if the sign at the start of the run is known.
+    is_known: bool,
 }
 
-impl Dip {
-    /// Where the parabola is nearest to zero, if that is between the points, and how far it is from zero there.
-    fn extremum(&self) -> Option<[f64; 2]> {
-        let [[a, at_a], [b, at_b], [c, at_c]] = self.points;
-        let [left, right] = [(at_b - at_a) / (b - a), (at_c - at_b) / (c - b)];
-        let curvature = (right - left) / (c - a);
-        let at = 0.5 * (a + b) - 0.5 * left / curvature;
-        let lowest = self.side * (at_a + left * (at - a) + curvature * (at - a) * (at - b));
-        (curvature * self.side > 0.0 && at > a && at < c).then_some([at, lowest])
+impl Sides {
+    /// Goes through points in turn, up to the first change that counts.
+    fn pass(&mut self, points: &[[f64; 2]], direction: Direction, h: f64) -> Option<Change> {
+        let ([mut from, mut before], is_first) = (self.before.unwrap_or(points[0]), self.before.is_none());
+        let [side, noise] = &mut self.now;
+        if is_first && *side == 0.0 && !self.is_known {
+            // The start of a run. A root there is none.
+            let (now, next) = (before, points[1][1]);
+            let now = if now.abs() < AT_START * next.abs() { next } else { now };
+            *side = if now == 0.0 { 0.0 } else { now.signum() };
+        }
+        for &[to, here] in &points[1..] {
+            if *noise > 0.0 {
+                if here.abs() <= *noise {
+                    continue;
+                }
+                // All before is no more than rounding.
+                (*noise, before, from) = (0.0, 0.0, 0.0);
+            }
+            let is_change = here * *side < 0.0 || here == 0.0 && *side != 0.0;
+            if is_change && direction.counts(*side < 0.0) {
+                let share = if before * here < 0.0 { before / (before - here) } else { 1.0 };
+                let near = h * (from + share * (to - from));
+                return Some(Change { place: self.place, between: [from * h, to * h], side: *side, near });
+            }
+            (from, before) = (to, here);
+            if here != 0.0 {
+                *side = here.signum();
+            }
+        }
+        self.before = Some([from, before]);
+        None
+    }
+}
+
+/// A part of a window, by the fractions at its ends.
+struct Part {
+    ends: [f64; 2],
+    halvings: u32,
+}
+
+impl Part {
+    const WHOLE: Self = Self { ends: [0.0, 1.0], halvings: 0 };
+
+    fn is_whole(&self) -> bool {
+        self.halvings == 0
     }
 
-    /// Returns true if the parabola is much nearer to zero there than at the points, which are all on one side.
-    fn comes_near(&self) -> bool {
-        // Behind a zero at which a run goes on, the side that it goes on to may be left before the next point.
-        if !self.points.iter().all(|[_, value]| value * self.side > 0.0) {
-            return false;
-        }
-        let least = self.points.iter().fold(f64::INFINITY, |least, [_, value]| least.min(value.abs()));
-        self.extremum().is_some_and(|[_, lowest]| lowest < NEAR_ZERO * least)
+    /// The fraction of the window at this one of the part.
+    fn at(&self, fraction: f64) -> f64 {
+        let [from, to] = self.ends;
+        if fraction == 1.0 { to } else { from + fraction * (to - from) }
     }
 
-    /// Takes in the value at another place between the points.
-    fn narrow(&mut self, point: [f64; 2]) {
-        let [low, middle, high] = &mut self.points;
-        let is_lower = (point[1] - middle[1]) * self.side < 0.0;
-        match (is_lower, point[0] < middle[0]) {
-            (true, true) => (*high, *middle) = (*middle, point),
-            (true, false) => (*low, *middle) = (*middle, point),
-            (false, true) => *low = point,
-            (false, false) => *high = point,
-        }
+    /// Its halves, the later one first.
+    fn halves(&self) -> [Self; 2] {
+        let ([from, to], halvings) = (self.ends, self.halvings + 1);
+        let middle = 0.5 * (from + to);
+        [[middle, to], [from, middle]].map(|ends| Self { ends, halvings })
+    }
+}
+
+/// What was seen of a formula in a part of a window: fractions of the window with its values, and its arguments there.
+#[derive(Default)]
+struct Seen {
+    points: Vec<[f64; 2]>,
+    arguments: Vec<f64>,
+    /// True if these show what it does between them.
+    is_shown: bool,
+}
+
+impl Seen {
+    fn clear(&mut self) {
+        self.points.clear();
+        self.arguments.clear();
     }
 }
