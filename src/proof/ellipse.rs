@@ -75,8 +75,14 @@ impl Ellipse {
         (start, h): (&[f64], f64),
         modes: &[Row],
     ) -> Result<Bounds, Option<Obstacle>> {
-        let slopes: Vec<Slope> = modes.iter().map(slope_there).collect();
-        let places: Vec<Discs> = (0..equations.active).map(|k| place(start[k], h, &modes[k], &slopes[k])).collect();
+        // Loops, and no closures: what is not inlined has a call for each fused multiplication.
+        let (mut slopes, mut places) = (Vec::with_capacity(modes.len()), Vec::with_capacity(equations.active));
+        for modes in modes {
+            slopes.push(slope_there(modes));
+        }
+        for k in 0..equations.active {
+            places.push(place(start[k], h, &modes[k], &slopes[k]));
+        }
         let reach = equations.shared(&self.reach(equations, start, &places));
         self.put(equations, places.iter().zip(&reach).map(|(place, reach)| widened(place, *reach)));
         run(&self.algebra, &equations.all_formulas, &mut self.of_slopes);

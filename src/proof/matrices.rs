@@ -61,19 +61,25 @@ impl Polynomials {
         let sizes = |most: &Row| (0..d * d).map(|at| sized(at, most)).collect::<Vec<f64>>();
         let with_one =
             |sizes: Vec<f64>| (0..d * d).map(|at| (one(at, d) + half * sizes[at]) * UP).collect::<Vec<f64>>();
-        let table = |of: fn(usize) -> &'static Row| (0..coefficients[0].len()).map(of).copied().collect::<Vec<Row>>();
-        let (values, integrals) = (table(|k| &TABLES.legendre[k].hi), table(|k| &TABLES.integral[k].hi));
-        let b = (0..d * d).map(|at| {
+        // Loops, and no closures: what is not inlined has a call for each fused multiplication.
+        let few = coefficients[0].len();
+        let (mut values, mut integrals) = (vec![[0.0; LANES]; few], vec![[0.0; LANES]; few]);
+        for k in 0..few {
+            (values[k], integrals[k]) = (TABLES.legendre[k].hi, TABLES.integral[k].hi);
+        }
+        let (mut b, mut w) = (vec![[0.0; LANES]; d * d], vec![[0.0; LANES]; d * d]);
+        for at in 0..d * d {
             let way = combined(&integrals, coefficients[at].iter().map(|c| half * c));
-            way.map(|way| one(at, d) + way)
-        });
+            b[at] = way.map(|way| one(at, d) + way);
+            w[at] = combined(&values, coefficients[at].iter().copied());
+        }
         let b_most = with_one(sizes(&TABLES.most_integral_within));
         let w_most = sizes(&[1.0; LANES]);
         // P_0 alone has an integral over the window.
         let b_end = (0..d * d).map(|at| one(at, d) + h * coefficients[at][0]).collect();
         Self {
-            b: b.collect(),
-            w: coefficients.iter().map(|c| combined(&values, c.iter().copied())).collect(),
+            b,
+            w,
             slack: b_most.iter().map(|most| rounding(16) * most).collect(),
             w_slack: w_most.iter().map(|most| rounding(16) * most).collect(),
             b_there: with_one(sizes(&TABLES.most_integral)),

@@ -11,6 +11,8 @@ use crate::number::{Real, sum};
 
 /// Parts of the arc between two nodes between whose ends zeros of a derivative are looked for.
 const PROBES: usize = 4;
+/// Derivatives whose zeros tell apart those of the ones before.
+const DERIVATIVES: usize = 3;
 /// The place of an extremum on [−1, 1] need not be better known.
 const EXTREMUM: f64 = 1e-12;
 
@@ -26,8 +28,8 @@ pub(crate) struct Expansion<S> {
     basis: Vec<S>,
     /// The angles between neighbouring nodes as cosines.
     arcs: Vec<f64>,
-    /// Places on [−1, 1], so many between two nodes and at these, with the Legendre polynomials there.
-    probes: Vec<(f64, Vec<f64>)>,
+    /// Places on [−1, 1], so many between two nodes and at these.
+    probes: Vec<f64>,
 }
 
 impl<S: Real> Expansion<S> {
@@ -40,7 +42,7 @@ impl<S: Real> Expansion<S> {
         let arcs: Vec<f64> = angles.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let inside = |j: usize| (0..PROBES).map(move |k| (j, k as f64 / PROBES as f64));
         let probes = (0..last).flat_map(inside).map(|(j, share)| -(angles[j] + share * arcs[j]).cos());
-        let probes = probes.chain(iter::once(1.0)).map(|z| (z, legendre(last, z))).collect();
+        let probes = probes.chain(iter::once(1.0)).collect();
         let mode = |j: usize, k: usize| {
             // The rule does not integrate P_{n−1}² exactly, so the factor of the last coefficient is another one.
             let norm = if k < last { 2 * k + 1 } else { last };
@@ -105,8 +107,6 @@ pub(crate) struct Through<'e, S> {
     expansion: &'e Expansion<S>,
     scale: S,
     coefficients: Vec<f64>,
-    /// The Legendre coefficients of its derivative by z.
-    derivative: Vec<f64>,
 }
 
 impl<'e, S: Real> Through<'e, S> {
@@ -116,7 +116,7 @@ impl<'e, S: Real> Through<'e, S> {
         let scale = coefficients.iter().fold(S::ZERO, |most, c| most.max(c.abs()));
         let scale = if scale > S::ZERO { scale } else { S::ONE };
         let coefficients: Vec<f64> = coefficients.iter().map(|&c| (c / scale).to_f64()).collect();
-        Self { expansion, scale, coefficients, derivative: Vec::new() }
+        Self { expansion, scale, coefficients }
     }
 
     /// The derivative by z ∈ [−1, 1] at both ends, where P_k′ is k(k + 1)/2 but for the sign.
@@ -131,7 +131,7 @@ impl<'e, S: Real> Through<'e, S> {
     ///
     /// With z = cos θ every P_k changes by at most k for a change of θ (S. Bernstein), so that between two values of
     /// one sign the polynomial is nowhere zero if it would have to change by more.
-    pub(crate) fn extrema(&mut self, values: &[S]) -> Vec<f64> {
+    pub(crate) fn extrema(&self, values: &[S]) -> Vec<f64> {
         let most: f64 = self.coefficients.iter().enumerate().map(|(k, c)| k as f64 * c.abs()).sum();
         let sizes = |j: usize| [values[j], values[j + 1]].map(|value| (value / self.scale).to_f64());
         let is_clear = |j: usize| {
@@ -139,22 +139,37 @@ impl<'e, S: Real> Through<'e, S> {
             a * b > 0.0 && a.abs() + b.abs() > most * self.expansion.arcs[j]
         };
         let open: Vec<usize> = (0..self.expansion.arcs.len()).filter(|&j| !is_clear(j)).collect();
-        if !open.is_empty() && self.derivative.is_empty() {
-            // P_k′ = Σ (2j + 1) P_j over j = k − 1, k − 3, …
-            let sums = |j: usize| self.coefficients.iter().skip(j + 1).step_by(2).sum::<f64>();
-            self.derivative = (0..self.coefficients.len()).map(|j| (2 * j + 1) as f64 * sums(j)).collect();
+        if open.is_empty() {
+            return Vec::new();
         }
-        open.into_iter().flat_map(|j| self.extrema_in(j)).map(|z| 0.5 * (z + 1.0)).collect()
+        let mut derivatives = vec![derivative(&self.coefficients)];
+        for _ in 1..DERIVATIVES {
+            derivatives.push(derivative(&derivatives[derivatives.len() - 1]));
+        }
+        let all = open.into_iter().flat_map(|j| self.extrema_in(j, &derivatives));
+        all.map(|z| 0.5 * (z + 1.0)).collect()
     }
 
-    /// Its extrema between two neighbouring points.
-    fn extrema_in(&self, j: usize) -> impl Iterator<Item = f64> {
-        let slopes = self.expansion.probes[PROBES * j..=PROBES * (j + 1)].iter();
-        let slopes: Vec<[f64; 2]> = slopes.map(|(z, basis)| [*z, series(&self.derivative, basis)]).collect();
-        let found = |pair: &[[f64; 2]]| root(pair[0], pair[1], EXTREMUM, |z| clenshaw(&self.derivative, z));
-        let changes = slopes.windows(2).filter(|pair| pair[0][1] * pair[1][1] < 0.0);
-        changes.map(found).collect::<Vec<f64>>().into_iter()
+    /// Its extrema between two neighbouring points. Two that are close together have a zero of the second derivative
+    /// between them, and so on.
+    fn extrema_in(&self, j: usize, derivatives: &[Vec<f64>]) -> Vec<f64> {
+        let probes = self.expansion.probes[PROBES * j..=PROBES * (j + 1)].iter().copied();
+        let mut zeros: Vec<f64> = Vec::new();
+        for derivative in derivatives.iter().rev() {
+            let mut places: Vec<f64> = probes.clone().chain(zeros).collect();
+            places.sort_by(f64::total_cmp);
+            let slopes: Vec<[f64; 2]> = places.into_iter().map(|z| [z, clenshaw(derivative, z)]).collect();
+            let changes = slopes.windows(2).filter(|pair| pair[0][1] * pair[1][1] < 0.0);
+            zeros = changes.map(|pair| root(pair[0], pair[1], EXTREMUM, |z| clenshaw(derivative, z))).collect();
+        }
+        zeros
     }
+}
+
+/// The Legendre coefficients of the derivative: P_k′ = Σ (2j + 1) P_j over j = k − 1, k − 3, …
+fn derivative(coefficients: &[f64]) -> Vec<f64> {
+    let sum = |j: usize| coefficients.iter().skip(j + 1).step_by(2).sum::<f64>();
+    (0..coefficients.len()).map(|j| (2 * j + 1) as f64 * sum(j)).collect()
 }
 
 /// Σ c_k P_k(z) by C. W. Clenshaw's recurrence, which needs no room.

@@ -312,7 +312,7 @@ impl<S: Real> Progress<S> {
     fn pass(&mut self, sampler: &mut Sampler<'_, S>, watches: &mut [Watch<S>], interval: &Interval<'_, S>) {
         for (watch, watched) in watches.iter_mut().enumerate() {
             let values = std::mem::take(&mut self.seen[watch].values);
-            let mut through = Through::new(interval.expansion, &values);
+            let through = Through::new(interval.expansion, &values);
             let [first, last] = through.end_slopes();
             let start = self.starts[watch];
             if !self.is_begun && !self.is_at_zero(interval.half(), start, first) {

@@ -5,7 +5,7 @@
 //! exit code, where that is not 0. The rest is what standard output and standard error say together, and `[..]` stands
 //! for anything within a line. The format is that of `trycmd`, which has no pipes and no files within a page.
 //!
-//! `TRANSCRIPTS=overwrite cargo test --release --test program transcripts` writes down what the program says now.
+//! `TRANSCRIPTS=overwrite cargo test --profile tests --test program transcripts` writes down what the program says now.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 //! refused with a message and, where it is the case's fault, a place in it. Nothing panics or takes long, and what is
 //! solved is finite.
 //!
-//! `FUZZ_CASES=100000 cargo test --release --test mathematics fuzz` tries as many texts of every kind.
+//! `FUZZ_CASES=100000 cargo test --profile tests --test mathematics fuzz` tries as many texts of every kind.
 
 use std::time::{Duration, Instant};
 

@@ -135,6 +135,26 @@ fn two_crossings_between_two_nodes_are_both_found() {
     }
 }
 
+/// Three crossings count as three, and the second one ends a run that waits for its direction.
+#[test]
+fn three_crossings_between_two_nodes_are_all_found() {
+    for distance in [0.1, 1e-2, 1e-3] {
+        let when = format!("(x - 1.0123)*((x - 1.0123)^2 - {distance:e}^2)");
+        let expected = [1.0123 - distance, 1.0123, 1.0123 + distance];
+        for windows in [1, 3] {
+            let found = on_a_line(&when, "both", windows);
+            let are_met = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-9);
+            assert!(found.len() == 3 && are_met, "{distance}: {found:?}");
+            assert_eq!(on_a_line(&when, "down", windows), found[1..2]);
+        }
+        let place = expected.map(|x| (x - 0.1) / 0.3);
+        for (direction, place) in [("up", place[0]), ("down", place[1])] {
+            let end = free(&format!("when='{when}', direction='{direction}', until=true"), &[]).line.gamma_f();
+            assert!((end - place).abs() < 1e-6, "{distance} {direction}: {end} {place}");
+        }
+    }
+}
+
 #[test]
 fn a_crossing_at_a_joint_or_at_the_end_counts_once_and_one_at_the_start_not_at_all() {
     for windows in [1, 2, 4, 7] {

@@ -1,6 +1,6 @@
 //! Programs that write into one folder at once, and programs that are killed: no mixture of two sets is ever left.
 //!
-//! `STRESS_ROUNDS=1000 cargo test --release --test program together` does so for longer.
+//! `STRESS_ROUNDS=1000 cargo test --profile tests --test program together` does so for longer.
 
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
