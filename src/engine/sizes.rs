@@ -128,18 +128,15 @@ impl Scales {
         let mut jacobian = vec![0.0; 4 * m * m];
         point.jacobian(&start.q, &start.p, |row, column, value| jacobian[row * 2 * m + column] = value);
         let (rate, length) = (rate(&jacobian, 2 * m), length.abs());
-        let equations = geometry.hamiltonian.linearised();
         let time = if rate * length > 1.0 { 1.0 / rate } else { length };
         let slopes: Vec<f64> =
             (geometry.active().iter().map(|&a| point.q_dot(a))).chain((0..m).map(|place| point.p_dot(place))).collect();
-        let moves = |place: usize| equations.entries.iter().any(|entry| entry.row == place);
-        let has_momentum = |place: usize| geometry.is_separable() || moves(place);
         Ok(Self {
             time,
             units: units(geometry, start, &slopes, &jacobian, time),
             least: vec![0.0; 2 * m],
             least_ways: vec![0.0; ignorable],
-            clocks: (0..m).map(|place| !has_momentum(place)).collect(),
+            clocks: (0..m).map(|place| geometry.is_clock(place)).collect(),
             shared: shared(geometry),
         })
     }

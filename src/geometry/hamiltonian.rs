@@ -11,7 +11,7 @@ use super::inverse::Inverse;
 use super::linearised::Equations;
 use super::parts::Parts;
 use super::{OutsideGeometry, is_outside};
-use crate::formula::{MOST_LOST, NodeId, Program, Register, run_at};
+use crate::formula::{Function, MOST_LOST, NodeId, Operation, Program, Register, run_at};
 use crate::number::Real;
 
 /// Hamilton's equations.
@@ -83,6 +83,24 @@ impl<S: Real> Hamiltonian<S> {
     pub(crate) fn ignorable_velocities(&self) -> Vec<Register> {
         let all = self.velocities.iter().enumerate();
         all.filter(|(a, _)| !self.active.contains(a)).map(|(_, &register)| register).collect()
+    }
+
+    /// The function by which the equations of active coordinates jump, if there is one: sign or step of what depends on
+    /// more than clocks, which are the same in neighbouring motions.
+    pub(super) fn jump(&self, is_clock: impl Fn(usize) -> bool) -> Option<&'static str> {
+        let (n, active) = (self.velocities.len(), &self.active);
+        let moves = |place: usize| !is_clock(place);
+        let varies = |variable: usize| {
+            let of_variable = |a: &usize| *a == variable || 2 * n + a == variable;
+            active.iter().position(of_variable).is_some_and(moves)
+        };
+        let depends = self.program.depends_on(varies);
+        let outputs = if self.inverse.is_some() { n } else { n + active.len() };
+        self.program.steps_to(outputs).iter().find_map(|step| match step.operation() {
+            Operation::Call(Function::Sign, argument) if depends[argument] => Some("sign"),
+            Operation::Call(Function::Step, argument) if depends[argument] => Some("step"),
+            _ => None,
+        })
     }
 
     /// The linearised equations, which are formed when they are first asked for.

@@ -231,6 +231,17 @@ impl<S: Real> Geometry<S> {
         self.hamiltonian.inverse.as_deref()
     }
 
+    /// Returns true if an active coordinate goes as it does in every motion, as t does under Newton's law.
+    pub(crate) fn is_clock(&self, place: usize) -> bool {
+        !self.is_separable() && self.hamiltonian.linearised().entries.iter().all(|entry| entry.row != place)
+    }
+
+    /// The function by which the equations of motion jump where motions pass that differ in more than time, if there is
+    /// one. Linearised equations see nothing of it.
+    pub fn jump(&self) -> Option<&'static str> {
+        self.hamiltonian.jump(|place| self.is_clock(place))
+    }
+
     /// Returns true if a component, the one-form or the force depends on the position in this coordinate.
     pub fn depends_on(&self, a: usize) -> bool {
         let Structure { first, force_first, .. } = self.structure();

@@ -324,6 +324,10 @@ impl<S: Real> Run<S> {
             let finding = format!("an event {name} is met by this run or by the one that judges it, and not by both");
             verdict.doubt(Reason::new(finding, SMALLER));
         }
+        if let Some(function) = line.sensitivity.as_ref().and_then(|_| setup.place.geometry.jump()) {
+            let finding = format!("solver.sensitivity leaves out what jumps of the equations do to it ({function})");
+            verdict.doubt(Reason::new(finding, "compare runs from neighbouring starts, with --vary").remaining());
+        }
         let error = reference.or(estimate);
         let mut judged = Judged { error, inherited: None, left: None, gaps, proof: None, verdict, suspicions };
         self.add_further(setup, &facts, &mut judged);

@@ -279,8 +279,8 @@ impl<S: Real> Progress<S> {
         }
     }
 
-    /// Looks at the formulas at the points of an interval, which are nodes if `are_nodes` says so. Returns true if these
-    /// show what the formulas do between them, or the interval may not be halved again.
+    /// Looks at the formulas at the points of an interval, which are nodes if `are_nodes` says so. Returns true if the
+    /// points show what the formulas do between them, or the interval may not be halved again.
     fn look(
         &mut self,
         sampler: &mut Sampler<'_, S>,

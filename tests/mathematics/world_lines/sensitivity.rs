@@ -3,10 +3,12 @@
 use std::ops::ControlFlow;
 
 use geodesic_ivp::Case;
+use geodesic_ivp::diagnostics::verdict::Grade;
 use geodesic_ivp::engine::{Accuracy, Engine, Growth, Sensitivity};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::write_sensitivity;
 use geodesic_ivp::solve::WorldLine;
+use geodesic_ivp::study::run::{Wanted, run as studied};
 
 use crate::common::{distance, line_of, parsed, shipped};
 
@@ -179,6 +181,21 @@ fn matrices_begin_again_with_the_run() {
         .unwrap();
     assert!(begun > 1, "{begun}");
     assert_eq!(found.joints().len(), windows + 1);
+}
+
+/// Linearised equations pass a jump of the force as if it were none: where neighbours meet it at other times,
+/// derivatives of the end are wrong, and the run says so. All meet a jump in time together, and a kink is no jump.
+#[test]
+fn a_jump_that_neighbours_meet_at_other_times_is_a_doubt() {
+    for (force, is_doubted) in [("-0.1*sign(x)", true), ("step(t - 3)", false), ("-0.1*abs(x)", false)] {
+        let scene = OSCILLATOR.replace("[particle]", &format!("force = {{ x = \"{force}\" }}\n[particle]"));
+        let case = parsed(&scene, &["grid.t_f=10", "solver.accuracy=1e-6", SENSITIVE[1]]);
+        let setup = case.setup::<f64>();
+        let Ok(found) = studied(&case, &setup, Wanted::default()).0 else { panic!("{force}") };
+        let verdict = found.judged(&setup, false, false).verdict;
+        assert_eq!(verdict.grade == Grade::Doubtful, is_doubted, "{force}: {:?}", verdict.reasons);
+        assert!(!is_doubted || verdict.reasons.iter().any(|reason| reason.reason.contains("jumps")), "{force}");
+    }
 }
 
 /// The exponent of a damped oscillator is −k/2, however long the run is and whatever law moves it: what the force takes
