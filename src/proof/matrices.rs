@@ -18,6 +18,9 @@ fn rounding(terms: usize) -> f64 {
 /// Rounds of the search for a bound of A.
 const MOST_ROUNDS: usize = 60;
 
+/// An inverse that misses by more has lost digits, and is computed once more with pivots.
+const MOST_MISSED: f64 = 1e-10;
+
 /// Bounds of matrices over a window.
 pub(super) struct Matrices {
     pub(super) d: usize,
@@ -148,13 +151,22 @@ fn adjoint_defect(equations: &Equations<'_>, of: &Polynomials, jacobian: &[Discs
 /// partial sums of Σ Xⁿ max |A_i|, and as no row of max |A_i| is zero, Xⁿ tends to zero (Collatz and Wielandt).
 #[inline(always)]
 fn inverse_bound(d: usize, h: f64, of: &Polynomials) -> Option<Vec<f64>> {
+    let a = inverses(&of.b, d);
+    let miss = misses(&a, &of.b, &of.slack, d);
     let (mut a_nodes, mut x) = (vec![0.0; d * d], vec![0.0; d * d]);
     for k in 0..LANES {
-        let b: Vec<f64> = of.b.iter().map(|row| row[k]).collect();
-        let a = inverse(&b, d)?;
-        let miss = missed(&a, &b, &of.slack, d);
+        // Elimination without pivots may have met a zero.
+        let is_good = miss.iter().all(|miss| miss[k] < MOST_MISSED);
+        let (a, miss) = if is_good {
+            (a.iter().map(|row| row[k]).collect(), miss.iter().map(|row| row[k]).collect())
+        } else {
+            let b: Vec<f64> = of.b.iter().map(|row| row[k]).collect();
+            let a = inverse(&b, d)?;
+            let miss = missed(&a, &b, &of.slack, d);
+            (a, miss)
+        };
         for at in 0..d * d {
-            a_nodes[at] = larger(a_nodes[at], a[at].abs());
+            a_nodes[at] = larger(a_nodes[at], f64::abs(a[at]));
             x[at] = larger(x[at], miss[at]);
         }
     }
@@ -176,6 +188,65 @@ fn inverse_bound(d: usize, h: f64, of: &Polynomials) -> Option<Vec<f64>> {
         bound = next.iter().map(|next| next * 1.02).collect();
     }
     None
+}
+
+/// The inverses of matrices side by side, but for rounding, where elimination needs no pivots.
+#[inline(always)]
+fn inverses(b: &[Row], d: usize) -> Vec<Row> {
+    let (mut left, mut a) = (b.to_vec(), vec![[0.0; LANES]; d * d]);
+    for i in 0..d {
+        a[i * (d + 1)] = [1.0; LANES];
+    }
+    for c in 0..d {
+        let inverse = left[c * (d + 1)].map(|pivot| 1.0 / pivot);
+        for rows in [&mut left, &mut a] {
+            for k in 0..d {
+                for lane in 0..LANES {
+                    rows[c * d + k][lane] *= inverse[lane];
+                }
+            }
+        }
+        for i in 0..d {
+            let factor = left[i * d + c];
+            if i == c || factor == [0.0; LANES] {
+                continue;
+            }
+            for rows in [&mut left, &mut a] {
+                for k in 0..d {
+                    let own = rows[c * d + k];
+                    for lane in 0..LANES {
+                        rows[i * d + k][lane] -= factor[lane] * own[lane];
+                    }
+                }
+            }
+        }
+    }
+    a
+}
+
+/// [`missed`] of matrices side by side.
+#[inline(always)]
+fn misses(a: &[Row], b: &[Row], slack: &[f64], d: usize) -> Vec<Row> {
+    let mut misses = vec![[0.0; LANES]; d * d];
+    for i in 0..d {
+        for k in 0..d {
+            let ideal = one(i * d + k, d);
+            let (mut sum, mut room, mut of_slack) = ([ideal; LANES], [ideal; LANES], [0.0; LANES]);
+            for l in 0..d {
+                let (a, b, slack) = (&a[i * d + l], &b[l * d + k], slack[l * d + k]);
+                for lane in 0..LANES {
+                    let term = a[lane] * b[lane];
+                    sum[lane] -= term;
+                    room[lane] += term.abs();
+                    of_slack[lane] += a[lane].abs() * slack;
+                }
+            }
+            for lane in 0..LANES {
+                misses[i * d + k][lane] = (sum[lane].abs() + rounding(d) * room[lane] + of_slack[lane]) * UP;
+            }
+        }
+    }
+    misses
 }
 
 /// |I − A B|, where B is off by `slack`.
