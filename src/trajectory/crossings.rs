@@ -173,8 +173,14 @@ impl<'w, S: Real> EventSearch<'w, S> {
                 crossing.sample = end.clone();
             }
         }
-        // A formula that is zero at the end changes its sign there, whatever rounding says.
+        // A formula that is zero at the end changes its sign there, whatever rounding says, and does so once.
+        let is_met = |found: &[Crossing<S>], watch: usize| {
+            found.iter().any(|crossing| crossing.watch == watch && crossing.sample.gamma == end.gamma)
+        };
         for (watch, watched) in self.watches.iter().enumerate() {
+            if is_met(&progress.found[progress.from..], watch) {
+                continue;
+            }
             let [value, slope, half] = progress.ends[watch];
             let is_positive = slope > S::ZERO;
             let is_change = slope != S::ZERO
@@ -313,7 +319,7 @@ impl<S: Real> Progress<S> {
         for (watch, watched) in watches.iter_mut().enumerate() {
             let values = std::mem::take(&mut self.seen[watch].values);
             let through = Through::new(interval.expansion, &values);
-            let [first, last] = through.end_slopes();
+            let [first, last] = through.end_slopes(&values);
             let start = self.starts[watch];
             if !self.is_begun && !self.is_at_zero(interval.half(), start, first) {
                 self.signs[watch] = Some(start > S::ZERO);

@@ -302,6 +302,16 @@ fn formulas_that_change_faster_than_the_motion_end_it_at_the_first_place() {
     }
 }
 
+/// The polynomial of a window does not follow this formula, and falls at the end where the formula grows.
+#[test]
+fn what_ends_a_run_is_met_once() {
+    let event = "when='(x - 1.73)/(1 + (x/0.065)^2) + 0.048', direction='both', until=true";
+    for start in ["-0.31", "-0.3", "-0.25"] {
+        let found = free(event, &[&format!("initial.x={start}"), "initial.x_dot=1.97"]);
+        assert_eq!(found.events.len(), 1, "{start}: {:?}", found.events);
+    }
+}
+
 /// A slab that is passed through acts once, however thin it is, and so do many of them.
 #[test]
 fn thin_slabs_act_once_where_they_are_entered() {
