@@ -122,8 +122,8 @@ impl<'e, S: Real> Through<'e, S> {
         Self { expansion, scale, coefficients }
     }
 
-    /// The derivative by z ∈ [−1, 1] at both ends, where P_k′ is k(k + 1)/2 but for the sign; of what has these `values`
-    /// and is not followed by the polynomial, the slope to the next point.
+    /// The derivative by z ∈ [−1, 1] at both ends, where P_k′ is k(k + 1)/2 but for the sign. Where the polynomial does
+    /// not follow what has these `values` it is the slope to the next point.
     pub(crate) fn end_slopes(&self, values: &[S]) -> [S; 2] {
         let (n, c, nodes) = (values.len(), &self.coefficients, &self.expansion.nodes);
         if c[n - 1].abs() + c[n - 2].abs() > FOLLOWED {
