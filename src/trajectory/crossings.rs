@@ -233,7 +233,7 @@ impl<'e, S: Real> Interval<'e, S> {
     }
 }
 
-/// What a formula and its [arguments](Observable::arguments) are at the points of an interval.
+/// The values of a formula and its [arguments](Observable::arguments) at the points of an interval.
 #[derive(Debug, Clone)]
 struct Seen<S> {
     values: Vec<S>,
@@ -256,7 +256,7 @@ struct Progress<S> {
     signs: Vec<Option<bool>>,
     /// The value and the slope of each formula at the end of the last interval, and half of that interval's length.
     ends: Vec<[S; 3]>,
-    /// What each formula is in the interval that was looked at last.
+    /// Each formula in the interval that was looked at last.
     seen: Vec<Seen<S>>,
     found: Vec<Crossing<S>>,
     /// The index of the first of these in the current piece.

@@ -237,7 +237,7 @@ impl<'g> Watches<'g> {
     }
 }
 
-/// What is known of the sign of a formula on its way through a window.
+/// The sign of a formula on its way through a window, as far as it is known.
 struct Sides {
     place: usize,
     /// The sign, 0 as long as the value was 0, and the bound that values exceed before changes count.
@@ -310,10 +310,12 @@ impl Part {
     }
 }
 
-/// What was seen of a formula in a part of a window: fractions of the window with its values, and its arguments there.
+/// Points of a part of a window at which a formula was evaluated.
 #[derive(Default)]
 struct Seen {
+    /// Fractions of the window with the values there.
     points: Vec<[f64; 2]>,
+    /// Its [arguments](Observable::arguments) there.
     arguments: Vec<f64>,
     /// True if these show what it does between them.
     is_shown: bool,
