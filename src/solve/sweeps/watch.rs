@@ -141,10 +141,10 @@ impl<'g> Watches<'g> {
     }
 
     /// A formula on the nodes of a window with these ends or, of a part of it, at places like them.
-    fn look(&mut self, place: usize, window: &mut Window<'_>, ends: [&State; 2], part: &Part) {
+    fn look(&mut self, place: usize, (window, inside): Inside<'_, '_>, ends: [&State; 2], part: &Part) {
         let mut seen = std::mem::take(&mut self.seen);
         seen.clear();
-        let dense = (!part.is_whole()).then(|| window.dense());
+        let dense = (!part.is_whole()).then(|| &*inside.get_or_insert_with(|| window.dense()));
         let nodes = window.nodes();
         for (node, &fraction) in nodes.fractions().iter().enumerate() {
             let at = part.at(fraction);
@@ -163,15 +163,15 @@ impl<'g> Watches<'g> {
     }
 
     /// Adds the extrema at which the formula may be beyond zero to its points in a part of a window.
-    fn add_extrema(&mut self, place: usize, window: &Window<'_>, part: &Part) {
+    fn add_extrema(&mut self, place: usize, (window, inside): Inside<'_, '_>, part: &Part) {
         let values: Vec<f64> = self.seen.points.iter().map(|[_, value]| *value).collect();
         let extrema = Through::new(expansion(&mut self.tables, values.len()), &values).extrema(&values);
         if extrema.is_empty() {
             return;
         }
-        let dense = window.dense();
+        let dense = inside.get_or_insert_with(|| window.dense());
         for at in extrema.into_iter().map(|s| part.at(s)) {
-            let value = self.inside(place, &dense, at);
+            let value = self.inside(place, dense, at);
             self.seen.points.push([at, value]);
         }
         self.seen.points.sort_by(|one, other| one[0].total_cmp(&other[0]));
@@ -180,23 +180,25 @@ impl<'g> Watches<'g> {
     /// The first change of sign in a window that counts.
     pub(super) fn change(&mut self, window: &mut Window<'_>) -> Option<Change> {
         let (begin, end) = (window.start().clone(), window.end().clone());
-        let changes = (0..self.watches.len()).filter_map(|place| self.change_of(place, window, [&begin, &end]));
+        let mut inside = None;
+        let changes =
+            (0..self.watches.len()).filter_map(|place| self.change_of(place, (window, &mut inside), [&begin, &end]));
         changes.min_by(|one, other| one.near.total_cmp(&other.near))
     }
 
     /// The first change of sign of one formula.
-    fn change_of(&mut self, place: usize, window: &mut Window<'_>, ends: [&State; 2]) -> Option<Change> {
+    fn change_of(&mut self, place: usize, (window, inside): Inside<'_, '_>, ends: [&State; 2]) -> Option<Change> {
         let mut sides = Sides { place, now: self.watches[place].here, before: None, is_known: self.are_known };
         // Parts still to be looked at, the next one last.
         let mut parts = vec![Part::WHOLE];
         let mut change = None;
         while let Some(part) = parts.pop() {
-            self.look(place, window, ends, &part);
+            self.look(place, (window, inside), ends, &part);
             if !self.seen.is_shown {
                 parts.extend(part.halves());
                 continue;
             }
-            self.add_extrema(place, window, &part);
+            self.add_extrema(place, (window, inside), &part);
             change = sides.pass(&self.seen.points, self.watches[place].direction, window.length);
             if change.is_some() {
                 break;
@@ -236,6 +238,9 @@ impl<'g> Watches<'g> {
         None
     }
 }
+
+/// A window, with the motion over it once that was asked for.
+type Inside<'w, 'e> = (&'w mut Window<'e>, &'w mut Option<Dense>);
 
 /// The sign of a formula on its way through a window, as far as it is known.
 struct Sides {
