@@ -188,7 +188,9 @@ impl<'s> March<'s> {
         let side = if self.is_positive[kink] { 1.0 } else { -1.0 };
         let start = (self.argument(kink, &self.here) * side).max(0.0);
         let end = -self.argument(kink, next) * side;
-        let mut length = h * start / (start + end);
+        // Behind the kink the motion of these formulas may go anywhere: its rate here is the better guess.
+        let by_rate = start / self.here.q_dot[a].abs();
+        let mut length = if by_rate < h { by_rate } else { h * start / (start + end) };
         let mut best = (h, next.clone());
         for _ in 0..MOST_STEPS {
             if length <= NOTHING * self.scene.pace {

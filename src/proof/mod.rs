@@ -205,7 +205,7 @@ impl Run<'_> {
                         short += usize::from(step < first * SHORT);
                         // Windows may be so short beside what is behind them that γ does not stay exact.
                         if short > MOST_SHORT || two_sum(self.reached, step).1 != 0.0 {
-                            return Err(refused);
+                            return Err(self.reason(refused));
                         }
                         let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
                         self.take(proved)?;
@@ -218,7 +218,7 @@ impl Run<'_> {
                     // In the shortest windows numbers may leave the range first; longer ones have seen why.
                     refused = if reason == Reason::Short { refused } else { reason };
                     if step <= least.max(2.0 * unit) {
-                        return Err(refused);
+                        return Err(self.reason(refused));
                     }
                     if longest > 0.0 { SHORTER } else { 0.5 }
                 }
@@ -246,6 +246,9 @@ impl Run<'_> {
     fn end(&mut self, goal: &Goal, proved: Proved) -> Result<End, Reason> {
         let (before, h) = (self.reached, proved.h);
         let bounds = self.take(proved)?;
+        if self.is_lost() {
+            return Err(Reason::Lost);
+        }
         let reached = Extended::from(before) + Extended::from(h);
         End::new(&mut self.prover, &self.set, goal, (reached, h), &bounds)
     }
@@ -256,12 +259,23 @@ impl Run<'_> {
         self.reached += proved.h;
         self.windows += 1;
         self.prover.approximate.keep(proved.h, proved.modes);
+        Ok(proved.bounds)
+    }
+
+    /// True if a bound says nothing any more. Before the end that stops no proof: what hardly moves yet may have larger
+    /// bounds than it moves by. But where no window follows, it is why.
+    fn is_lost(&self) -> bool {
         // What rests at 0 with all of its kind has no size.
         let is_kept = |(i, radius): (usize, &f64)| {
             let size = self.set.size_of_kind(i);
             *radius <= LOST * size || size == 0.0 && radius.is_finite()
         };
-        if self.set.radii().iter().enumerate().all(is_kept) { Ok(proved.bounds) } else { Err(Reason::Lost) }
+        !self.set.radii().iter().enumerate().all(is_kept)
+    }
+
+    /// Why a proof that goes no further ends, if this is why it was refused a window.
+    fn reason(&self, refused: Reason) -> Reason {
+        if refused == Reason::Short && self.is_lost() { Reason::Lost } else { refused }
     }
 }
 

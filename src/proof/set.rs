@@ -9,8 +9,8 @@ use super::proved::Proved;
 use super::tables::UP;
 use crate::number::ball::{two_product, two_sum};
 
-/// The most columns for each unknown. Then the older half of them is covered by a box in a frame of its own. Fewer make
-/// windows cheaper, and the box grow faster as it turns. Any number is valid.
+/// The most columns for each unknown. Then the smaller half of them is covered by a box in a frame of its own. Fewer
+/// make windows cheaper, and boxes more frequent. Any number is valid.
 const MOST: usize = 200;
 
 /// Directions shorter than this share of the longest are rounding.
@@ -121,21 +121,28 @@ impl Set {
         row
     }
 
-    /// The older columns g = F (F⁻¹ g) become columns of F times bounds of Σ |F⁻¹ g|. Coordinates are scaled by powers
-    /// of two.
+    /// The smaller columns g = F (F⁻¹ g) become columns of F times bounds of Σ |F⁻¹ g|. Coordinates are scaled by
+    /// powers of two.
+    ///
+    /// What is covered becomes larger. Columns of a box are larger than those that they cover, so that they are covered
+    /// again only when there are many such: as often as the logarithm of the number of windows says, and what they grow
+    /// by altogether is a power of that number.
     fn reduce(&mut self) -> Option<()> {
         let d = self.start.len();
-        let cut = self.columns[0].len() - MOST * d / 2;
-        let scales: Vec<f64> = (0..d).map(|i| power_of_two(sum_of_sizes(&self.columns[i][..cut]))).collect();
-        let older: Vec<Vec<f64>> = (0..cut).map(|k| (0..d).map(|i| self.columns[i][k] / scales[i]).collect()).collect();
-        let frame = frame(&older, d);
-        let total = reach_in(&frame, &older)?;
+        let scales: Vec<f64> = self.columns.iter().map(|row| power_of_two(sum_of_sizes(row))).collect();
+        let count = self.columns[0].len();
+        let scaled = |k: usize| -> Vec<f64> { (0..d).map(|i| self.columns[i][k] / scales[i]).collect() };
+        let mut all: Vec<(usize, Vec<f64>)> = (0..count).map(|k| (k, scaled(k))).collect();
+        all.sort_by(|(_, one), (_, other)| norm(one).total_cmp(&norm(other)));
+        let larger = all.split_off(count - MOST * d / 2);
+        let smaller: Vec<Vec<f64>> = all.into_iter().map(|(_, column)| column).collect();
+        let frame = frame(&smaller, d);
+        let total = reach_in(&frame, &smaller)?;
         for i in 0..d {
-            let newer = self.columns[i].split_off(cut);
-            self.columns[i] = (0..d).map(|k| frame[k][i] * total[k] * scales[i]).collect();
-            let rounded = sum_of_sizes(&self.columns[i]);
+            let covering: Vec<f64> = (0..d).map(|k| frame[k][i] * total[k] * scales[i]).collect();
+            let rounded = sum_of_sizes(&covering);
             self.rest[i] = (self.rest[i] + 2.0 * f64::EPSILON * rounded) * UP;
-            self.columns[i].extend(newer);
+            self.columns[i] = larger.iter().map(|(k, _)| self.columns[i][*k]).chain(covering).collect();
         }
         Some(())
     }

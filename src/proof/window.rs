@@ -60,10 +60,11 @@ impl Prover<'_> {
         let matrices = Matrices::new(equations, h, &coefficients, &jacobian, &bounds).ok_or(Refused::Unbounded)?;
         let closing =
             Closing { equations, h, bounds: &bounds, matrices: &matrices, defect: defect_most(&found, &bounds) };
-        let epsilon = closing.epsilon(&set.sizes()).ok_or(Refused::Unbounded)?;
+        let e_0 = set.sizes();
+        let epsilon = closing.epsilon(&e_0).ok_or(Refused::Unbounded)?;
         let (gain, parts) = closing.gain(&found, &epsilon).ok_or(Refused::Unbounded)?;
         let sizes = sizes(&found, start);
-        let quality = closing.quality(&parts, &sizes, set).ok_or(Refused::Unbounded)?;
+        let quality = closing.quality(&parts, (&sizes, &e_0), set).ok_or(Refused::Unbounded)?;
         let delta = added(&parts);
         // A comparison that is false for NaN.
         if quality < TOO_MUCH {
@@ -198,19 +199,24 @@ impl Closing<'_, '_> {
     }
 
     /// What the window adds besides rounding, as a part of what it may.
-    fn quality(&self, [radii, left, _]: &[Vec<f64>; 3], sizes: &[f64], set: &Set) -> Option<f64> {
+    fn quality(&self, [radii, left, _]: &[Vec<f64>; 3], (sizes, e_0): (&[f64], &[f64]), set: &Set) -> Option<f64> {
         // What a shorter window makes smaller: its own share of the error within.
         let none = vec![0.0; sizes.len()];
         let own = applied(&self.matrices.a_most, &self.way(&none, &self.defect));
         let own_way = self.way(&own, &self.remainder(&own)?);
+        // What has hardly begun to move may be smaller than the bound of its error.
         let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k));
-        let share = |i: usize| (own_way[i] + left[i]) / (0.3 * radii[i] + AIM * scale(i) + TINY);
+        let share = |i: usize| (own_way[i] + left[i]) / (0.3 * radii[i] + AIM * scale(i).max(e_0[i]) + TINY);
         let worst = (0..self.equations.active).map(share).fold(0.0, larger);
         let d = self.matrices.d;
         // Unknowns that rest at 0 with all of their kind have no scale.
-        let counts = |k: usize| k < self.equations.active && scale(k) > 0.0;
-        let e = (0..d * d).filter(|at| counts(at % d) && counts(at / d));
-        let e = e.map(|at| self.matrices.e_most[at] * self.h * scale(at % d) / scale(at / d)).fold(0.0, larger);
+        let counts = |k: usize| k < self.equations.active && scale(k) > TINY;
+        let e = (0..d * d).filter(|at| counts(at % d) && counts(at / d)).map(|at| {
+            let (row, column) = (at / d, at % d);
+            let of_errors = e_0[column] / (e_0[row] + AIM * scale(row));
+            self.matrices.e_most[at] * self.h * (scale(column) / scale(row)).min(of_errors)
+        });
+        let e = e.fold(0.0, larger);
         // E falls like h^16, the rest like h^64.
         Some(larger(worst, (e / ADJOINT).powi(4)))
     }

@@ -42,6 +42,9 @@ impl NoSolution {
         use Status::*;
         let (is_of_x, reasons) = (self.domain.is_of_x(), &self.reasons);
         match self.status {
+            _ if reasons.lost.as_ref().is_some_and(|lost| lost.is_far) => {
+                "count that coordinate from a value near its start, or ask for a larger accuracy"
+            }
             _ if reasons.lost.is_some() => "write that formula so that nothing cancels, or ask for a larger accuracy",
             _ if !reasons.towards_zero.is_empty() => {
                 "end the run before, at an earlier gamma or by grid.until: no motion follows from the formulas there"

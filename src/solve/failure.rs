@@ -86,8 +86,17 @@ pub struct Reasons {
     pub off_table: Option<OffTable>,
     /// The event at which it failed, if one acted there.
     pub event: Option<LastEvent>,
-    /// A sentence about the formula that loses more digits than the accuracy leaves, if one does.
-    pub lost: Option<String>,
+    /// What loses more digits than the accuracy leaves, if something does.
+    pub lost: Option<Lossy>,
+}
+
+/// A formula that loses digits to rounding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lossy {
+    /// A sentence about it.
+    pub finding: String,
+    /// True if a coordinate is too far from 0, and the formula is written well.
+    pub is_far: bool,
 }
 
 impl Domain {
@@ -207,7 +216,7 @@ impl fmt::Display for NoSolution {
             [name] => write!(f, "; rounding alone moves {name} there"),
             names => write!(f, "; rounding alone moves {} there", names.join(", ")),
         }?;
-        self.reasons.lost.iter().try_for_each(|lost| write!(f, "; {lost}"))
+        self.reasons.lost.iter().try_for_each(|lost| write!(f, "; {}", lost.finding))
     }
 }
 

@@ -46,7 +46,7 @@ mod world_line;
 pub(crate) use acting::Beginning;
 pub use acting::{Change, Quantity};
 pub use continuation::{Carried, Continuation, Off};
-pub use failure::{Domain, LastEvent, Narrow, NoSolution, Reasons};
+pub use failure::{Domain, LastEvent, Lossy, Narrow, NoSolution, Reasons};
 pub use grid::Window;
 pub use setup::{Limit, Settings, Setup, System, Until, bytes_needed};
 pub(crate) use status::MOST_EVENTS;

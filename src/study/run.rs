@@ -189,7 +189,7 @@ impl<S: Real> Measures<'_, '_, S> {
         if setup.is_backward {
             failure.gamma = 2.0 * setup.gamma_i.to_f64() - failure.gamma;
         }
-        failure.reasons.lost = lost_to(self.case, setup, std::mem::take(&mut self.places), failure.status);
+        failure.reasons.lost = lost_to(self.case, setup, std::mem::take(&mut self.places), &failure);
         NoRun::Unsolved(failure, self.events.found())
     }
 

@@ -1,17 +1,19 @@
 //! What rounding takes from the formulas of a case: at some places of a run all rates are evaluated in 70 digits from
 //! the same doubles of the state, and compared with those that the run was computed with.
+//!
+//! A coordinate that is far from 0 beside what it moves by, as a time in seconds of a calendar, is rounded itself, and
+//! so is all that formulas make of it: both are compared with what its motion makes of a rate, and not its value.
 
+use super::finding::{Finding, of_coordinate, of_formula};
+use super::places::{Places, Seen};
 use crate::case::Case;
-use crate::geometry::{Geometry, GeometryText, Law, Place, Start, WrittenFormulas, WrittenRates, value_of};
+use crate::geometry::{Geometry, GeometryText, WrittenRates};
 use crate::number::{Extended, Real};
-use crate::solve::{Setup, Status, WorldLine};
-use crate::trajectory::{Sample, Sampler};
+use crate::solve::{Lossy, NoSolution, Setup, Status};
 
-/// From so many to twice as many places of a run are kept, spread evenly over its windows as it goes.
-const PLACES: usize = 16;
 /// A rate may lose so many roundings of what its own numbers make of it: some tens of operations round by half a unit
 /// each, and functions by a few.
-const ORDINARY: f64 = 64.0 * f64::EPSILON;
+pub(super) const ORDINARY: f64 = 64.0 * f64::EPSILON;
 /// The relative change of all numbers that shows what they make of a rate, 2^-80: with its square it is exact to the
 /// digits of a double.
 const CHANGE: f64 = 1.0 / (1_u128 << 80) as f64;
@@ -19,74 +21,8 @@ const CHANGE: f64 = 1.0 / (1_u128 << 80) as f64;
 const PATTERNS: u32 = 8;
 /// A run to an accuracy is a march with a tolerance of about this share of it.
 const OF_TOLERANCE: f64 = 1e-2;
-/// The first formula that loses this share of what another one loses is the one to name: those after it may use it.
-const SHARE: f64 = 0.1;
-/// At most so many coordinates are named.
-const NAMED: usize = 3;
-
-/// Some places of a run, inside its windows, with the parameters that events have set before them.
-#[derive(Debug, Default)]
-pub(crate) struct Places {
-    /// Every so manieth candidate is kept, of [`PLACES`] in each window.
-    stride: usize,
-    next: usize,
-    seen: Vec<Seen>,
-}
-
-/// A state in doubles, of the motion as it is computed, which is the reversed one if γ falls.
-#[derive(Debug)]
-struct Seen {
-    q: Vec<f64>,
-    p: Vec<f64>,
-    set: Vec<(usize, f64)>,
-}
-
-impl Places {
-    /// Takes the next part of a run into account, where events have `set` parameters. A part that contains the first
-    /// window begins the run again.
-    pub(crate) fn see<S: Real>(&mut self, part: &WorldLine<S>, set: &[(usize, f64)]) {
-        let first = part.window_count - part.windows.len();
-        if first == 0 {
-            *self = Self { stride: 1, ..Self::default() };
-        }
-        if self.next >= PLACES * part.window_count {
-            return;
-        }
-        let mut sampler = Sampler::new(part);
-        while self.next < PLACES * part.window_count {
-            let (window, place) = (&part.windows[self.next / PLACES - first], self.next % PLACES);
-            // A node inside of the window: between nodes a coarse run may be anywhere, and at ends formulas may jump.
-            let node = (2 * place + 1) * (window.points() - 1) / (2 * PLACES);
-            let gamma = part.gamma_at(window.gamma_at(node.clamp(1, window.points().max(3) - 2)));
-            if let Ok(Sample { q, p, .. }) = sampler.at_gamma(gamma) {
-                let q = q.iter().enumerate().map(|(a, &q)| (q - part.origin_of(a)).to_f64()).collect();
-                let p = p.into_iter().map(|p| part.signed(p).to_f64()).collect();
-                self.seen.push(Seen { q, p, set: set.to_vec() });
-            }
-            self.next += self.stride;
-            if self.seen.len() == 2 * PLACES {
-                let mut is_even = false;
-                self.seen.retain(|_| {
-                    is_even = !is_even;
-                    is_even
-                });
-                self.stride *= 2;
-                self.next = self.next.next_multiple_of(self.stride);
-            }
-        }
-    }
-
-    /// Takes the start of a run into account, of which nothing else may be known.
-    fn see_start(&mut self, start: &Start) {
-        self.seen.push(Seen { q: start.q.clone(), p: start.p.clone(), set: Vec::new() });
-    }
-
-    /// The largest |p_a| of every coordinate.
-    pub(super) fn sizes_of_momenta(&self, coordinates: usize) -> Vec<f64> {
-        let largest = |a: usize| self.seen.iter().fold(0.0_f64, |size, seen| size.max(seen.p[a].abs()));
-        (0..coordinates).map(largest).collect()
-    }
-}
+/// What rounding moves a number by at most, as a share of it.
+const ROUNDING: f64 = 0.5 * f64::EPSILON;
 
 /// What was found of the formulas of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,12 +41,10 @@ pub(crate) struct Lost {
     /// The largest losses of q̇^a of all coordinates along the run, and of ṗ_a.
     pub(super) q_dot: Vec<f64>,
     pub(super) p_dot: Vec<f64>,
-    /// A sentence about the formula that loses most: which one, how much, and where.
-    pub(super) finding: String,
+    /// What is said of the largest loss: which formula, how much, and where.
+    pub(super) finding: Finding,
     /// The largest share that a rate loses.
     pub(super) share: f64,
-    /// True if it loses all of its digits: then a solve in more of them, whose guesses have 16, begins with nothing.
-    pub(super) is_all: bool,
 }
 
 impl Formulas {
@@ -119,9 +53,9 @@ impl Formulas {
         if S::IS_EXTENDED {
             return Self::Conditioned;
         }
-        let mut found = Largest::new(setup.place.start.q.len());
+        let mut found = Largest::new(places.ranges());
         let mut here: Option<Evaluated> = None;
-        for seen in &places.seen {
+        for seen in places.seen() {
             if here.as_ref().is_none_or(|here| here.set != seen.set) {
                 here = Evaluated::new(case, setup, seen);
             }
@@ -132,15 +66,21 @@ impl Formulas {
     }
 }
 
-/// A sentence about the formula that may be why a run of `case`, of which these places were seen, ended with `status`:
-/// it loses more than its windows may be off by.
-pub(crate) fn lost_to<S: Real>(case: &Case, setup: &Setup<S>, mut places: Places, status: Status) -> Option<String> {
+/// The formula that may be why a run of `case`, of which these places were seen, is not solved: it loses more than its
+/// windows may be off by.
+pub(crate) fn lost_to<S: Real>(case: &Case, setup: &Setup<S>, mut places: Places, why: &NoSolution) -> Option<Lossy> {
     use Status::{AccuracyNotReached, EvaluationLimit, Stalled, TooManyNodes};
-    let is_short_of_it = matches!(status, AccuracyNotReached | EvaluationLimit | Stalled | TooManyNodes);
+    let is_short_of_it = matches!(why.status, AccuracyNotReached | EvaluationLimit | Stalled | TooManyNodes);
     let accuracy = setup.settings.accuracy.filter(|_| is_short_of_it)?.value();
-    places.see_start(&setup.rough.start);
+    let place = |name: &String| setup.rough.geometry.names().iter().position(|other| other == name);
+    let end: Vec<(usize, f64)> = why.point.iter().filter_map(|(name, value)| Some((place(name)?, *value))).collect();
+    places.see_ends(&setup.rough.start, &end);
     match Formulas::new(case, setup, &places) {
-        Formulas::Lost(lost) if lost.share > OF_TOLERANCE * accuracy => Some(lost.finding),
+        Formulas::Lost(Lost { finding: Finding { sentence, far, .. }, share, .. })
+            if share > OF_TOLERANCE * accuracy =>
+        {
+            Some(Lossy { finding: sentence, is_far: far.is_some() })
+        }
         _ => None,
     }
 }
@@ -172,6 +112,11 @@ impl Evaluated {
         })
     }
 
+    /// The formulas and the geometry that are talked of, with the number of coordinates that are results.
+    fn named(&self) -> (&GeometryText, &Geometry, usize) {
+        (&self.text, &self.rough, self.count)
+    }
+
     /// The rates as they are computed, each in all ways in which it is: q̇^a and then ṗ_a.
     fn computed(&self, Seen { q, p, .. }: &Seen) -> Vec<Vec<f64>> {
         let (n, mut point) = (q.len(), self.rough.point());
@@ -198,9 +143,20 @@ impl Evaluated {
         self.exact.at(q, p)
     }
 
-    /// The size of each rate with all that relative changes of its numbers make of it: very small ones, and such as
-    /// rounding makes, which may pass a jump. The side of it that a place is on says nothing of a formula.
-    fn scales(&mut self, seen: &Seen, rates: &[Extended]) -> Vec<f64> {
+    /// By how much the rounding of a coordinate changes each rate.
+    fn rounded(&mut self, seen: &Seen, rates: &[Extended], coordinate: usize) -> Vec<f64> {
+        let changed = |k: usize, value: f64| {
+            let value = Extended::from(value);
+            if k == coordinate { value * (Extended::ONE + Extended::from(ROUNDING)) } else { value }
+        };
+        let others = self.exact(seen, changed);
+        others.iter().zip(rates).map(|(&other, &rate)| (other - rate).to_f64().abs()).collect()
+    }
+
+    /// The size of each rate with all that changes of its numbers by a share of these `sizes` make of it: very small
+    /// ones, and such as rounding makes, which may pass a jump. The side of it that a place is on says nothing of a
+    /// formula.
+    fn scales(&mut self, seen: &Seen, rates: &[Extended], sizes: &[f64]) -> Vec<f64> {
         let mut scales = vec![0.0_f64; rates.len()];
         for (by, pattern) in
             [CHANGE, ORDINARY].into_iter().flat_map(|by| (0..PATTERNS).map(move |pattern| (by, pattern)))
@@ -208,7 +164,7 @@ impl Evaluated {
             let changed = |k: usize, value: f64| {
                 // The bits of multiples of the golden ratio are as good as random.
                 let is_up = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (40 + pattern) & 1 == 1;
-                let change = Extended::from(value) * Extended::from(by);
+                let change = Extended::from(sizes[k]) * Extended::from(by);
                 Extended::from(value) + if is_up { change } else { -change }
             };
             for ((scale, &rate), other) in scales.iter_mut().zip(rates).zip(self.exact(seen, changed)) {
@@ -221,17 +177,26 @@ impl Evaluated {
 
 /// The largest losses along a run.
 struct Largest {
+    /// By how much coordinates move.
+    ranges: Vec<f64>,
     lost: Vec<f64>,
     sizes: Vec<f64>,
-    /// The largest loss as a share of its rate, the sentence about it, and whether all digits are lost.
-    worst: (f64, String, bool),
+    /// The largest loss as a share of its rate, with what is said of it.
+    worst: (f64, Finding),
     is_seen: bool,
 }
 
 impl Largest {
-    fn new(coordinates: usize) -> Self {
-        let zeros = || vec![0.0; 2 * coordinates];
-        Self { lost: zeros(), sizes: zeros(), worst: (0.0, String::new(), false), is_seen: false }
+    fn new(ranges: Vec<f64>) -> Self {
+        let zeros = || vec![0.0; 2 * ranges.len()];
+        Self { lost: zeros(), sizes: zeros(), worst: (0.0, Finding::default()), is_seen: false, ranges }
+    }
+
+    /// The first coordinate whose rounding is more than is ordinary beside what it moves by. One that rests is not
+    /// rounded.
+    fn far(&self, q: &[f64]) -> Option<usize> {
+        let is_far = |(q, &range): (&f64, &f64)| range > 0.0 && ROUNDING * q.abs() > ORDINARY * range;
+        q.iter().zip(&self.ranges).position(is_far)
     }
 
     fn see(&mut self, here: &mut Evaluated, seen: &Seen) {
@@ -249,6 +214,11 @@ impl Largest {
                 *loss = loss.max(if off.is_nan() { exact.to_f64().abs() } else { off });
             }
         }
+        let mut numbers: Vec<f64> = seen.q.iter().chain(&seen.p).copied().collect();
+        let far = self.far(&seen.q);
+        if let Some(a) = far {
+            losses.iter_mut().zip(here.rounded(seen, &exact, a)).for_each(|(loss, off)| *loss += off);
+        }
         let sizes = self.sizes.iter_mut().zip(&exact);
         sizes.for_each(|(size, rate)| *size = size.max(rate.to_f64().abs()));
         // s of Newton's law is no result.
@@ -257,7 +227,12 @@ impl Largest {
         if large.is_empty() {
             return;
         }
-        let scales = here.scales(seen, &exact);
+        let of_values = here.scales(seen, &exact, &numbers);
+        let of_motion = far.map(|a| {
+            numbers[a] = self.ranges[a];
+            here.scales(seen, &exact, &numbers)
+        });
+        let scales = of_motion.as_ref().unwrap_or(&of_values);
         for k in large {
             if losses[k] <= ORDINARY * scales[k] {
                 continue;
@@ -265,8 +240,12 @@ impl Largest {
             self.lost[k] = self.lost[k].max(losses[k]);
             let share = losses[k] / scales[k];
             if share > self.worst.0 {
-                let (finding, is_all) = finding(here, seen, &exact[..n], share);
-                self.worst = (share, finding, is_all);
+                let far = far.filter(|_| losses[k] <= ORDINARY * of_values[k]);
+                let finding = far.map_or_else(
+                    || of_formula(here.named(), &seen.q, &exact[..n], share),
+                    |a| of_coordinate(&here.rough.names()[a], seen.q[a], share),
+                );
+                self.worst = (share, finding);
             }
         }
     }
@@ -275,74 +254,11 @@ impl Largest {
         if !self.is_seen {
             return Formulas::Unknown;
         }
-        if self.worst.0 == 0.0 {
+        let (share, finding) = self.worst;
+        if share == 0.0 {
             return Formulas::Conditioned;
         }
         let (q_dot, p_dot) = self.lost.split_at(self.lost.len() / 2);
-        Formulas::Lost(Lost {
-            q_dot: q_dot.to_vec(),
-            p_dot: p_dot.to_vec(),
-            finding: self.worst.1,
-            share: self.worst.0,
-            is_all: self.worst.2,
-        })
-    }
-}
-
-/// A sentence about the formula that loses most at a place, where rates lose this share, and whether all digits are
-/// lost.
-fn finding(here: &Evaluated, Seen { q, .. }: &Seen, q_dot: &[Extended], share: f64) -> (String, bool) {
-    let names = here.rough.names();
-    let active = (0..here.count).filter(|a| here.rough.depends_on(*a) || here.rough.active().contains(a));
-    let shown: Vec<String> = active.take(NAMED).map(|a| format!("{} = {:.4}", names[a], q[a])).collect();
-    let place = if shown.is_empty() { String::new() } else { format!(" near {}", shown.join(", ")) };
-    let (name, share) = named(here, q, q_dot).unwrap_or_else(|| ("that the motion follows from".to_owned(), share));
-    let digits = (-f64::EPSILON.log10() + share.min(1.0).log10()).round();
-    let is_all = share >= SHARE;
-    let many = if is_all { "all of its digits".to_owned() } else { format!("{digits} of its 16 digits") };
-    (format!("the formula {name} loses {many} to rounding{place}"), is_all)
-}
-
-/// The name of the formula that loses most at a place, as it stands in the case, and the share that it loses.
-fn named(here: &Evaluated, q: &[f64], q_dot: &[Extended]) -> Option<(String, f64)> {
-    let text = &here.text;
-    let share = |rough: f64, exact: Extended| {
-        let off = (Extended::from(rough) - exact).to_f64().abs();
-        if off == 0.0 { 0.0 } else { (off / exact.to_f64().abs()).min(1.0) }
-    };
-    let parameter = |(name, _): &(String, String)| {
-        let rough = value_of::<f64>(name, &text.parameters).ok()?;
-        Some((format!("of the parameter {name}"), share(rough, value_of(name, &text.parameters).ok()?)))
-    };
-    let mut found: Vec<(String, f64)> = text.parameters.iter().filter_map(parameter).collect();
-    // Newton's forces have velocities by t.
-    let pace = if text.law() == Some(Law::Newtonian) { q_dot[0] } else { Extended::ONE };
-    let q_dot: Vec<Extended> = q_dot.iter().map(|&rate| rate / pace).collect();
-    let rough_rates: Vec<f64> = q_dot.iter().map(|rate| rate.to_f64()).collect();
-    let q_exact: Vec<Extended> = q.iter().map(|&q| Extended::from(q)).collect();
-    let rough = WrittenFormulas::<f64>::new(text).ok()?.at(q, &rough_rates);
-    let exact = WrittenFormulas::<Extended>::new(text).ok()?.at(&q_exact, &q_dot);
-    for ((place, rough), (_, exact)) in rough.into_iter().zip(exact) {
-        let shares = rough.into_iter().zip(exact).map(|(rough, exact)| share(rough, exact));
-        found.push((name_of(&place, text), shares.fold(0.0, f64::max)));
-    }
-    let most = found.iter().fold(0.0_f64, |most, (_, share)| most.max(*share));
-    found.into_iter().find(|(_, share)| *share > 0.0 && *share >= SHARE * most)
-}
-
-/// The name of a formula as it stands in a case.
-fn name_of(place: &Place, text: &GeometryText) -> String {
-    let coordinate = |a: usize| text.coordinates.get(a).cloned().unwrap_or_default();
-    match place {
-        Place::Component([a, b]) => format!("of the component \"{} {}\"", coordinate(*a), coordinate(*b)),
-        Place::Definition(name) => format!("of the definition {name}"),
-        Place::Parameter(name) => format!("of the parameter {name}"),
-        Place::OneForm(a) => format!("one_form.{}", coordinate(*a)),
-        Place::Force(a) => format!("force.{}", coordinate(*a)),
-        Place::Conformal => "conformal".to_owned(),
-        Place::Potential => "of the potential".to_owned(),
-        Place::Mass(Some(a)) => format!("of the mass of {}", coordinate(*a)),
-        Place::Mass(None) => "of the mass".to_owned(),
-        Place::SpeedOfLight => "of c".to_owned(),
+        Formulas::Lost(Lost { q_dot: q_dot.to_vec(), p_dot: p_dot.to_vec(), finding, share })
     }
 }

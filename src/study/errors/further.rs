@@ -4,7 +4,9 @@
 use super::RunError;
 use super::carried::{Carried, Extent, carried, rates_of_momenta};
 use super::compare::end_coordinate;
-use super::conditioning::{Formulas, Lost, Places};
+use super::conditioning::{Formulas, Lost, ORDINARY};
+use super::finding::Finding;
+use super::places::Places;
 use crate::case::Case;
 use crate::diagnostics::verdict::{CoordinateError, Reason};
 use crate::engine::{Accuracy, GOOD_DIGITS};
@@ -94,18 +96,26 @@ impl Further {
             Some(Some(off)) if off.is_none() => Part::Nothing,
             Some(Some(off)) => Part::new(along(off), || Reason::new(NO_END, AGAIN).remaining()),
         };
-        let (lost, of_formula) = match formulas {
-            Formulas::Conditioned => (Part::Nothing, Default::default()),
-            Formulas::Unknown => (Part::Unknown(Reason::new(NO_VALUE, WELL)), Default::default()),
-            Formulas::Lost(Lost { q_dot, p_dot, finding, is_all, .. }) => {
-                let times = |rates: Vec<f64>| rates.into_iter().map(|rate| length * rate).collect();
-                let sizes = Off { q: times(q_dot), p: times(p_dot) };
+        let n = setup.place.start.q.len();
+        let momenta = places.sizes_of_momenta(n);
+        let met = Met::new(&setup.rough.geometry, places.met(), &momenta);
+        let (lost, of_formula) = match (formulas, met) {
+            (Formulas::Unknown, _) => (Part::Unknown(Reason::new(NO_VALUE, WELL)), Default::default()),
+            (Formulas::Conditioned, None) => (Part::Nothing, Default::default()),
+            (formulas, met) => {
+                let mut sizes =
+                    Off { q: vec![0.0; n], p: met.as_ref().map_or_else(|| vec![0.0; n], |met| met.off.clone()) };
+                let mut of_formula = met.map(|Met { finding, remedy, .. }| [finding, remedy]);
+                if let Formulas::Lost(Lost { q_dot, p_dot, finding, .. }) = formulas {
+                    sizes.q.iter_mut().zip(q_dot).for_each(|(size, rate)| *size += length * rate);
+                    sizes.p.iter_mut().zip(p_dot).for_each(|(size, rate)| *size += length * rate);
+                    of_formula = Some(told(case, finding, setup.settings.accuracy));
+                }
+                let [finding, remedy] = of_formula.unwrap_or_default();
                 let off = in_energy(&setup.rough.geometry, &setup.rough.start, sizes);
-                let remedy = if is_all { WELL.to_owned() } else { remedy(case, setup.settings.accuracy) };
                 (Part::new(along(&off), || Reason::new(&finding, &remedy)), [finding, remedy])
             }
         };
-        let momenta = places.sizes_of_momenta(setup.place.start.q.len());
         Self { inherited, lost, of_formula, momenta }
     }
 
@@ -206,13 +216,39 @@ impl Further {
     }
 }
 
-/// What to do about a formula that loses some of its digits.
-fn remedy(case: &Case, accuracy: Option<Accuracy>) -> String {
-    match accuracy {
+/// What is said of a formula that loses digits, and what to do about it.
+fn told(case: &Case, Finding { sentence, is_all, far }: Finding, accuracy: Option<Accuracy>) -> [String; 2] {
+    let well = far.map_or_else(|| WELL.to_owned(), |name| format!("count {name} from a value near its start"));
+    let remedy = match accuracy {
         // Events act in runs to an accuracy, which have no further digits.
-        _ if case.has_acting_events() => WELL.to_owned(),
-        None => format!("{WELL}, or take solver.digits = 32"),
-        Some(_) => format!("{WELL}, or take solver.digits = 32 with a scheme and a grid"),
+        _ if is_all || case.has_acting_events() => well,
+        None => format!("{well}, or take solver.digits = 32"),
+        Some(_) => format!("{well}, or take solver.digits = 32 with a scheme and a grid"),
+    };
+    [sentence, remedy]
+}
+
+/// What is uncertain since forces jump at places that are rounded.
+struct Met {
+    /// By how much each momentum is.
+    off: Vec<f64>,
+    finding: String,
+    remedy: String,
+}
+
+impl Met {
+    /// `None` if it is no more than any formula loses, beside the sizes of momenta.
+    fn new(geometry: &Geometry, met: &[f64], momenta: &[f64]) -> Option<Self> {
+        let most = met.iter().zip(momenta).enumerate().max_by(|(_, one), (_, other)| one.0.total_cmp(other.0));
+        let (a, (most, _)) = most.filter(|(_, (met, size))| **met > ORDINARY * **size)?;
+        let name = &geometry.names()[a];
+        Some(Self {
+            off: met.to_vec(),
+            finding: format!(
+                "where a force jumps is known to rounding alone, which leaves {most:.1e} of p_{name} open"
+            ),
+            remedy: "let it rise over some way, or count the coordinate from near that place".to_owned(),
+        })
     }
 }
 

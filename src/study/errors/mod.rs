@@ -13,12 +13,15 @@ mod carried;
 mod compare;
 mod conditioning;
 mod events;
+mod finding;
 mod further;
+mod places;
 
 pub(crate) use compare::{chain_error, sizes_of};
-pub(crate) use conditioning::{Places, lost_to};
+pub(crate) use conditioning::lost_to;
 pub(crate) use events::{OfRun, events_of_chain, pair, passed};
 pub(crate) use further::Further;
+pub(crate) use places::Places;
 
 use self::between::own_windows;
 use self::compare::{Points, end_coordinate};

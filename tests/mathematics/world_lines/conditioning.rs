@@ -31,7 +31,9 @@ fn judged<S: Real>(case: &Case, is_streamed: bool) -> (Run<S>, Judged) {
 fn doubt(case: &Case) -> String {
     let setup = case.setup::<f64>();
     let run: Run = match run(case, &setup, Wanted::default()).0 {
-        Err(NoRun::Unsolved(failure, _)) => return failure.reasons.lost.clone().unwrap_or_else(|| panic!("{failure}")),
+        Err(NoRun::Unsolved(failure, _)) => {
+            return failure.reasons.lost.as_ref().unwrap_or_else(|| panic!("{failure}")).finding.clone();
+        }
         run => run.unwrap_or_else(|none| panic!("{none:?}")),
     };
     let judged = run.judged(&setup, false, false);
@@ -77,6 +79,36 @@ fn a_formula_that_loses_less_than_the_accuracy_is_trusted() {
         let case = pushed(&badly.replace('K', "0.7").replace('E', "1e-3"), ACCURATE);
         let (_, judged) = judged::<f64>(&case, false);
         assert_eq!(judged.verdict.grade, Grade::Trusted, "{badly}: {:?}", judged.verdict);
+    }
+}
+
+/// A particle in a double well under a force of `t - start`, or of t with the phase that makes it the same.
+fn clocked(start: f64, phase: &str, rest: &str) -> Case {
+    let force =
+        if phase.is_empty() { format!("0.4*cos(1.3*(t - {start:?}))") } else { format!("0.4*cos(1.3*t{phase})") };
+    let text = format!(
+        "particle.law = \"newtonian\"\ngrid.gamma_f = 20.0\n{rest}\n\
+         initial = {{ t = {start:?}, x = 0.7, x_dot = 0.3 }}\n\
+         potential = {{ coordinates = [\"x\"], formula = \"x^4/4 - x^2/2\", force = {{ x = \"{force}\" }} }}\n"
+    );
+    parsed(&text, &[])
+}
+
+/// A time of 10⁶ is a double to 10⁻¹⁰, and so is what a force makes of it.
+#[test]
+fn a_clock_that_is_far_from_zero_has_the_error_of_its_rounding() {
+    let (near, _) = judged::<f64>(&clocked(0.0, "", "solver.accuracy = 1e-12"), false);
+    // Times that are sums of powers of two, so that differences from them are exact.
+    for start in [1_048_576.187_5, -7_340_031.5, 2.0_f64.powi(33) + 0.375] {
+        let (far, of_far) = judged::<f64>(&clocked(start, "", "solver.tolerance = 1e-13"), false);
+        let (off, error) = ((end(&far.line, "x") - end(&near.line, "x")).abs(), of_far.error.unwrap());
+        assert!(off <= error.at_most_at_end()[1], "{start}: {off:e} of {error:?}");
+        for phase in ["", " + 0.2"] {
+            let reason = doubt(&clocked(start, phase, "solver.accuracy = 1e-11"));
+            assert!(reason.starts_with("t is far from 0 beside what it moves by"), "{start}: {reason}");
+        }
+        let (_, judged) = judged::<f64>(&clocked(start, "", "solver.accuracy = 1e-3"), false);
+        assert_eq!(judged.verdict.grade, Grade::Trusted, "{start}: {:?}", judged.verdict);
     }
 }
 
