@@ -40,6 +40,12 @@ impl<S: Real> Deviation<S> {
         larger(self.max_interior, self.max_ends).to_f64()
     }
 
+    /// True if rounding may be all of the largest deviation: in the short windows at a kink D makes noise of that of
+    /// places. At the ends of windows there are momenta in place of D.
+    pub fn is_rounding(&self) -> bool {
+        self.heard.most().is_some_and(|most| self.drift() <= most.rounding)
+    }
+
     /// Joins the measures of the first part of a run, `self`, and of its second part, `next`, whose rows are kept.
     pub(super) fn followed_by(self, next: Self) -> Self {
         let max_interior = max_abs(&[self.max_interior, next.max_interior]);

@@ -118,9 +118,7 @@ impl<S: Real> Diagnostics<S> {
 
     /// The warning that K drifts, where motion is what it contributes to K.
     fn drift_of_motion(&self, drift: f64, line: &WorldLine<S>) -> Option<Reason> {
-        // In the short windows at a kink D makes noise of the rounding of places, and K has other values at their ends.
-        let is_rounding = self.norm.heard.most().is_some_and(|most| drift <= most.rounding);
-        let drift = if is_rounding { self.norm.max_ends.to_f64() } else { drift };
+        let drift = if self.norm.is_rounding() { self.norm.max_ends.to_f64() } else { drift };
         let is_small = drift <= DOUBTFUL_DRIFT * self.motion;
         // D makes noise of a motion that is no larger than the rounding of its place.
         let mut reaches = line.geometry().active().iter().map(|&a| self.reaches[a]);

@@ -8,8 +8,8 @@ use crate::trajectory::{Sample, Sampler};
 /// From so many to twice as many places of a run are kept, spread evenly over its windows as it goes.
 const PLACES: usize = 16;
 /// A window that goes no further than this share of where it is, in any coordinate, is at one place: it was cut to meet
-/// something that jumps there.
-const ONE_PLACE: f64 = 4.0 * f64::EPSILON;
+/// something that jumps there. Both ends are rounded, and windows are cut by factors.
+const ONE_PLACE: f64 = 16.0 * f64::EPSILON;
 
 /// Some places of a run, inside its windows, with the parameters that events have set before them.
 #[derive(Debug, Default)]
@@ -69,10 +69,11 @@ impl Places {
 
     /// Where a force jumps it acts from somewhere in a window of one place on: all that it does there is uncertain.
     fn see_met<S: Real>(&mut self, part: &WorldLine<S>) {
-        for index in 0..part.windows.len() {
+        // Where a run begins it has come from nowhere.
+        let first = usize::from(part.window_count == part.windows.len());
+        for index in first..part.windows.len() {
             let (start, end) = (part.joint(index), part.joint(index + 1));
-            let is_here = |(&from, &to): (&S, &S)| (to - from).abs() <= S::from(ONE_PLACE) * from.abs();
-            if start.q.iter().zip(end.q).all(is_here) {
+            if is_at_one_place(start.q, end.q) {
                 let changes = end.p.iter().zip(start.p).map(|(&to, &from)| (to - from).to_f64().abs());
                 self.met.iter_mut().zip(changes).for_each(|(met, change)| *met += change);
             }
@@ -109,4 +110,12 @@ impl Places {
     pub(super) fn met(&self) -> &[f64] {
         &self.met
     }
+}
+
+/// Returns true if a window with these ends is at one place: its coordinates move by no more than they are rounded by.
+/// One that rests, or comes from 0, as where it begins to move, says nothing of that.
+fn is_at_one_place<S: Real>(from: &[S], to: &[S]) -> bool {
+    let shares = || from.iter().zip(to).map(|(&from, &to)| ((to - from).abs(), from.abs()));
+    let mut known = shares().filter(|&(way, from)| way > S::ZERO && way < from).peekable();
+    known.peek().is_some() && known.all(|(way, from)| way <= S::from(ONE_PLACE) * from)
 }

@@ -112,6 +112,42 @@ fn a_clock_that_is_far_from_zero_has_the_error_of_its_rounding() {
     }
 }
 
+/// x and the width of a force 0.3/w in between have 16 digits, so that 10⁻¹⁶ x/w of what it does is open.
+#[test]
+fn the_place_of_a_jump_is_known_to_its_rounding() {
+    let (mut largest, mut is_doubted) = (0.0_f64, false);
+    for k in 1..=12_u32 {
+        let (begin, width, v) =
+            (5.0 + 0.3 * f64::from(k), 1e-5 * (1.0 + 0.1 * f64::from(k)), 0.8 + 0.01 * f64::from(k));
+        let (end, length, force) = (begin + width, 25.0, 0.3 / width);
+        // The doubles that stand in the case are what the place and the width are.
+        let exact = |number: f64| Extended::from(number);
+        let (width, two) = (exact(end) - exact(begin), exact(2.0));
+        let out = (exact(v) * exact(v) + two * exact(force) * width).sqrt();
+        let inside = two * width / (exact(v) + out);
+        let x = exact(end) + out * (exact(length) - exact(begin) / exact(v) - inside);
+        for accuracy in ["solver.tolerance = 1e-13", "solver.accuracy = 1e-11"] {
+            let text = format!(
+                "particle.law = \"newtonian\"\ngrid.gamma_f = {length:?}\n{accuracy}\n\
+                 initial = {{ x = 0.0, x_dot = {v:?} }}\npotential = {{ coordinates = [\"x\"], formula = \"0\", \
+                 force = {{ x = \"{force:?}*step(x - {begin:?})*step({end:?} - x)\" }} }}\n"
+            );
+            let (case, wanted) = (parsed(&text, &[]), Wanted::default());
+            let setup = case.setup::<f64>();
+            // What is refused is not wrong.
+            let Ok(run) = run(&case, &setup, wanted).0 else { continue };
+            let judged = run.judged(&setup, false, false);
+            let off = (exact(self::end(&run.line, "x")) - x).to_f64().abs();
+            let most = judged.error.unwrap().at_most_at_end()[1];
+            assert!(off <= most, "{k} {accuracy}: {off:e} of {most:e}");
+            largest = largest.max(off / x.to_f64());
+            let reason = judged.verdict.reasons.first().map_or(String::new(), ToString::to_string);
+            is_doubted |= reason.starts_with("where a force jumps is known to rounding alone");
+        }
+    }
+    assert!(largest > 1e-12 && is_doubted, "{largest:e}");
+}
+
 #[test]
 fn the_formula_that_loses_is_named_wherever_it_stands() {
     let rest = "particle.law = \"newtonian\"\ngrid.gamma_f = 3.0\ninitial = { x = 1.0, x_dot = 0.0 }\n";
