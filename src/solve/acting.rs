@@ -1,9 +1,10 @@
 //! Events that act: where a formula changes its sign the state is changed, and another run goes on from there.
 //!
-//! A formula that is zero where a run goes on has no sign there. The motion tells it: a step along its rates, as short
-//! as the formula resolves, and straight, so that the next zero of a flight however short is not passed.
+//! A formula that is zero where a run goes on has no sign there. The motion tells it: a step along it, as short as the
+//! formula resolves, so that the next zero of a flight however short is not passed. The step is one of fourth order, so
+//! that the first derivative counts that is not zero.
 
-use crate::geometry::{Geometry, Observable, Start};
+use crate::geometry::{Geometry, Observable, Point, Start};
 
 /// A formula is zero if it is no more than this multiple of what rounding of the state makes of it.
 const NOWHERE: f64 = 4.0;
@@ -80,7 +81,7 @@ impl Change {
 /// A formula at the beginning of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Beginning {
-    /// The sign that it has right behind the start; 0 if neither its value nor its slope is above rounding.
+    /// The sign that it has right behind the start; 0 if neither its value nor what it becomes is above rounding.
     pub(crate) side: f64,
     /// True if it is zero at the start up to rounding.
     pub(crate) is_zero: bool,
@@ -97,40 +98,74 @@ impl Beginning {
         norm: f64,
         (before, zero): (f64, f64),
     ) -> Self {
-        let (active, mut point) = (geometry.active(), geometry.point());
-        let mut q_dot = start.q_dot.clone();
-        let mut at = |q: &[f64], p: &[f64]| {
-            if point.evaluate(q, p).is_err() {
+        let (mut motion, mut q_dot) = (Motion::new(geometry), start.q_dot.clone());
+        let mut at = |motion: &mut Motion<'_>, state: &[f64]| {
+            let (q, p) = state.split_at(state.len() / 2);
+            if motion.point.evaluate(q, p).is_err() {
                 return f64::NAN;
             }
-            q_dot.iter_mut().enumerate().for_each(|(a, q_dot)| *q_dot = point.q_dot(a));
+            q_dot.iter_mut().enumerate().for_each(|(a, q_dot)| *q_dot = motion.point.q_dot(a));
             formula.at(q, &q_dot, p, norm)
         };
-        let (mut q, mut p) = (start.q.clone(), start.p.clone());
-        let here = at(&q, &p);
-        let mut noise = 0.0;
-        for a in 0..q.len() {
-            q[a] *= 1.0 + ROUNDING;
-            noise += (at(&q, &p) - here).abs();
-            q[a] = start.q[a];
-            p[a] *= 1.0 + ROUNDING;
-            noise += (at(&q, &p) - here).abs();
-            p[a] = start.p[a];
+        let mut state = [start.q.as_slice(), &start.p].concat();
+        let (here, rates) = (at(&mut motion, &state), motion.rates(&state));
+        // What rounding of the state makes of the value, and of the rates.
+        let (mut noise, mut of_rates) = (0.0, vec![0.0; state.len()]);
+        for k in 0..state.len() {
+            let value = state[k];
+            state[k] *= 1.0 + ROUNDING;
+            noise += (at(&mut motion, &state) - here).abs();
+            if let (Some(rates), Some(others)) = (&rates, motion.rates(&state)) {
+                let changes = others.iter().zip(rates).map(|(other, rate)| (other - rate).abs());
+                of_rates.iter_mut().zip(changes).for_each(|(noise, change)| *noise += change);
+            }
+            state[k] = value;
         }
-        let mut rates = geometry.point();
-        let slope = rates.evaluate(&start.q, &start.p).ok().and_then(|()| {
-            (1..=SHORTEST).find_map(|power| {
-                let step = before * 10.0_f64.powi(power - SHORTEST - 1);
-                q.iter_mut().enumerate().for_each(|(a, q)| *q = start.q[a] + step * rates.q_dot(a));
-                active.iter().enumerate().for_each(|(place, &a)| p[a] = start.p[a] + step * rates.p_dot(place));
-                let change = at(&q, &p) - here;
-                (change.abs() > NOWHERE * noise).then_some(change / step)
-            })
+        let slope = (1..=SHORTEST).find_map(|power| {
+            let step = before * 10.0_f64.powi(power - SHORTEST - 1);
+            let mut next = motion.step(&state, step)?;
+            let value = at(&mut motion, &next);
+            next.iter_mut().zip(&of_rates).for_each(|(next, noise)| *next += step * noise);
+            let noise = noise + (at(&mut motion, &next) - value).abs();
+            ((value - here).abs() > NOWHERE * noise).then_some((value - here) / step)
         });
         let slope = slope.unwrap_or(0.0);
         let late = 4.0 * ROUNDING * before * slope.abs();
         let is_zero = here.abs() <= NOWHERE * (noise + zero) + late;
         let sign = |value: f64| if value == 0.0 { 0.0 } else { value.signum() };
         Self { side: if is_zero { sign(slope) } else { sign(here) }, is_zero, noise }
+    }
+}
+
+/// A motion, by its Hamiltonian.
+struct Motion<'g> {
+    geometry: &'g Geometry,
+    point: Point,
+}
+
+impl<'g> Motion<'g> {
+    fn new(geometry: &'g Geometry) -> Self {
+        Self { point: geometry.point(), geometry }
+    }
+
+    /// The rates of q and p in a state of both; `None` outside of the domain.
+    fn rates(&mut self, state: &[f64]) -> Option<Vec<f64>> {
+        let n = state.len() / 2;
+        self.point.evaluate(&state[..n], &state[n..]).ok()?;
+        let mut rates: Vec<f64> = (0..n).map(|a| self.point.q_dot(a)).collect();
+        rates.resize(2 * n, 0.0);
+        self.geometry.active().iter().enumerate().for_each(|(place, &a)| rates[n + a] = self.point.p_dot(place));
+        Some(rates)
+    }
+
+    /// The state after a step, by the classical method of fourth order.
+    fn step(&mut self, state: &[f64], h: f64) -> Option<Vec<f64>> {
+        let along = |h: f64, rates: &[f64]| -> Vec<f64> { state.iter().zip(rates).map(|(y, f)| y + h * f).collect() };
+        let one = self.rates(state)?;
+        let two = self.rates(&along(0.5 * h, &one))?;
+        let three = self.rates(&along(0.5 * h, &two))?;
+        let four = self.rates(&along(h, &three))?;
+        let sum = |k: usize| (one[k] + 2.0 * two[k] + 2.0 * three[k] + four[k]) / 6.0;
+        Some(along(h, &(0..state.len()).map(sum).collect::<Vec<f64>>()))
     }
 }

@@ -208,7 +208,7 @@ fn add_up(line: &mut WorldLine, before: Option<&Piece>) {
     line.windows_unproved = line.windows_unproved.zip(before.windows_unproved).map(|(one, other)| one + other);
 }
 
-/// Returns true if the formula of an event that began and ended a piece is zero inside of it, up to rounding.
+/// Returns true if the formula of an event is zero inside of a piece, up to rounding of its end.
 fn is_low(setup: &Setup, line: &WorldLine, place: usize) -> bool {
     let (Place { geometry, start }, mut formula) = (&setup.place, setup.until[place].formula.clone());
     let norm = geometry.norm(&start.q, &start.q_dot);
@@ -240,7 +240,9 @@ fn changed(case: &Case, setup: &Setup, line: &WorldLine, first: usize) -> Result
         start = change.of(&here.place.geometry, &start, &values).ok_or(Status::OutsideDomain)?;
         acted.push((place, value));
         let (sides, zeros) = sides_at(&here, &start, (line.length, &acted));
-        next = zeros.into_iter().find(|other| !acted.iter().any(|(place, _)| place == other));
+        // What was zero before is left here, and not met.
+        let is_met = |other: &usize| !acted.iter().any(|(place, _)| place == other) && !is_low(setup, line, *other);
+        next = zeros.into_iter().find(is_met);
         here.sides = sides;
     }
     Ok((here, start, acted.into_iter().map(|(place, _)| place).collect()))

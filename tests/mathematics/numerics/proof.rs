@@ -156,6 +156,11 @@ fn what_begins_from_rest_is_proved() {
     let slow = (one + seventeenth) * cos(t / two.sqrt());
     let exact = one + seventeenth * cos(Extended::from(90.0)) - slow;
     is_proved(&newtonian(30, "\"x\", \"y\"", text), "y", exact, 1e-18);
+    // A pulse, which comes out of what is below the range of numbers: all of its tails are within 1e-1000.
+    let text = "potential.formula = \"0\"\npotential.force.x = \"5*exp(-((t - 11.3)/0.1)^2)\"\n\
+                initial = { x = 0, x_dot = 0 }";
+    let exact = number("0.5") * <Extended as Real>::PI.sqrt() * number("18.7");
+    is_proved(&newtonian(30, "\"x\"", text), "x", exact, 1e-24);
 }
 
 /// ẍ = −x + sin²(πt/100) cos 1.1t is driven by three tones.

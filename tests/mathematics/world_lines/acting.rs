@@ -307,3 +307,29 @@ fn kicks_at_equal_distances_do_not_pile_up() {
         assert!((found.line.end().q[1] - x).abs() < 1e-4, "{accuracy}: {} {x}", found.line.end().q[1]);
     }
 }
+
+/// Friction stops a body at x = 1/2 and holds it, until a load lets it go back. What `rest` watches is +, 0 as long as
+/// the body is held, and + again. Loads begin like powers of time, and one is 0 at 2.7 but for the rounding of its sum.
+#[test]
+fn what_is_held_at_zero_is_left_and_not_met() {
+    let (way, sin) = (1.3_f64, 1.3_f64.sin());
+    for (load, back) in [
+        ("9.15 + sin(t - 2.7) - 8.5 - fs", way - sin),
+        ("sin(t - 2.7)", way - sin),
+        ("t - 2.7", way.powi(3) / 6.0),
+        ("(t - 2.7)^3", way.powi(5) / 20.0),
+    ] {
+        let text = format!(
+            "particle.law = \"newtonian\"\ninitial = {{ x = 0.0, x_dot = 1.0 }}\ngrid.t_f = 4.0\n\
+             solver.accuracy = 1e-8\n[potential]\ncoordinates = [\"x\"]\nformula = \"0\"\n\
+             force = {{ x = \"-run*((1 + dir)/2 + (1 - dir)/2*load)\" }}\ndefinitions = {{ load = \"{load}\" }}\n\
+             parameters = {{ run = 1.0, dir = 1.0, fs = 0.65 }}\n[events.go]\nwhen = \"load\"\ndirection = \"up\"\n\
+             set = {{ run = \"1\" }}\n[events.rest]\nwhen = \"dir*run*x_dot\"\ndirection = \"down\"\n\
+             set = {{ x_dot = \"0\", run = \"0\", dir = \"-1\" }}\n"
+        );
+        let run = solved(&text, &[]).unwrap();
+        assert_eq!(run.acting_events, 2, "{load}");
+        let x = run.line.end().q[1];
+        assert!((x - (0.5 - back)).abs() < 1e-8, "{load}: {x}");
+    }
+}
