@@ -10,11 +10,16 @@ use super::equations::{Equations, number};
 use super::tables::{TABLES, UP};
 use crate::formula::run;
 use crate::number::ball::Disc;
+use crate::number::norm::larger;
 
 /// Radii of polydiscs, in units of the discs on the ellipse: as wide as these makes both cost the same.
 const REACH: f64 = 0.7;
-/// Where nothing moves, radii are this share of a coordinate.
-const AT_REST: f64 = 1e-10;
+/// Where nothing moves, radii are this share of a coordinate, which is a double,
+const AT_REST: f64 = f64::EPSILON;
+/// and this at 0.
+const NOWHERE: f64 = 1e-30;
+/// The errors at the start are within the polydisc by this factor.
+const ROOM: f64 = 8.0;
 
 /// Bounds on E × polydisc.
 pub(super) struct Bounds {
@@ -57,6 +62,16 @@ fn room(modes: &Row, most: &Row) -> f64 {
     32.0 * f64::EPSILON * modes.iter().zip(most).map(|(mode, most)| mode.abs() * most).sum::<f64>() * UP
 }
 
+/// Radii of a polydisc by unknown, with room for the set at the start, which reaches as far as `e_0`.
+fn reach(equations: &Equations<'_>, start: &[f64], e_0: &[f64], places: &[Discs]) -> Vec<f64> {
+    let of_disc = |((place, start), e_0): ((&Discs, &f64), &f64)| {
+        let moves = REACH * place.rad.iter().fold(0.0_f64, |most, rad| larger(most, *rad)) + AT_REST * start.abs();
+        moves + ROOM * e_0 + if moves == 0.0 { NOWHERE } else { 0.0 }
+    };
+    let of_active = places.iter().zip(start).zip(e_0).map(of_disc);
+    of_active.chain(std::iter::repeat_n(0.0, equations.unknowns - equations.active)).collect()
+}
+
 impl Ellipse {
     pub(super) fn new(equations: &Equations<'_>) -> Self {
         let disc = |constant| Discs::of(Disc::of(number(constant)));
@@ -73,6 +88,7 @@ impl Ellipse {
         &mut self,
         equations: &Equations<'_>,
         (start, h): (&[f64], f64),
+        e_0: &[f64],
         modes: &[Row],
     ) -> Result<Bounds, Option<Obstacle>> {
         // Loops, and no closures: what is not inlined has a call for each fused multiplication.
@@ -83,7 +99,7 @@ impl Ellipse {
         for k in 0..equations.active {
             places.push(place(start[k], h, &modes[k], &slopes[k]));
         }
-        let reach = equations.shared(&self.reach(equations, start, &places));
+        let reach = equations.shared(&reach(equations, start, e_0, &places));
         self.put(equations, places.iter().zip(&reach).map(|(place, reach)| widened(place, *reach)));
         run(&self.algebra, &equations.all_formulas, &mut self.of_slopes);
         run(&self.algebra, &equations.of_jacobian, &mut self.of_jacobian);
@@ -105,15 +121,6 @@ impl Ellipse {
         };
         let all = [&bounds.defect, &bounds.slope, &bounds.jacobian, &bounds.spread];
         if all.into_iter().flatten().all(|bound| *bound < f64::MAX) { Ok(bounds) } else { Err(None) }
-    }
-
-    /// Radii of a polydisc by unknown.
-    fn reach(&self, equations: &Equations<'_>, start: &[f64], places: &[Discs]) -> Vec<f64> {
-        let of_disc = |(place, start): (&Discs, &f64)| {
-            REACH * place.rad.iter().fold(0.0_f64, |most, rad| most.max(*rad)) + AT_REST * start.abs() + 1e-30
-        };
-        let of_active = places.iter().zip(start).map(of_disc);
-        of_active.chain(std::iter::repeat_n(0.0, equations.unknowns - equations.active)).collect()
     }
 
     fn put(&mut self, equations: &Equations<'_>, values: impl Iterator<Item = Discs>) {

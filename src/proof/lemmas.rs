@@ -262,7 +262,7 @@ fn defects(prover: &mut Prover<'_>, set: &Set, c: f64, (h, wrong): (f64, f64)) -
     let Prover { equations, approximate, defect, ellipse } = prover;
     let mut modes = approximate.slopes(equations, &set.start, h)?;
     modes[0][3] += wrong;
-    let bounds = ellipse.bounds(equations, (&set.start, h), &modes).ok()?;
+    let bounds = ellipse.bounds(equations, (&set.start, h), &set.sizes(), &modes).ok()?;
     let found = defect.at_nodes(equations, &set.start, h, &modes);
     let most = window::defect_most(&found, &bounds);
     let mut largest = [0.0_f64; 4];

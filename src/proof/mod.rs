@@ -217,7 +217,9 @@ impl Run<'_> {
                     let least = if longest > 0.0 { longest * SHORTEST } else { first * SHORTEST_FIRST };
                     // In the shortest windows numbers may leave the range first; longer ones have seen why.
                     refused = if reason == Reason::Short { refused } else { reason };
-                    if step <= least.max(2.0 * unit) {
+                    // Also where a step is not a number.
+                    let is_shorter_yet = step > least.max(2.0 * unit);
+                    if !is_shorter_yet {
                         return Err(self.reason(refused));
                     }
                     if longest > 0.0 { SHORTER } else { 0.5 }

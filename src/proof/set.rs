@@ -148,10 +148,10 @@ impl Set {
     }
 }
 
-/// The power of two below a size, or 1.
+/// The power of two below a size that is normal, or 1.
 fn power_of_two(size: f64) -> f64 {
-    let power = size.log2().floor().exp2();
-    if power.is_normal() { power } else { 1.0 }
+    let exponent_alone = f64::from_bits(size.to_bits() & f64::INFINITY.to_bits());
+    if exponent_alone.is_normal() { exponent_alone } else { 1.0 }
 }
 
 /// Bounds of Σ |F⁻¹ g| over vectors g, where the columns of F, one after another, are nearly orthonormal: with N = FᵀF

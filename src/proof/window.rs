@@ -52,7 +52,8 @@ impl Prover<'_> {
         let Self { equations, approximate, defect, ellipse } = self;
         let start = &set.start;
         let modes = approximate.slopes(equations, start, h).ok_or(Refused::Unbounded)?;
-        let bounds = ellipse.bounds(equations, (start, h), &modes);
+        let e_0 = set.sizes();
+        let bounds = ellipse.bounds(equations, (start, h), &e_0, &modes);
         let bounds = bounds.map_err(|obstacle| obstacle.map_or(Refused::Unbounded, Refused::Obstacle))?;
         let coefficients = approximate.adjoint(equations, start, h, &modes).ok_or(Refused::Unbounded)?;
         let found = defect.at_nodes(equations, start, h, &modes);
@@ -60,7 +61,6 @@ impl Prover<'_> {
         let matrices = Matrices::new(equations, h, &coefficients, &jacobian, &bounds).ok_or(Refused::Unbounded)?;
         let closing =
             Closing { equations, h, bounds: &bounds, matrices: &matrices, defect: defect_most(&found, &bounds) };
-        let e_0 = set.sizes();
         let epsilon = closing.epsilon(&e_0).ok_or(Refused::Unbounded)?;
         let (gain, parts) = closing.gain(&found, &epsilon).ok_or(Refused::Unbounded)?;
         let sizes = sizes(&found, start);

@@ -31,6 +31,9 @@ pub struct Continuation {
     /// True if these are momenta of mechanics with Newton's law; summaries of old versions had those of the geometry.
     #[serde(default)]
     is_mechanical: bool,
+    /// True if the decimals stand for doubles, and not for themselves, in more digits too.
+    #[serde(default)]
+    is_double: bool,
     /// K of q^a and dq^a/dγ, by which another space-time is known from the one of this run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     norm: Option<Digits>,
@@ -70,8 +73,11 @@ fn digits<S: Real>(value: S, low: S) -> Digits {
     [decimal, ((value - read) + low).to_decimal(S::MOST_DIGITS)]
 }
 
-fn sum<S: Real>(digits: &Digits) -> Option<Compensated<S>> {
-    let [value, dropped] = [S::from_decimal(&digits[0])?, S::from_decimal(&digits[1])?];
+fn sum<S: Real>(digits: &Digits, is_double: bool) -> Option<Compensated<S>> {
+    let read = |decimal: &String| {
+        if is_double { f64::from_decimal(decimal).map(S::from) } else { S::from_decimal(decimal) }
+    };
+    let [value, dropped] = [read(&digits[0])?, read(&digits[1])?];
     (value.is_finite() && dropped.is_finite()).then(|| Compensated::from(value).plus(dropped))
 }
 
@@ -97,6 +103,7 @@ impl Continuation {
                 digits(line.geometry().seen(a, p), line.geometry().seen(a, low))
             }),
             is_mechanical: true,
+            is_double: !S::IS_EXTENDED,
             norm: Some(digits(line.geometry().norm(&end.q, &end.q_dot), S::ZERO)),
             march: handed.march.clone(),
             error: None,
@@ -136,19 +143,19 @@ impl Continuation {
 
     /// The origin that t counts from in one coordinate.
     pub fn origin<S: Real>(&self) -> Option<S> {
-        Some(sum(self.t_counts_from.as_ref()?)?.high)
+        Some(sum(self.t_counts_from.as_ref()?, self.is_double)?.high)
     }
 
     /// K at the end, if that is known.
     pub fn norm<S: Real>(&self) -> Option<S> {
-        Some(sum(self.norm.as_ref()?)?.high)
+        Some(sum(self.norm.as_ref()?, self.is_double)?.high)
     }
 
     /// The state at the end, and what else the run hands on to one that goes the same way.
     pub fn state<S: Real>(&self, geometry: &Geometry<S>, is_backward: bool) -> Option<(Start<S>, Carried<S>)> {
         let (names, active) = (geometry.names(), geometry.active());
         let all = |values: &BTreeMap<String, Digits>| -> Option<Vec<Compensated<S>>> {
-            names.iter().map(|name| sum(values.get(name)?)).collect()
+            names.iter().map(|name| sum(values.get(name)?, self.is_double)).collect()
         };
         let (q, q_dot, mut p) = (all(&self.q)?, all(&self.q_dot)?, all(&self.p)?);
         if self.is_mechanical {

@@ -184,6 +184,20 @@ fn a_high_power_is_proved() {
     assert!((one.to_f64() + 0.040_746_2).abs() < 1e-7, "{}", one.to_decimal(20));
 }
 
+/// Powers of powers have exponents beyond the range of those that a power may have: (1 + x/n)^n is nearly exp x, and no
+/// power of another exponent.
+#[test]
+fn powers_of_powers_are_what_they_say() {
+    let rest = |formula: &str| format!("potential.formula = \"-({formula})/10\"\ninitial = {{ x = 0, x_dot = 1 }}");
+    for (a, b) in [(65_536_u64, 65_536), (65_536, 65_537), (131_072, 65_536), (46_341, 46_341)] {
+        let n = a * b;
+        let [(one, of_one), (other, of_other)] = [format!("((1 + x/{n})^{a})^{b}"), format!("exp({n}*ln(1 + x/{n}))")]
+            .map(|formula| end_of(&newtonian(1, "\"x\"", &rest(&formula)), "x"));
+        let off = (one - other).abs().to_f64();
+        assert!(off <= of_one + of_other && of_one < 1e-15 && of_other < 1e-15, "{a} {b}: {off:e} {of_one:e}");
+    }
+}
+
 /// In a plane wave A_y = 5 cos(t − z) an electron that is met at rest keeps t − z = γ, so that ẏ = 5 (cos γ − 1) and
 /// ż = ẏ²/2.
 #[test]
