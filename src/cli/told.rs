@@ -256,14 +256,14 @@ fn shortened(formula: &str) -> String {
     }
 }
 
-/// A drift at the ends of windows that is below this share of that inside says that there is noise inside.
-const NOISE: f64 = 1e-3;
+/// A drift by this share of the terms would alarm anyone; where it is rounding that is said.
+const ALARMING: f64 = 1e-3;
 
 /// By how much K drifts, or the energy of positions and velocities with Newton's law.
 fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
     if let Some(energy) = &diagnostics.energy {
         let (drift, ends) = (energy.drift(), energy.max_ends.to_f64());
-        return match energy.is_rounding() && ends < NOISE * drift {
+        return match energy.is_rounding() && drift > ALARMING * energy.heard.terms() {
             true => format!(
                 "the energy of positions and velocities by {ends:.1e} at the ends of windows, inside of \
                              which rounding hides it"
