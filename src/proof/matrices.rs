@@ -180,9 +180,9 @@ fn inverse_bound(d: usize, h: f64, of: &Polynomials) -> Option<Vec<f64>> {
         if has_rows && next.iter().zip(&bound).all(|(next, bound)| next <= bound) {
             return Some(bound);
         }
-        // A comparison that is false for NaN.
-        let is_moderate = next.iter().all(|next| *next < 1e30);
-        if !is_moderate {
+        // A comparison that is false for NaN. A body without mass has entries beyond 1e90.
+        let is_finite = next.iter().all(|next| *next < f64::MAX);
+        if !is_finite {
             return None;
         }
         bound = next.iter().map(|next| next * 1.02).collect();

@@ -207,10 +207,10 @@ impl Closing<'_, '_> {
         // What has hardly begun to move may be smaller than the bound of its error.
         let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k));
         let share = |i: usize| (own_way[i] + left[i]) / (0.3 * radii[i] + AIM * scale(i).max(e_0[i]) + TINY);
-        let worst = (0..self.equations.active).map(share).fold(0.0, larger);
-        let d = self.matrices.d;
         // Unknowns that rest at 0 with all of their kind have no scale.
         let counts = |k: usize| k < self.equations.active && scale(k) > TINY;
+        let worst = (0..self.equations.active).filter(|&k| counts(k)).map(share).fold(0.0, larger);
+        let d = self.matrices.d;
         let e = (0..d * d).filter(|at| counts(at % d) && counts(at / d)).map(|at| {
             let (row, column) = (at / d, at % d);
             let of_errors = e_0[column] / (e_0[row] + AIM * scale(row));
