@@ -143,14 +143,18 @@ impl Evaluated {
         self.exact.at(q, p)
     }
 
-    /// By how much the rounding of a coordinate changes each rate.
+    /// By how much the rounding of a coordinate changes each rate: by its derivative, as a jump that is next to the place
+    /// is met by windows of its own.
     fn rounded(&mut self, seen: &Seen, rates: &[Extended], coordinate: usize) -> Vec<f64> {
         let changed = |k: usize, value: f64| {
             let value = Extended::from(value);
-            if k == coordinate { value * (Extended::ONE + Extended::from(ROUNDING)) } else { value }
+            if k == coordinate { value * (Extended::ONE + Extended::from(CHANGE)) } else { value }
         };
         let others = self.exact(seen, changed);
-        others.iter().zip(rates).map(|(&other, &rate)| (other - rate).to_f64().abs()).collect()
+        let change = |(&other, &rate): (&Extended, &Extended)| {
+            ((other - rate) / Extended::from(CHANGE)).to_f64().abs() * ROUNDING
+        };
+        others.iter().zip(rates).map(change).collect()
     }
 
     /// The size of each rate with all that changes of its numbers by a share of these `sizes` make of it: very small

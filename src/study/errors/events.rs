@@ -11,10 +11,12 @@ use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::WorldLine;
 use crate::study::acting::{MARGIN, Piece};
-use crate::trajectory::{Crossing, EventSearch};
+use crate::trajectory::{Crossing, EventSearch, Sample};
 
 /// The last digits of a run, relative to γ, which two runs may round alike.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
+/// A coordinate is far from 0 if it is so many times its size.
+const FAR: f64 = 128.0;
 /// A run that is known until this share of it is known as a whole.
 const WHOLE: f64 = 1.0 - 1e-9;
 
@@ -72,6 +74,16 @@ pub(crate) fn passed<S: Real>(events: &[Crossing<S>], run: &OfRun, ends: impl Fn
     events.iter().filter(|event| ends(event.watch) && (end - event.sample.gamma.to_f64()).abs() > near).count()
 }
 
+/// By how much γ of an event is off as coordinates that are far from 0 beside their sizes are rounded, such as a time in
+/// seconds of a calendar.
+fn rounding<S: Real>(Sample { q, q_dot, .. }: &Sample<S>, sizes: &[f64]) -> f64 {
+    let late = |((q, rate), size): ((&S, &S), &f64)| {
+        let (q, rate) = (q.to_f64().abs(), rate.to_f64().abs());
+        if q > FAR * size && rate > 0.0 { 2.0 * f64::EPSILON * q / rate } else { 0.0 }
+    };
+    q.iter().zip(q_dot).zip(sizes).map(late).fold(0.0, larger)
+}
+
 /// Says of every event of a run by how much it is off, as those of its judge tell. Returns the first that only one of
 /// the two has met, if there is one: its watch.
 pub(crate) fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>], run: &OfRun) -> Option<usize> {
@@ -98,6 +110,9 @@ pub(crate) fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>]
         }
         // γ has the size of what of it is behind.
         most[0] = larger(most[0], run.least * from_start(event));
+        let late = rounding(&event.sample, &run.sizes);
+        let rates = std::iter::once(1.0).chain(event.sample.q_dot.iter().map(|rate| rate.to_f64().abs()));
+        most.iter_mut().zip(rates).for_each(|(most, rate)| *most = larger(*most, rate * late));
         event.off = Some(most.clone());
     }
     alone.extend(others.into_iter().flatten().map(|event| (from_start(event), event.watch)));

@@ -21,7 +21,7 @@ pub(crate) struct Finding {
 
 /// The number of the 16 digits that a share is, in words, and whether it is all.
 fn digits(share: f64) -> (String, bool) {
-    let (digits, is_all) = ((-f64::EPSILON.log10() + share.min(1.0).log10()).round(), share >= SHARE);
+    let (digits, is_all) = ((-f64::EPSILON.log10() + share.min(1.0).log10()).round().max(1.0), share >= SHARE);
     (if is_all { "all of its digits".to_owned() } else { format!("{digits} of its 16 digits") }, is_all)
 }
 

@@ -7,9 +7,12 @@ use crate::trajectory::{Sample, Sampler};
 
 /// From so many to twice as many places of a run are kept, spread evenly over its windows as it goes.
 const PLACES: usize = 16;
-/// A window that goes no further than this share of where it is, in any coordinate, is at one place: it was cut to meet
-/// something that jumps there. Both ends are rounded, and windows are cut by factors.
+/// A window in which a coordinate that goes as fast as it has gone comes no further than this share of where it has
+/// been is at one place: it was cut to meet something that jumps there. Both ends are rounded, and windows are cut by
+/// factors.
 const ONE_PLACE: f64 = 16.0 * f64::EPSILON;
+/// No window is at one place that is longer than this share of the run so far: a coordinate may hardly have moved.
+const SHORT: f64 = 1e-8;
 
 /// Some places of a run, inside its windows, with the parameters that events have set before them.
 #[derive(Debug, Default)]
@@ -18,6 +21,9 @@ pub(crate) struct Places {
     stride: usize,
     next: usize,
     seen: Vec<Seen>,
+    /// The largest |q^a| and |dq^a/dγ| so far, at the ends of windows.
+    largest: Vec<f64>,
+    fastest: Vec<f64>,
     /// By how much windows at one place have changed each momentum, in all.
     met: Vec<f64>,
 }
@@ -37,7 +43,9 @@ impl Places {
         let first = part.window_count - part.windows.len();
         if first == 0 {
             let met = vec![0.0; part.geometry().dimension()];
-            *self = Self { stride: 1, met, ..Self::default() };
+            let largest = part.joint(0).q.iter().map(|q| q.to_f64().abs()).collect();
+            let fastest = vec![0.0; met.len()];
+            *self = Self { stride: 1, met, largest, fastest, ..Self::default() };
         }
         self.see_met(part);
         if self.next >= PLACES * part.window_count {
@@ -69,11 +77,22 @@ impl Places {
 
     /// Where a force jumps it acts from somewhere in a window of one place on: all that it does there is uncertain.
     fn see_met<S: Real>(&mut self, part: &WorldLine<S>) {
-        // Where a run begins it has come from nowhere.
-        let first = usize::from(part.window_count == part.windows.len());
-        for index in first..part.windows.len() {
+        let (geometry, n) = (part.geometry(), self.largest.len());
+        let is_active: Vec<bool> = (0..n).map(|a| geometry.depends_on(a) || geometry.active().contains(&a)).collect();
+        let mut point = geometry.point();
+        for (index, window) in part.windows.iter().enumerate() {
             let (start, end) = (part.joint(index), part.joint(index + 1));
-            if is_at_one_place(start.q, end.q) {
+            if point.evaluate(end.q, end.p).is_ok() {
+                for a in 0..n {
+                    self.largest[a] = self.largest[a].max(end.q[a].to_f64().abs());
+                    self.fastest[a] = self.fastest[a].max(point.q_dot(a).to_f64().abs());
+                }
+            }
+            let [from, to] = window.gamma.map(S::to_f64);
+            let is_here = |a: usize| {
+                is_active[a] && self.fastest[a] > 0.0 && self.fastest[a] * (to - from) <= ONE_PLACE * self.largest[a]
+            };
+            if to - from <= SHORT * to && (0..n).any(is_here) {
                 let changes = end.p.iter().zip(start.p).map(|(&to, &from)| (to - from).to_f64().abs());
                 self.met.iter_mut().zip(changes).for_each(|(met, change)| *met += change);
             }
@@ -110,12 +129,4 @@ impl Places {
     pub(super) fn met(&self) -> &[f64] {
         &self.met
     }
-}
-
-/// Returns true if a window with these ends is at one place: its coordinates move by no more than they are rounded by.
-/// One that rests, or comes from 0, as where it begins to move, says nothing of that.
-fn is_at_one_place<S: Real>(from: &[S], to: &[S]) -> bool {
-    let shares = || from.iter().zip(to).map(|(&from, &to)| ((to - from).abs(), from.abs()));
-    let mut known = shares().filter(|&(way, from)| way > S::ZERO && way < from).peekable();
-    known.peek().is_some() && known.all(|(way, from)| way <= S::from(ONE_PLACE) * from)
 }

@@ -112,6 +112,40 @@ fn a_clock_that_is_far_from_zero_has_the_error_of_its_rounding() {
     }
 }
 
+/// A jump next to a place that is looked at is no loss, and an event by the clock is as uncertain as the clock is.
+#[test]
+fn a_clock_that_is_far_from_zero_may_have_switches_and_events() {
+    let mut known_events = 0;
+    let cases: [(f64, f64); 4] = [(1e3, 0.5), (1e6, 0.5), (1e6, 0.0), (1e9, 0.0)];
+    for (start, force) in cases {
+        let (switch, t_f) = (start + 1.2345, start + 4.0);
+        let text = format!(
+            "particle.law = \"newtonian\"\ngrid.t_f = {t_f:?}\nsolver.accuracy = 1e-10\n\
+             initial = {{ t = {start:?}, x = 0.5, x_dot = 0.3 }}\nevents.beat.when = \"sin(3*t)\"\n\
+             potential = {{ coordinates = [\"x\"], formula = \"0\", force = {{ x = \"{force}*step(t - {switch:?})\" }} }}\n"
+        );
+        let text = if force == 0.0 { text.replace(&format!("0*step(t - {switch:?})"), "0") } else { text };
+        let accuracy = if force == 0.0 { "solver.accuracy=1e-10" } else { "solver.accuracy=1e-4" };
+        let case = parsed(&text, &[accuracy]);
+        let (run, judged) = judged::<f64>(&case, false);
+        assert_eq!(judged.verdict.grade, Grade::Trusted, "{start}: {:?}", judged.verdict);
+        let x = 0.5 + 0.3 * 4.0 + 0.5 * force * (t_f - switch).powi(2);
+        assert!((end(&run.line, "x") - x).abs() < 1e-9, "{start}");
+        assert!(run.events.len() >= 3, "{start}");
+        for event in &run.events {
+            let Some(known) = &event.off else { continue };
+            // sin 3t changes its sign at multiples of π/3, to which t is compared in 70 digits.
+            let beats = Extended::from(3.0) * (Extended::from(start) + Extended::from(event.sample.gamma))
+                / <Extended as Real>::PI;
+            let off = (beats - Extended::from(beats.to_f64().round())).to_f64().abs() * std::f64::consts::PI / 3.0;
+            assert!(off <= known[0] + f64::EPSILON * start, "{start}: {off:e} {known:?}");
+            assert!(known[0] >= f64::EPSILON * start, "{start}: {known:?}");
+            known_events += 1;
+        }
+    }
+    assert!(known_events > 8, "{known_events}");
+}
+
 /// x and the width of a force 0.3/w in between have 16 digits, so that 10⁻¹⁶ x/w of what it does is open.
 #[test]
 fn the_place_of_a_jump_is_known_to_its_rounding() {
@@ -146,6 +180,29 @@ fn the_place_of_a_jump_is_known_to_its_rounding() {
         }
     }
     assert!(largest > 1e-12 && is_doubted, "{largest:e}");
+}
+
+/// The same where the force depends on time alone, and the coordinate is small beside the way that it goes: ẋ behind a
+/// pulse is v + F w, for the doubles that its ends are.
+#[test]
+fn the_place_of_a_jump_in_time_is_known_to_its_rounding() {
+    for k in 1..=12_u32 {
+        let (begin, width, v) = (1.5 + 0.03 * f64::from(k), 1e-7 / f64::from(k), 0.7 + 0.03 * f64::from(k));
+        let (end, force, x) = (begin + width, 1.0 / width, -v * begin * 1.000_1);
+        let exact = |number: f64| Extended::from(number);
+        let kick = exact(force) * (exact(end) - exact(begin));
+        let middle = (exact(end) + exact(begin)) / exact(2.0);
+        let known = exact(x) + exact(v) * exact(3.0) + kick * (exact(3.0) - middle);
+        let text = format!(
+            "particle.law = \"newtonian\"\ngrid.t_f = 3.0\nsolver.tolerance = 1e-11\n\
+             initial = {{ x = {x:?}, x_dot = {v:?} }}\npotential = {{ coordinates = [\"x\"], formula = \"0\", \
+             force = {{ x = \"{force:?}*step(t - {begin:?})*step({end:?} - t)\" }} }}\n"
+        );
+        let (run, judged) = judged::<f64>(&parsed(&text, &[]), false);
+        let off = (exact(self::end(&run.line, "x")) - known).to_f64().abs();
+        let most = judged.error.unwrap().at_most_at_end()[1];
+        assert!(off <= most, "{k}: {off:e} of {most:e}");
+    }
 }
 
 #[test]
