@@ -143,8 +143,8 @@ impl Evaluated {
         self.exact.at(q, p)
     }
 
-    /// By how much the rounding of a coordinate changes each rate: by its derivative, as a jump that is next to the place
-    /// is met by windows of its own.
+    /// By how much the rounding of a coordinate changes each rate: by its derivative, as a jump that is next to the
+    /// place is met by windows of its own.
     fn rounded(&mut self, seen: &Seen, rates: &[Extended], coordinate: usize) -> Vec<f64> {
         let changed = |k: usize, value: f64| {
             let value = Extended::from(value);

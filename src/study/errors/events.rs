@@ -74,8 +74,8 @@ pub(crate) fn passed<S: Real>(events: &[Crossing<S>], run: &OfRun, ends: impl Fn
     events.iter().filter(|event| ends(event.watch) && (end - event.sample.gamma.to_f64()).abs() > near).count()
 }
 
-/// By how much γ of an event is off as coordinates that are far from 0 beside their sizes are rounded, such as a time in
-/// seconds of a calendar.
+/// By how much γ of an event is off as coordinates that are far from 0 beside their sizes are rounded, such as a time
+/// in seconds of a calendar.
 fn rounding<S: Real>(Sample { q, q_dot, .. }: &Sample<S>, sizes: &[f64]) -> f64 {
     let late = |((q, rate), size): ((&S, &S), &f64)| {
         let (q, rate) = (q.to_f64().abs(), rate.to_f64().abs());

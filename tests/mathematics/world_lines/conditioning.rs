@@ -122,7 +122,8 @@ fn a_clock_that_is_far_from_zero_may_have_switches_and_events() {
         let text = format!(
             "particle.law = \"newtonian\"\ngrid.t_f = {t_f:?}\nsolver.accuracy = 1e-10\n\
              initial = {{ t = {start:?}, x = 0.5, x_dot = 0.3 }}\nevents.beat.when = \"sin(3*t)\"\n\
-             potential = {{ coordinates = [\"x\"], formula = \"0\", force = {{ x = \"{force}*step(t - {switch:?})\" }} }}\n"
+             potential = {{ coordinates = [\"x\"], formula = \"0\", \
+             force = {{ x = \"{force}*step(t - {switch:?})\" }} }}\n"
         );
         let text = if force == 0.0 { text.replace(&format!("0*step(t - {switch:?})"), "0") } else { text };
         let accuracy = if force == 0.0 { "solver.accuracy=1e-10" } else { "solver.accuracy=1e-4" };
