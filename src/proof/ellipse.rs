@@ -14,9 +14,9 @@ use crate::number::norm::larger;
 
 /// Radii of polydiscs, in units of the discs on the ellipse: as wide as these makes both cost the same.
 const REACH: f64 = 0.7;
-/// Where nothing moves, radii are this share of a coordinate,
+/// Where nothing moves, radii are this share of a coordinate.
 const AT_REST: f64 = 1e-10;
-/// and this at 0.
+/// Where nothing moves at 0, radii are this.
 const NOWHERE: f64 = 1e-30;
 /// The errors at the start are within the polydisc by this factor.
 const ROOM: f64 = 8.0;

@@ -218,8 +218,8 @@ impl Run<'_> {
                     // In the shortest windows numbers may leave the range first; longer ones have seen why.
                     refused = if reason == Reason::Short { refused } else { reason };
                     // Also where a step is not a number.
-                    let is_shorter_yet = step > least.max(2.0 * unit);
-                    if !is_shorter_yet {
+                    let can_be_shorter = step > least.max(2.0 * unit);
+                    if !can_be_shorter {
                         return Err(self.reason(refused));
                     }
                     if longest > 0.0 { SHORTER } else { 0.5 }

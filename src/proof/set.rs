@@ -124,9 +124,9 @@ impl Set {
     /// The smaller columns g = F (F⁻¹ g) become columns of F times bounds of Σ |F⁻¹ g|. Coordinates are scaled by
     /// powers of two.
     ///
-    /// What is covered becomes larger. Columns of a box are larger than those that they cover, so that they are covered
-    /// again only when there are many such: as often as the logarithm of the number of windows says, and what they grow
-    /// by altogether is a power of that number.
+    /// A set that is covered becomes larger. Columns of a box are larger than those that they cover, so that they are
+    /// covered again only when there are many such: as often as the logarithm of the number of windows says, and all
+    /// growth together is a power of that number.
     fn reduce(&mut self) -> Option<()> {
         let d = self.start.len();
         let scales: Vec<f64> = self.columns.iter().map(|row| power_of_two(sum_of_sizes(row))).collect();

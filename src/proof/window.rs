@@ -204,7 +204,7 @@ impl Closing<'_, '_> {
         let none = vec![0.0; sizes.len()];
         let own = applied(&self.matrices.a_most, &self.way(&none, &self.defect));
         let own_way = self.way(&own, &self.remainder(&own)?);
-        // What has hardly begun to move may be smaller than the bound of its error.
+        // An unknown that has hardly begun to move may be smaller than the bound of its error.
         let scale = |k: usize| set.size(k, sizes[k]).max(1e-3 * set.size_of_kind(k));
         let share = |i: usize| (own_way[i] + left[i]) / (0.3 * radii[i] + AIM * scale(i).max(e_0[i]) + TINY);
         // Unknowns that rest at 0 with all of their kind have no scale.

@@ -109,7 +109,7 @@ impl Beginning {
         };
         let mut state = [start.q.as_slice(), &start.p].concat();
         let (here, rates) = (at(&mut motion, &state), motion.rates(&state));
-        // What rounding of the state makes of the value, and of the rates.
+        // Rounding of the state makes this of the value, and of the rates.
         let (mut noise, mut of_rates) = (0.0, vec![0.0; state.len()]);
         for k in 0..state.len() {
             let value = state[k];

@@ -86,7 +86,7 @@ pub struct Reasons {
     pub off_table: Option<OffTable>,
     /// The event at which it failed, if one acted there.
     pub event: Option<LastEvent>,
-    /// What loses more digits than the accuracy leaves, if something does.
+    /// A formula that loses more digits than the accuracy leaves, if one does.
     pub lost: Option<Lossy>,
 }
 

@@ -64,7 +64,7 @@ fn a_set_that_turns_grows_no_faster_than_what_is_added() {
             set.advance(equations, &proved).unwrap();
         }
     });
-    // What is added is a square, which turns: its width is 4/π of its edge in the mean.
+    // A square is added, which turns: its width is 4/π of its edge in the mean.
     let least = f64::from(windows) * 1e-20 * 4.0 / std::f64::consts::PI;
     let radius = set.radii()[0];
     assert!(radius > 0.99 * least && radius < 2.0 * least, "{radius:e} {least:e}");

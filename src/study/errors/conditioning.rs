@@ -21,8 +21,10 @@ const CHANGE: f64 = 1.0 / (1_u128 << 80) as f64;
 const PATTERNS: u32 = 8;
 /// A run to an accuracy is a march with a tolerance of about this share of it.
 const OF_TOLERANCE: f64 = 1e-2;
-/// What rounding moves a number by at most, as a share of it.
+/// Rounding moves a number by this share of it at most.
 const ROUNDING: f64 = 0.5 * f64::EPSILON;
+/// A coordinate is far from 0 if it is so many times what it moves by: its rounding is more than is ordinary then.
+pub(super) const FAR: f64 = ORDINARY / ROUNDING;
 
 /// What was found of the formulas of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -199,7 +201,7 @@ impl Largest {
     /// The first coordinate whose rounding is more than is ordinary beside what it moves by. One that rests is not
     /// rounded.
     fn far(&self, q: &[f64]) -> Option<usize> {
-        let is_far = |(q, &range): (&f64, &f64)| range > 0.0 && ROUNDING * q.abs() > ORDINARY * range;
+        let is_far = |(q, &range): (&f64, &f64)| range > 0.0 && q.abs() > FAR * range;
         q.iter().zip(&self.ranges).position(is_far)
     }
 

@@ -5,6 +5,7 @@
 //! by chance, so that no event is said to be better than those before; and in a window that both have they agree on
 //! anything, so that none is better than the tolerance of the finer run, as no other place is.
 
+use super::conditioning::FAR;
 use crate::case::Case;
 use crate::engine::Rounds;
 use crate::number::Real;
@@ -15,8 +16,6 @@ use crate::trajectory::{Crossing, EventSearch, Sample};
 
 /// The last digits of a run, relative to γ, which two runs may round alike.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
-/// A coordinate is far from 0 if it is so many times its size.
-const FAR: f64 = 128.0;
 /// A run that is known until this share of it is known as a whole.
 const WHOLE: f64 = 1.0 - 1e-9;
 

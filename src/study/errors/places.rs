@@ -21,7 +21,7 @@ pub(crate) struct Places {
     stride: usize,
     next: usize,
     seen: Vec<Seen>,
-    /// The largest |q^a| and |dq^a/dγ| so far, at the ends of windows.
+    /// The largest |q^a| so far, at the ends of windows, and the largest mean |dq^a/dγ| in one that is not short.
     largest: Vec<f64>,
     fastest: Vec<f64>,
     /// By how much windows at one place have changed each momentum, in all.
@@ -77,22 +77,22 @@ impl Places {
 
     /// Where a force jumps it acts from somewhere in a window of one place on: all that it does there is uncertain.
     fn see_met<S: Real>(&mut self, part: &WorldLine<S>) {
-        let (geometry, n) = (part.geometry(), self.largest.len());
-        let is_active: Vec<bool> = (0..n).map(|a| geometry.depends_on(a) || geometry.active().contains(&a)).collect();
-        let mut point = geometry.point();
+        let geometry = part.geometry();
         for (index, window) in part.windows.iter().enumerate() {
             let (start, end) = (part.joint(index), part.joint(index + 1));
-            if point.evaluate(end.q, end.p).is_ok() {
-                for a in 0..n {
-                    self.largest[a] = self.largest[a].max(end.q[a].to_f64().abs());
-                    self.fastest[a] = self.fastest[a].max(point.q_dot(a).to_f64().abs());
-                }
-            }
             let [from, to] = window.gamma.map(S::to_f64);
-            let is_here = |a: usize| {
-                is_active[a] && self.fastest[a] > 0.0 && self.fastest[a] * (to - from) <= ONE_PLACE * self.largest[a]
-            };
-            if to - from <= SHORT * to && (0..n).any(is_here) {
+            let (h, is_short) = (to - from, to - from <= SHORT * to);
+            let mut is_here = false;
+            for (a, (&before, &behind)) in start.q.iter().zip(end.q).enumerate() {
+                self.largest[a] = self.largest[a].max(behind.to_f64().abs());
+                if !is_short {
+                    self.fastest[a] = self.fastest[a].max((behind - before).to_f64().abs() / h);
+                }
+                let (fastest, room) = (self.fastest[a], ONE_PLACE * self.largest[a]);
+                let is_active = geometry.depends_on(a) || geometry.active().contains(&a);
+                is_here |= is_short && is_active && fastest > 0.0 && fastest * h <= room;
+            }
+            if is_here {
                 let changes = end.p.iter().zip(start.p).map(|(&to, &from)| (to - from).to_f64().abs());
                 self.met.iter_mut().zip(changes).for_each(|(met, change)| *met += change);
             }
