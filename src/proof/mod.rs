@@ -141,6 +141,16 @@ pub struct Proof {
 
 /// Proves where a motion ends. `goes_on` hears after every window how far it came, and may stop the proof.
 pub fn prove(motion: &Motion<'_>, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof {
+    proved(motion, false, goes_on)
+}
+
+/// Proves it in windows of half the length that they may have, which has other defects and other errors. As both are
+/// theorems about one motion, what they say of its end has to agree.
+pub fn prove_finer(motion: &Motion<'_>, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof {
+    proved(motion, true, goes_on)
+}
+
+fn proved(motion: &Motion<'_>, is_finer: bool, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof {
     let begun = Instant::now();
     // The state is q and p. The velocities of a run that is continued have no more digits than were written.
     let (q, p) = (motion.start.q.clone(), motion.start.p.clone());
@@ -160,6 +170,7 @@ pub fn prove(motion: &Motion<'_>, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof
             ellipse: Ellipse::new(&equations),
             equations,
         },
+        is_finer,
         reached: 0.0,
         windows: 0,
     };
@@ -172,6 +183,8 @@ pub fn prove(motion: &Motion<'_>, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof
 struct Run<'g> {
     prover: Prover<'g>,
     set: Set,
+    /// True if windows have half the length that they may have.
+    is_finer: bool,
     /// Exact up to the last window, as lengths of windows are.
     reached: f64,
     windows: usize,
@@ -208,6 +221,8 @@ impl Run<'_> {
                             return Err(self.reason(refused));
                         }
                         let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
+                        let half = on_grid(0.5 * step, unit);
+                        let proved = if self.is_finer { self.window(goal, half)? } else { proved };
                         self.take(proved)?;
                         refused = Reason::Short;
                         factor

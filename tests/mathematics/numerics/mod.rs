@@ -15,6 +15,7 @@ mod methods;
 mod orbits;
 mod presets;
 mod proof;
+mod proof_digits;
 mod published;
 mod reference;
 mod rounding;

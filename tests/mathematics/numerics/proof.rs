@@ -1,12 +1,12 @@
-//! Ends of motions, proved: of random ones against Taylor series in 50 digits, and of those that have one against a
-//! closed form. None is outside of its radius.
+//! Ends of motions, proved: of random ones against Taylor series in 50 digits and against proofs in windows of half the
+//! length, and of those that have one against a closed form. None is outside of its radius.
 //!
 //! Random scenes are those of the bench `promise`. `PROOF_DRAWS` is the number of draws of each family.
 
 use geodesic_ivp::Case;
-use geodesic_ivp::geometry::{Geometry, Start};
+use geodesic_ivp::geometry::Start;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::proof::{Motion, Proof, Until, prove};
+use geodesic_ivp::proof::{Motion, Proof, Until, prove, prove_finer};
 use geodesic_ivp::reference::ReferenceTrajectory;
 use geodesic_ivp::solve::{Limit, Setup};
 
@@ -27,6 +27,9 @@ struct Tally {
     proved: usize,
     compared: usize,
     largest: f64,
+    with_finer: usize,
+    /// The largest distance of two proofs beside the sum of their radii.
+    largest_of_finer: f64,
     refused: Vec<String>,
     /// Draws that are no case, or have no reference.
     others: Vec<String>,
@@ -52,6 +55,26 @@ impl Tally {
         }
     }
 
+    /// Two proofs of one motion say nothing that both cannot be.
+    fn see_finer(&mut self, what: &str, proof: &Proof, finer: &Proof) {
+        let (Ok(found), Ok(finer)) = (&proof.end, &finer.end) else { return };
+        for (one, other) in found.iter().zip(finer) {
+            let off = (one.value - other.value).abs().to_f64();
+            let together = one.radius + other.radius;
+            assert!(off <= together, "{what}: {off:e} of {:e} + {:e}", one.radius, other.radius);
+            self.with_finer += 1;
+            self.largest_of_finer = self.largest_of_finer.max(off / together.max(f64::MIN_POSITIVE));
+        }
+    }
+
+    /// Compares the proof of an end with that of a reference and with a finer proof.
+    fn compare(&mut self, what: &str, motion: &Motion<'_>, end: &Start<Extended>, own: f64) -> bool {
+        let proof = prove(motion, &mut |_| true);
+        self.see(what, &proof, end, own);
+        self.see_finer(what, &proof, &prove_finer(motion, &mut |_| true));
+        proof.end.is_ok()
+    }
+
     /// Draws a scene of a family, proves where it ends, and compares that.
     fn draw(&mut self, what: &str, template: &str, random: &mut random::Random) {
         let (text, mut settings, _) = scenes::drawn(template, random);
@@ -67,22 +90,18 @@ impl Tally {
             return self.others.push(format!("{what}: no reference"));
         };
         let own = reference.error_estimate();
-        let proof = proved(geometry, start, Until::Length(length));
+        let motion = Motion { geometry, start, unused: None, until: Until::Length(length) };
+        let is_proved = self.compare(what, &motion, &reference.at(length), own);
         self.draws += 1;
-        self.proved += usize::from(proof.end.is_ok());
-        self.see(what, &proof, &reference.at(length), own);
+        self.proved += usize::from(is_proved);
         // Where time is a coordinate, also at a time on the way.
         let time = reference.at(length * Extended::from(0.7)).q[0];
-        let has_time = geometry.names()[0] == "t" && proof.end.is_ok();
+        let has_time = geometry.names()[0] == "t" && is_proved;
         if has_time && let Ok(until) = ReferenceTrajectory::length_of(geometry, start, 0, time, DIGITS) {
-            let proof = proved(geometry, start, Until::Value(0, time));
-            self.see(&format!("{what} to t"), &proof, &reference.at(until), own);
+            let motion = Motion { until: Until::Value(0, time), ..motion };
+            self.compare(&format!("{what} to t"), &motion, &reference.at(until), own);
         }
     }
-}
-
-fn proved(geometry: &Geometry<Extended>, start: &Start<Extended>, until: Until) -> Proof {
-    prove(&Motion { geometry, start, unused: None, until }, &mut |_| true)
 }
 
 #[test]
@@ -92,15 +111,17 @@ fn no_end_of_a_random_motion_is_outside_of_its_radius() {
     for (name, template) in template::families(FAMILIES) {
         (0..draws).for_each(|draw| tally.draw(&format!("{name} {draw}"), template, &mut random));
     }
-    let Tally { draws, proved, compared, largest, refused, others } = tally;
+    let Tally { draws, proved, compared, largest, with_finer, largest_of_finer, refused, others } = tally;
     println!("{proved} of {draws} draws are proved, {compared} ends compared, {largest:.2} of a radius");
+    println!("{with_finer} ends compared with finer proofs, {largest_of_finer:.2} of both radii");
     println!("refused:\n{}\nnot drawn:\n{}", refused.join("\n"), others.join("\n"));
     assert!(compared > 40 && largest > 1e-6, "{compared} {largest}");
+    assert!(with_finer > 40 && largest_of_finer > 1e-6, "{with_finer} {largest_of_finer}");
     assert!(proved as f64 >= 0.9 * draws as f64, "{proved} of {draws}");
 }
 
 /// The proved end of a coordinate of a case that begins at 0 where nothing depends on it, and its radius.
-fn end_of(text: &str, name: &str) -> (Extended, f64) {
+pub(super) fn end_of(text: &str, name: &str) -> (Extended, f64) {
     let case = Case::parse("case", text, &[]).unwrap_or_else(|error| panic!("{error}"));
     let setup: Setup<Extended> = case.setup();
     let geometry = &*setup.place.geometry;
@@ -118,14 +139,14 @@ fn end_of(text: &str, name: &str) -> (Extended, f64) {
 
 /// Asserts that a closed form is within a radius below `most`.
 #[track_caller]
-fn is_proved(text: &str, name: &str, exact: Extended, most: f64) {
+pub(super) fn is_proved(text: &str, name: &str, exact: Extended, most: f64) {
     let (value, radius) = end_of(text, name);
     let off = (value - exact).abs().to_f64();
     println!("{name} = {}, {off:.1e} of {radius:.1e}", value.to_decimal(25));
     assert!(off <= radius && radius < most, "{text}: {name} = {}, {off:e} of {radius:e}", value.to_decimal(30));
 }
 
-fn number(text: &str) -> Extended {
+pub(super) fn number(text: &str) -> Extended {
     Extended::from_decimal(text).unwrap()
 }
 
@@ -133,7 +154,7 @@ fn cos(x: Extended) -> Extended {
     Real::cos(x)
 }
 
-fn newtonian(length: u32, coordinates: &str, rest: &str) -> String {
+pub(super) fn newtonian(length: impl std::fmt::Display, coordinates: &str, rest: &str) -> String {
     format!(
         "particle.law = \"newtonian\"\ngrid.gamma_f = {length}\nsolver.accuracy = 1e-8\n\
          potential.coordinates = [{coordinates}]\n{rest}"
