@@ -74,7 +74,8 @@ impl<S: Real> Fields<'_, S> {
         let (window, n) = (&self.run.windows[index], self.velocities.len());
         let (first, middle) = (window.nodes().start, window.points() / 2);
         let of_constraints = 1.0 + row_sum(window, 0);
-        let constraints = Place::of(gamma_at(self.run, index, first), vec![of_constraints; n]);
+        let by = [vec![of_constraints; n], vec![0.0; n]].concat();
+        let constraints = Place::of(gamma_at(self.run, index, first), by);
         let rows = (0..n).flat_map(|a| [0, middle].map(|k| (a, k))).map(|(a, k)| {
             let weight = window.sbp().weights()[k].to_f64();
             self.residual_place(index, first + k, a).scaled(weight)
@@ -111,7 +112,7 @@ impl<S: Real> Fields<'_, S> {
         (0..2 * n).map(of).filter(|change| change.is_finite()).sum()
     }
 
-    /// What may change f_a + F_a at node k of a window.
+    /// What may change f_a + F_a at node k of a window: errors of all coordinates there, and then of every force.
     fn force_place(&self, index: usize, k: usize, a: usize) -> Place {
         let (structure, n, window) = (self.structure(), self.velocities.len(), &self.run.windows[index]);
         let q_dot = |b: usize| if b < n { self.velocities[b][k].to_f64() } else { 1.0 };
@@ -143,8 +144,9 @@ impl<S: Real> Fields<'_, S> {
             }
         }
         let row_sum = row_sum(window, k - window.nodes().start);
-        let by: Vec<f64> = positions.iter().zip(&velocities).map(|(q, u)| q.abs() + row_sum * u.abs()).collect();
+        let mut by: Vec<f64> = positions.iter().zip(&velocities).map(|(q, u)| q.abs() + row_sum * u.abs()).collect();
         let rounding = self.rounding(index, &by, structure.first.len() + 2, terms) + self.jump(index, k, a);
+        by.extend((0..n).map(|b| f64::from(u8::from(b == a))));
         Place { terms, rounding, ..Place::of(gamma_at(self.run, index, k), by) }
     }
 }

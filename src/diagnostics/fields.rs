@@ -167,8 +167,12 @@ impl<S: Real> Fields<'_, S> {
             pairs(ab).for_each(|[a, b]| positions[c] += u[a] * g * q_dot(b));
         }
         let row_sum = row_sum(window, k - window.nodes().start);
-        let by: Vec<f64> = positions.iter().zip(&velocities).map(|(q, u)| q.abs() + row_sum * u.abs()).collect();
+        let mut by: Vec<f64> = positions.iter().zip(&velocities).map(|(q, u)| q.abs() + row_sum * u.abs()).collect();
         let rounding = self.rounding(index, &by, structure.values.len() + 2, terms);
+        if matches!(weights, Weights::Velocities) {
+            by.resize(2 * n, 0.0);
+            by.push(1.0);
+        }
         Place { terms, rounding, ..Place::of(gamma_at(self.run, index, k), by) }
     }
 
@@ -179,11 +183,14 @@ impl<S: Real> Fields<'_, S> {
         let last = self.run.windows.len() - 1;
         let mut place = self.place(last, self.run.windows[last].exact().end - 1, Weights::Constants(&[(a, S::ONE)]));
         let Some(force) = &self.force else { return place };
+        // Errors of the force itself come behind those of coordinates.
+        place.by.resize(2 * n, 0.0);
         for window in &self.run.windows {
             let weights = window.sbp().weights();
             for k in window.nodes() {
                 let weight = weights[k - window.nodes().start].to_f64();
                 place.terms += weight * self.forces[a][k].to_f64().abs();
+                place.by[n + a] += weight;
                 for &ForceTerm { by: [variable], value, .. } in structure.force_first.iter().filter(|term| term.a == a)
                 {
                     let slope = weight * force.at(value, k).to_f64().abs();

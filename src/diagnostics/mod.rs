@@ -250,9 +250,9 @@ impl<S: Real> Diagnostics<S> {
         charges.iter().chain(&self.sums).fold(0.0, |most, charge| larger(most, charge.heard.share()))
     }
 
-    /// The reasons to doubt a run that its witnesses give, where its coordinates are off by at most `errors`: every
-    /// number that it should keep, and the defect between its nodes. Errors that are not known explain everything that
-    /// is a number.
+    /// The reasons to doubt a run that its witnesses give: every number that it should keep, and the defect between its
+    /// nodes. Its coordinates are off by at most `errors`, and behind them is what rounding takes from every force and
+    /// from K. Errors that are not known explain everything that is a number.
     pub fn unexplained(&self, line: &WorldLine<S>, errors: Option<&[f64]>) -> Vec<Reason> {
         let (names, mut found) = (line.geometry().names(), Vec::new());
         let remedy = if line.accuracy.is_some() { SMALLER_ACCURACY } else { FINER_GRID };

@@ -29,7 +29,8 @@ pub struct Place {
     pub change: f64,
     /// The sizes of the terms of the witness, Σ |term|.
     pub terms: f64,
-    /// By how much an error of each coordinate, of one unit, may change the witness there.
+    /// By how much an error of one unit may change the witness there: of each coordinate, and behind them of each force
+    /// and of K itself, as far as it contains these.
     pub(super) by: Vec<f64>,
     /// The rounding of its terms.
     pub(super) rounding: f64,

@@ -146,7 +146,8 @@ impl Between {
         let tolerances = || {
             let mut state: Vec<f64> = solver.start.q.iter().map(|q| q.high).chain(momenta.iter().copied()).collect();
             active.iter().zip(&solver.start.p).for_each(|(&a, p)| state[n + a] = p.high);
-            let weights: Vec<f64> = (0..n).map(|a| solver.inverse_size(a)).collect();
+            let weight = |a: usize| solver.inverse_size(a) * if rests(solver, a) { AT_REST * accuracy } else { 1.0 };
+            let weights: Vec<f64> = (0..n).map(weight).collect();
             tolerated_rates(geometry, &weights, [&state[..]], length, HIDDEN_SHARE * accuracy)
         };
         // A window can be shortened, and is not looked at more closely. A kink is where it is for as long as its gap.
@@ -157,6 +158,20 @@ impl Between {
         });
         hidden.max_by(|one, other| one.change.total_cmp(&other.change)).filter(|hidden| hidden.change > 1.0)
     }
+}
+
+/// Elsewhere so many times the accuracy is tolerated of what it is for a coordinate at rest, which may be pushed by its
+/// rounding alone: how such a push grows, as on top of a hill, is seen in no error, since there is none.
+const AT_REST: f64 = HIDDEN_SHARE / f64::EPSILON;
+
+/// True if an active coordinate has one value on all nodes of the window, and its momentum does not change.
+fn rests(solver: &Solver<'_, POINTS>, a: usize) -> bool {
+    let (active, m) = (solver.geometry.active(), solver.geometry.active().len());
+    active.iter().position(|&other| other == a).is_some_and(|place| {
+        let values = &solver.unknown_nodes(place).0;
+        let is_constant = values.iter().all(|value| *value == values[0]);
+        is_constant && [place, m + place].iter().all(|&row| solver.rows[row].increment == 0.0)
+    })
 }
 
 pub(super) struct Looked {

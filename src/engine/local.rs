@@ -23,6 +23,10 @@ use crate::number::vector::{Lanes, Level, Nodes};
 /// rounding they do not fall, and four of them have the size of the others.
 const SLOWEST_DECAY: f64 = 0.9;
 const MOST_UNSEEN: f64 = 2.0 * SLOWEST_DECAY / (1.0 - SLOWEST_DECAY);
+/// s of Newton's law is no result, and ṡ is a square of velocities: it oscillates twice as fast as the motion, so that
+/// windows are shorter by half for it at most, and its errors, of orders n and 2n − 1, 2ⁿ and half of 4ⁿ times larger
+/// than the others. V may be nothing but rounding, of which no window is short enough.
+const TWICE_AS_FAST: f64 = (1_u64 << super::POINTS) as f64;
 /// Slopes on the nodes are rounded in their last digit, and polynomials through them are up to three times as far off.
 const ROUNDING_OF_SLOPES: f64 = 4.0 * f64::EPSILON;
 
@@ -101,17 +105,33 @@ impl<const N: usize> Solver<'_, N> {
         // It is not 0, so that what is seen elsewhere can raise the errors.
         let factor = END[usize::from(is_second)] * larger(roughness, f64::EPSILON) * h;
         let mut end = factor / h * most;
+        let of_s = if self.geometry.results() < self.geometry.dimension() {
+            ignorable.len().wrapping_sub(1)
+        } else {
+            usize::MAX
+        };
         for k in 0..ignorable.len() {
             let (rate, inverse) = (Lanes::new(s, &registers[ignorable[k]]), ways[k].counted(*is_shortest));
             let [a, tail, next, _] = modes(s, highest, rate).map(|mode| beyond(mode, ways[k].noise));
             let largest = rate.abs().largest();
-            inside = larger(inside, h * larger(a, 0.5 * next) / (n - 1.0) * inverse);
+            // Where nothing else is off, as in a potential of t alone, s is all that there is to see.
+            let most_of =
+                |factor: f64, error: f64| if k == of_s && error > 0.0 { factor * error } else { f64::INFINITY };
+            let of_way = h * larger(a, 0.5 * next) / (n - 1.0) * inverse;
+            inside = larger(inside, at_most(of_way, most_of(TWICE_AS_FAST, inside)));
             // It is integrated once, whatever the order of the others is.
             let roughness = if largest > 0.0 { tail / largest } else { 0.0 };
-            end = larger(end, END[0] * roughness * h * larger(a, next) * inverse);
+            let of_way = END[0] * roughness * h * larger(a, next) * inverse;
+            end = larger(end, at_most(of_way, most_of(0.5 * TWICE_AS_FAST * TWICE_AS_FAST, end)));
         }
         LocalErrors { inside: INSIDE_MARGIN * inside, end, tail: most, roughness }
     }
+}
+
+/// The smaller number; NaN stays.
+#[inline(always)]
+fn at_most(value: f64, most: f64) -> f64 {
+    if value > most { most } else { value }
 }
 
 /// The part of a number above the noise in it.

@@ -35,16 +35,18 @@ pub(super) fn coordinate_errors<S: Real>(
     (0..geometry.results()).map(of).collect()
 }
 
-/// The reasons to doubt a run that its witnesses give, beside this error if one is known.
+/// The reasons to doubt a run that its witnesses give, beside this error if one is known, where rounding takes so much
+/// from what it is certified with.
 pub(super) fn suspicions<S: Real>(
     line: &WorldLine<S>,
     diagnostics: &Diagnostics<S>,
     error: Option<&RunError>,
+    of_certificate: &[f64],
 ) -> Vec<Reason> {
     // Beside an error that is large by itself, what it does to a witness is no longer in proportion to it.
     let is_small =
         |error: &&RunError| coordinate_errors(line, diagnostics, error).iter().all(CoordinateError::is_small);
-    let claimed = error.filter(is_small).map(RunError::at_most);
+    let claimed = error.filter(is_small).map(|error| [error.at_most().as_slice(), of_certificate].concat());
     let mut suspicions = diagnostics.suspicions(line);
     suspicions.extend(diagnostics.unexplained(line, claimed.as_deref()));
     suspicions
@@ -71,7 +73,7 @@ pub fn facts_of_run<S: Real>(
         reference: reference.map(relative),
         stepped_over: error.map_or(0.0, |error| error.stepped_over),
         digits: line.digits,
-        suspicions: suspicions(line, diagnostics, error),
+        suspicions: suspicions(line, diagnostics, error, &[]),
         is_unjudged: false,
     }
 }

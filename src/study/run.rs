@@ -10,7 +10,7 @@ use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
 use crate::solve::{NoSolution, Off, Setup, WorldLine, solve_window_by_window};
 use crate::study::acting::{Chains, Piece, Stopped};
-use crate::study::errors::{Further, OfRun, Places, RunError, lost_to, pair, passed, reference_error, run_error};
+use crate::study::errors::{Further, OfRun, Places, RunError, lost_to, own_error, pair, passed, reference_error};
 use crate::study::facts::{coordinate_errors, facts_of_run, suspicions};
 use crate::study::proof::ProofOfRun;
 use crate::study::solved::{EveryWindow, solved};
@@ -296,14 +296,15 @@ impl<S: Real> Run<S> {
         let samples = if self.is_whole { &[] } else { self.samples.as_slice() };
         let reference = if reference { reference_error(setup, line, samples) } else { None };
         let is_estimated = line.error_estimate.is_some() || (reference.is_none() && setup.settings.is_judged);
-        let estimate = || is_estimated.then(|| run_error(setup, line, samples)).flatten();
+        let estimate = || is_estimated.then(|| own_error(setup, line, samples, self.further.noise())).flatten();
         let estimate = self.error.clone().or_else(estimate);
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
         let known = estimate.as_ref().or(reference.as_ref());
         let facts = facts_of_run(line, diagnostics, known, contradiction);
         // What the run does not make itself may explain what its witnesses see.
         let all = known.map(|error| self.further.added(error));
-        let facts = VerdictInput { suspicions: suspicions(line, diagnostics, all.as_ref()), ..facts };
+        let suspicions = suspicions(line, diagnostics, all.as_ref(), &self.further.of_certificate());
+        let facts = VerdictInput { suspicions, ..facts };
         let facts = VerdictInput { is_unjudged: !setup.settings.is_judged, ..facts };
         let mut verdict = Verdict::new(&facts);
         let newtonian = diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);

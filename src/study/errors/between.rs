@@ -29,6 +29,8 @@ pub(super) struct Between<'g> {
     k: f64,
     start: Vec<f64>,
     length: f64,
+    /// What rounding takes from K, as its formulas lose digits.
+    lost: f64,
     /// The integral of |ΔK| over the γ that was looked at.
     drift: f64,
     seen: f64,
@@ -42,13 +44,14 @@ pub(super) struct Between<'g> {
 }
 
 impl<'g> Between<'g> {
-    pub(super) fn new(geometry: &'g Geometry, start: &Start, length: f64) -> Self {
+    pub(super) fn new(geometry: &'g Geometry, start: &Start, length: f64, lost: f64) -> Self {
         let (n, m) = (start.q.len(), geometry.active().len());
         Self {
             geometry,
             k: geometry.norm(&start.q, &start.q_dot),
             start: start.p.clone(),
             length,
+            lost,
             drift: 0.0,
             seen: 0.0,
             motion: 0.0,
@@ -65,7 +68,7 @@ impl<'g> Between<'g> {
         self.motion = larger(self.motion, motion);
         self.seen += length.abs();
         // NaN is no rounding.
-        let is_rounding = delta_k.abs() <= ROUNDING * largest_term.abs();
+        let is_rounding = delta_k.abs() <= ROUNDING * largest_term.abs() + self.lost;
         if !is_rounding {
             self.drift += length.abs() * delta_k.abs();
         }
@@ -132,12 +135,12 @@ impl<'g> Between<'g> {
 
 /// The share of its way by which a run to an accuracy may be off because of what lies between its nodes: 0 if its
 /// windows were proved to see everything. Otherwise the march is done once more, over the first windows of a very long
-/// run.
-pub(super) fn own_windows<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> f64 {
+/// run. Rounding takes `lost` from K.
+pub(super) fn own_windows<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, lost: f64) -> f64 {
     let Some(accuracy) = line.accuracy.filter(|_| line.windows_unproved != Some(0)) else { return 0.0 };
     let (geometry, start) = (&*setup.rough.geometry, &*setup.rough.start);
     let length = line.length.to_f64();
-    let mut between = Between::new(geometry, start, length);
+    let mut between = Between::new(geometry, start, length, lost);
     let Ok(mut engine) = Engine::accurate(geometry, start, length, accuracy) else { return 0.0 };
     engine.set_floors(&setup.floors);
     // It has the windows of the run, but for the last digit of its length, and does not fail where that did not.
@@ -184,7 +187,7 @@ mod tests {
                 0 => Engine::accurate(&geometry, &start, length, Accuracy::Local(1e-4)).unwrap(),
                 _ => Engine::equal(&geometry, &start, length, windows, 8).unwrap(),
             };
-            let (mut off, mut motion, mut seen) = (0.0, 0.0_f64, Between::new(&geometry, &start, length));
+            let (mut off, mut motion, mut seen) = (0.0, 0.0_f64, Between::new(&geometry, &start, length, 0.0));
             while let Some(window) = engine.next().unwrap() {
                 let (h, dense) = (window.length, window.dense());
                 seen.see(&window, &dense);

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::places::Places;
 use crate::case::Case;
 use crate::engine::Accuracy;
 use crate::geometry::{Geometry, Start};
@@ -18,11 +19,18 @@ const ACCURACY: [f64; 2] = [1e-13, 1e-3];
 const LESS: f64 = 10.0;
 /// They are compared at so many places, spread evenly over the run, and at its end.
 const PLACES: usize = 256;
+/// From so many to twice as many nodes of a run are kept.
+const KEPT: usize = 256;
 /// A change of the start that is smaller than this share of the motion is made so large, and what comes of it smaller
 /// again: two runs that are as accurate as doubles allow differ by some 1e-12 in any case.
 const VISIBLE: f64 = 1e-6;
 /// What comes of it is taken to be in proportion up to this share of the motion.
 const PROPORTIONAL: f64 = 1e-2;
+
+/// The accuracy of windows where rounding takes this share from slopes.
+pub(super) fn accuracy_beside(lost: f64) -> f64 {
+    (LESS * lost).clamp(ACCURACY[0], ACCURACY[1])
+}
 
 /// How far a run reaches, and what rounding takes from its slopes.
 #[derive(Debug)]
@@ -33,6 +41,15 @@ pub(super) struct Extent {
     pub(super) end_coordinate: Option<usize>,
     /// The share that slopes lose.
     pub(super) lost: f64,
+}
+
+/// A run of the same motion again, from its start or from near it.
+#[derive(Debug)]
+pub(super) struct Along {
+    /// Its states at equal distances of γ.
+    states: Vec<Start>,
+    /// Some of its nodes.
+    pub(super) places: Places,
 }
 
 /// An error along a run.
@@ -46,30 +63,79 @@ pub(super) struct Carried {
     pub(super) end: Vec<f64>,
 }
 
-/// The error that a start which is off by `off` makes along the run of `setup`, which reaches so far. `None` if it is
-/// not known: two runs from the two starts are compared, and one of them has no end.
-///
-/// This is all that is known of how errors travel. It grows as errors of this motion do: linearly where the motion is
-/// regular, exponentially in chaos, also through events that act. A loss of rates that lasts for a whole run of length
-/// L is no more than an error L times as large at its start, as far as errors do not shrink on the way.
-pub(super) fn carried<S: Real>(case: &Case, setup: &Setup<S>, extent: &Extent, off: &Off) -> Option<Carried> {
-    let Place { geometry, start } = &setup.rough;
-    let base = states(case, setup, extent, (**start).clone())?;
-    let sizes = sizes(geometry, &base);
-    let share = |off: &[f64], sizes: &[f64]| {
-        let shares = off.iter().zip(sizes).filter(|(_, size)| **size > 0.0).map(|(off, size)| (off / size).abs());
-        shares.fold(0.0, f64::max)
-    };
-    let visible = VISIBLE / share(&off.q, &sizes.q).max(share(&off.p, &sizes.p));
-    for factor in [visible.clamp(1.0, 1.0 / f64::MIN_POSITIVE), 1.0] {
-        let other = moved(geometry, start, off, factor).and_then(|start| states(case, setup, extent, start));
-        let found = other.map(|other| compared(geometry, [&base, &other], factor, extent.end_coordinate));
-        let is_proportional = |found: &Carried| factor * share(&found.largest, &sizes.q) <= PROPORTIONAL;
-        if factor == 1.0 || found.as_ref().is_some_and(is_proportional) {
-            return found;
-        }
+impl Along {
+    /// The run of `setup`, which reaches so far, from its start. `None` if it does not get to the end.
+    pub(super) fn new<S: Real>(case: &Case, setup: &Setup<S>, extent: &Extent) -> Option<Self> {
+        Self::from(case, setup, extent, (*setup.rough.start).clone())
     }
-    None
+
+    /// The error that a start which is off by `off` makes along this run. `None` if it is not known: two runs from the
+    /// two starts are compared, and one of them has no end.
+    ///
+    /// This is all that is known of how errors travel. It grows as errors of this motion do: linearly where the motion
+    /// is regular, exponentially in chaos, also through events that act. A loss of rates that lasts for a whole run of
+    /// length L is no more than an error L times as large at its start, as far as errors do not shrink on the way.
+    pub(super) fn carried<S: Real>(
+        &self,
+        case: &Case,
+        setup: &Setup<S>,
+        extent: &Extent,
+        off: &Off,
+    ) -> Option<Carried> {
+        let (geometry, base) = (&setup.rough.geometry, &self.states);
+        let sizes = sizes(geometry, base);
+        let share = |off: &[f64], sizes: &[f64]| {
+            let shares = off.iter().zip(sizes).filter(|(_, size)| **size > 0.0).map(|(off, size)| (off / size).abs());
+            shares.fold(0.0, f64::max)
+        };
+        let visible = VISIBLE / share(&off.q, &sizes.q).max(share(&off.p, &sizes.p));
+        for factor in [visible.clamp(1.0, 1.0 / f64::MIN_POSITIVE), 1.0] {
+            let other = moved(geometry, &setup.rough.start, off, factor);
+            let other = other.and_then(|start| Self::from(case, setup, extent, start));
+            let found = other.map(|other| compared(geometry, [base, &other.states], factor, extent.end_coordinate));
+            let is_proportional = |found: &Carried| factor * share(&found.largest, &sizes.q) <= PROPORTIONAL;
+            if factor == 1.0 || found.as_ref().is_some_and(is_proportional) {
+                return found;
+            }
+        }
+        None
+    }
+
+    fn from<S: Real>(
+        case: &Case,
+        setup: &Setup<S>,
+        &Extent { length, lost, .. }: &Extent,
+        start: Start,
+    ) -> Option<Self> {
+        let mut setup = setup.in_f64();
+        let place = Place { start: Arc::new(start), ..setup.rough.clone() };
+        (setup.rough, setup.place, setup.carried) = (place.clone(), place, None);
+        setup.limit = Limit::Length(length);
+        setup.until.retain(|until| until.change.is_some());
+        setup.settings.sensitivity = false;
+        let (mut states, mut places, from): (Vec<Start>, Places, f64) = (Vec::new(), Places::of(KEPT), setup.gamma_i);
+        let mut see = |part: &WorldLine, set: &[(usize, f64)]| {
+            places.see(part, set);
+            let (mut sampler, before) = (Sampler::new(part), part.signed(part.gamma_i - from));
+            // A run may begin again.
+            if part.windows.len() == part.window_count {
+                states.clear();
+            }
+            while states.len() <= PLACES {
+                let here = length * (states.len() as f64 / PLACES as f64) - before;
+                let Ok(Sample { q, q_dot, p, .. }) = sampler.at_gamma(part.gamma_at(here)) else { break };
+                states.push(part.turned(Start { q, q_dot, p }));
+            }
+        };
+        let accuracy = Accuracy::Estimated(accuracy_beside(lost));
+        if setup.has_acting_events() {
+            chain(case, &setup, accuracy, false).ok()?.iter().for_each(|piece| see(&piece.line, &piece.setup.set));
+        } else {
+            setup.settings.accuracy = Some(accuracy);
+            solve_window_by_window(&setup, &mut |part| see(part, &setup.set)).ok()?;
+        }
+        (states.len() > PLACES).then_some(Self { states, places })
+    }
 }
 
 /// The sizes of coordinates and momenta along a run. Ignorable coordinates count from its start.
@@ -87,42 +153,6 @@ fn moved(geometry: &Geometry, start: &Start, off: &Off, factor: f64) -> Option<S
     let (q, p): (Vec<f64>, Vec<f64>) = (add(&start.q, &off.q), add(&start.p, &off.p));
     let q_dot = geometry.velocities(&q, &p).ok()?;
     Some(Start { q, q_dot, p })
-}
-
-/// The states of a run from another start at equal distances of γ; `None` if it does not get to the end.
-fn states<S: Real>(
-    case: &Case,
-    setup: &Setup<S>,
-    &Extent { length, lost, .. }: &Extent,
-    start: Start,
-) -> Option<Vec<Start>> {
-    let mut setup = setup.in_f64();
-    let place = Place { start: Arc::new(start), ..setup.rough.clone() };
-    (setup.rough, setup.place, setup.carried) = (place.clone(), place, None);
-    setup.limit = Limit::Length(length);
-    setup.until.retain(|until| until.change.is_some());
-    setup.settings.sensitivity = false;
-    let (mut found, from): (Vec<Start>, f64) = (Vec::new(), setup.gamma_i);
-    let mut see = |part: &WorldLine| {
-        let (mut sampler, before) = (Sampler::new(part), part.signed(part.gamma_i - from));
-        // A run may begin again.
-        if part.windows.len() == part.window_count {
-            found.clear();
-        }
-        while found.len() <= PLACES {
-            let here = length * (found.len() as f64 / PLACES as f64) - before;
-            let Ok(Sample { q, q_dot, p, .. }) = sampler.at_gamma(part.gamma_at(here)) else { break };
-            found.push(part.turned(Start { q, q_dot, p }));
-        }
-    };
-    let accuracy = Accuracy::Estimated((LESS * lost).clamp(ACCURACY[0], ACCURACY[1]));
-    if setup.has_acting_events() {
-        chain(case, &setup, accuracy, false).ok()?.iter().for_each(|piece| see(&piece.line));
-    } else {
-        setup.settings.accuracy = Some(accuracy);
-        solve_window_by_window(&setup, &mut see).ok()?;
-    }
-    (found.len() > PLACES).then_some(found)
 }
 
 /// What two runs differ by, of which the second one began off by `factor` times the error that is looked for. Where a

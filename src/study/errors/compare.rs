@@ -15,7 +15,7 @@ use crate::study::acting::Piece;
 use crate::trajectory::{Sample, Sampler};
 
 /// The accuracy of every window of the second solve. What they add up to is estimated on its way.
-const ACCURACY: f64 = 1e-13;
+pub(super) const ACCURACY: f64 = 1e-13;
 
 /// The largest number of windows of the second solve: the first number is per node of the run, and the second one is
 /// allowed in any case.
@@ -112,13 +112,13 @@ impl<'l, S: Real> Points<'l, S> {
     }
 
     /// Compares with a second solve from `place`. `None` if that does not reach the end.
-    pub(super) fn with_second_solve(&self, place: &Place) -> Option<RunError> {
+    pub(super) fn with_second_solve(&self, place: &Place, accuracy: f64, lost: f64) -> Option<RunError> {
         let (geometry, start) = (&*place.geometry, &*place.start);
         let (most, last) = (WINDOWS.1.max(WINDOWS.0 * self.gamma.len()), self.gamma.len() - 1);
         let length = self.gamma[last].to_f64();
-        let mut engine = Engine::accurate(geometry, start, length, Accuracy::Estimated(ACCURACY)).ok()?;
+        let mut engine = Engine::accurate(geometry, start, length, Accuracy::Estimated(accuracy)).ok()?;
         let (mut found, mut next) = (RunError::none(start.q.len()), 0);
-        let mut between = Between::new(geometry, start, length);
+        let mut between = Between::new(geometry, start, length, lost);
         let (mut q, mut p) = (vec![Vec::new(); start.q.len()], vec![Vec::new(); geometry.active().len()]);
         let (mut end, mut end_p) = (start.q.clone(), start.p.clone());
         // Windows that may add up to anything are never begun again.
@@ -154,7 +154,7 @@ impl<'l, S: Real> Points<'l, S> {
 
     /// Compares with a Taylor reference of as many digits, with that from `place` in `f64`. `None` if that does not
     /// reach the end.
-    pub(super) fn with_taylor(&self, place: &Place) -> Option<RunError> {
+    pub(super) fn with_taylor(&self, place: &Place, lost: f64) -> Option<RunError> {
         let WorldLine { length, digits, place: Place { geometry, start }, .. } = self.line;
         let reference = ReferenceTrajectory::new(geometry, start, *length, *digits).ok()?;
         let mut found = RunError::none(geometry.dimension());
@@ -167,7 +167,7 @@ impl<'l, S: Real> Points<'l, S> {
         let (off_end, at_end) = (off(last, &end.q), end.in_f64());
         let off_p = self.momenta_at_end(&place.geometry, &off_end, &at_end);
         found.see(self.at_end(off_end, &at_end.q_dot));
-        let mut between = Between::new(&place.geometry, &place.start, length.to_f64());
+        let mut between = Between::new(&place.geometry, &place.start, length.to_f64(), lost);
         if !S::IS_EXTENDED {
             between.see_points(middles(PROBES).map(|share| reference.at(*length * S::from(share)).in_f64()).collect());
         }
@@ -248,7 +248,7 @@ pub(crate) fn chain_error(pieces: &[Piece], coarser: &[Piece], (margin, round): 
     }
     found.see(in_others(found.end.clone(), end_coordinate(&end.setup, last), &last.end().q_dot));
     let (distance, whole) = (relative(&found.largest), last.length);
-    let stepped_over = pieces.iter().map(|piece| own_windows(&piece.setup, &piece.line)).fold(0.0, larger);
+    let stepped_over = pieces.iter().map(|piece| own_windows(&piece.setup, &piece.line, 0.0)).fold(0.0, larger);
     let least = round.error(0.0);
     let error = RunError { own: sizes.iter().map(|size| least * size).collect(), stepped_over, ..found };
     Some(ChainError { error, distance, good_until: good.map(|good| good.unwrap_or(whole)) })

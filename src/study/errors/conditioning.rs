@@ -8,6 +8,7 @@ use super::finding::{Finding, of_coordinate, of_formula};
 use super::places::{Places, Seen};
 use crate::case::Case;
 use crate::geometry::{Geometry, GeometryText, WrittenRates};
+use crate::number::norm::larger;
 use crate::number::{Extended, Real};
 use crate::solve::{Lossy, NoSolution, Setup, Status};
 
@@ -50,10 +51,11 @@ pub(crate) struct Lost {
 }
 
 impl Formulas {
-    /// Looks at the formulas of a run of `case` at these places.
-    pub(crate) fn new<S: Real>(case: &Case, setup: &Setup<S>, places: &Places) -> Self {
+    /// Looks at the formulas of a run of `case` at these places. Returns also what rounding takes at most from
+    /// what a run is certified with: the forces f_a + F_a of the Lagrangian, and K.
+    pub(super) fn new<S: Real>(case: &Case, setup: &Setup<S>, places: &Places) -> (Self, Vec<f64>) {
         if S::IS_EXTENDED {
-            return Self::Conditioned;
+            return (Self::Conditioned, Vec::new());
         }
         let mut found = Largest::new(places.ranges());
         let mut here: Option<Evaluated> = None;
@@ -61,7 +63,7 @@ impl Formulas {
             if here.as_ref().is_none_or(|here| here.set != seen.set) {
                 here = Evaluated::new(case, setup, seen);
             }
-            let Some(here) = &mut here else { return Self::Unknown };
+            let Some(here) = &mut here else { return (Self::Unknown, Vec::new()) };
             found.see(here, seen);
         }
         found.told()
@@ -77,7 +79,7 @@ pub(crate) fn lost_to<S: Real>(case: &Case, setup: &Setup<S>, mut places: Places
     let place = |name: &String| setup.rough.geometry.names().iter().position(|other| other == name);
     let end: Vec<(usize, f64)> = why.point.iter().filter_map(|(name, value)| Some((place(name)?, *value))).collect();
     places.see_ends(&setup.rough.start, &end);
-    match Formulas::new(case, setup, &places) {
+    match Formulas::new(case, setup, &places).0 {
         Formulas::Lost(Lost { finding: Finding { sentence, far, .. }, share, .. })
             if share > OF_TOLERANCE * accuracy =>
         {
@@ -87,9 +89,31 @@ pub(crate) fn lost_to<S: Real>(case: &Case, setup: &Setup<S>, mut places: Places
     }
 }
 
+/// What rounding takes from the rates at a place: q̇^a and then ṗ_a.
+pub(super) struct Losses {
+    pub(super) exact: Vec<Extended>,
+    /// What is computed minus what is exact, in each way in which the run computes rates.
+    pub(super) computed: Vec<Vec<f64>>,
+    /// The same in size of what a run is certified with: of the forces of the Lagrangian, and of K. As q̇^a is
+    /// g^ab p_b, what g^ab is off by makes Δq̇^a of velocities, and −p_a Δq̇^a of K.
+    certified: Vec<f64>,
+    /// By how much the rounding of a coordinate that is far from 0 may move each.
+    pub(super) rounded: Vec<f64>,
+}
+
+impl Losses {
+    fn largest(&self) -> Vec<f64> {
+        let mut all = self.rounded.clone();
+        for (k, all) in all.iter_mut().enumerate() {
+            *all += self.computed.iter().fold(0.0_f64, |most, off| most.max(off[k].abs()));
+        }
+        all
+    }
+}
+
 /// The rates of a case in both precisions, where events have set these parameters.
-struct Evaluated {
-    set: Vec<(usize, f64)>,
+pub(super) struct Evaluated {
+    pub(super) set: Vec<(usize, f64)>,
     text: GeometryText,
     rough: Geometry,
     exact: WrittenRates<Extended>,
@@ -100,7 +124,7 @@ struct Evaluated {
 }
 
 impl Evaluated {
-    fn new<S: Real>(case: &Case, setup: &Setup<S>, Seen { q, set, .. }: &Seen) -> Option<Self> {
+    pub(super) fn new<S: Real>(case: &Case, setup: &Setup<S>, Seen { q, set, .. }: &Seen) -> Option<Self> {
         let changed = if set.is_empty() { None } else { Some(case.with_parameters(set, q)?) };
         let rough = changed.as_ref().map_or_else(|| (*setup.rough.geometry).clone(), Case::geometry);
         let text = changed.as_ref().unwrap_or(case).geometry_text.clone();
@@ -119,30 +143,48 @@ impl Evaluated {
         (&self.text, &self.rough, self.count)
     }
 
-    /// The rates as they are computed, each in all ways in which it is: q̇^a and then ṗ_a.
-    fn computed(&self, Seen { q, p, .. }: &Seen) -> Vec<Vec<f64>> {
+    /// The rates as they are computed by Hamilton's equations, and by the Lagrangian: q̇^a and then ṗ_a.
+    pub(super) fn computed(&self, Seen { q, p, .. }: &Seen) -> [Vec<f64>; 2] {
         let (n, mut point) = (q.len(), self.rough.point());
         let mut rates = vec![f64::NAN; 2 * n];
         if point.evaluate(q, p).is_err() {
-            return vec![rates];
+            return [rates.clone(), rates];
         }
         (0..n).for_each(|a| rates[a] = point.q_dot(a));
         rates[n..].fill(0.0);
         self.rough.active().iter().enumerate().for_each(|(place, &a)| rates[n + a] = point.p_dot(place));
-        if !self.is_given {
-            return vec![rates];
-        }
-        let forces = self.rough.forces(q, &rates[..n]);
-        let of_lagrangian = [&rates[..n], &forces].concat();
-        vec![rates, of_lagrangian]
+        let of_lagrangian = [&rates[..n], &self.rough.forces(q, &rates[..n])].concat();
+        [rates, of_lagrangian]
     }
 
     /// The rates in 70 digits.
-    fn exact(&mut self, seen: &Seen, changed: impl Fn(usize, f64) -> Extended) -> Vec<Extended> {
+    pub(super) fn exact(&mut self, seen: &Seen, changed: impl Fn(usize, f64) -> Extended) -> Vec<Extended> {
         let all: Vec<Extended> =
             seen.q.iter().chain(&seen.p).enumerate().map(|(k, &value)| changed(k, value)).collect();
         let (q, p) = all.split_at(seen.q.len());
         self.exact.at(q, p)
+    }
+
+    /// What rounding takes from the rates at a place, where a coordinate may be far from 0. `None` if this is no state
+    /// in 70 digits.
+    pub(super) fn losses(&mut self, seen: &Seen, far: Option<usize>) -> Option<Losses> {
+        let exact = self.exact(seen, |_, value| Extended::from(value));
+        if !exact.iter().all(|rate| rate.is_finite()) {
+            return None;
+        }
+        let off = |(rate, exact): (f64, &Extended)| {
+            let off = (Extended::from(rate) - *exact).to_f64();
+            // What is not a number has lost all.
+            if off.is_nan() { exact.to_f64().abs() } else { off }
+        };
+        let mut computed: Vec<Vec<f64>> =
+            self.computed(seen).into_iter().map(|rates| rates.into_iter().zip(&exact).map(off).collect()).collect();
+        let n = seen.q.len();
+        let norm = computed[0][..n].iter().zip(&seen.p).map(|(off, p)| (off * p).abs()).sum();
+        let certified = computed[1][n..].iter().map(|off| off.abs()).chain([norm]).collect();
+        computed.truncate(if self.is_given { 2 } else { 1 });
+        let rounded = far.map_or_else(|| vec![0.0; exact.len()], |a| self.rounded(seen, &exact, a));
+        Some(Losses { exact, computed, certified, rounded })
     }
 
     /// By how much the rounding of a coordinate changes each rate: by its derivative, as a jump that is next to the
@@ -181,12 +223,20 @@ impl Evaluated {
     }
 }
 
+/// The first coordinate whose rounding is more than is ordinary beside what it moves by. One that rests is not rounded.
+pub(super) fn far(q: &[f64], ranges: &[f64]) -> Option<usize> {
+    let is_far = |(q, &range): (&f64, &f64)| range > 0.0 && q.abs() > FAR * range;
+    q.iter().zip(ranges).position(is_far)
+}
+
 /// The largest losses along a run.
 struct Largest {
     /// By how much coordinates move.
     ranges: Vec<f64>,
     lost: Vec<f64>,
     sizes: Vec<f64>,
+    /// The largest losses of what a run is certified with.
+    certified: Vec<f64>,
     /// The largest loss as a share of its rate, with what is said of it.
     worst: (f64, Finding),
     is_seen: bool,
@@ -195,37 +245,19 @@ struct Largest {
 impl Largest {
     fn new(ranges: Vec<f64>) -> Self {
         let zeros = || vec![0.0; 2 * ranges.len()];
-        Self { lost: zeros(), sizes: zeros(), worst: (0.0, Finding::default()), is_seen: false, ranges }
-    }
-
-    /// The first coordinate whose rounding is more than is ordinary beside what it moves by. One that rests is not
-    /// rounded.
-    fn far(&self, q: &[f64]) -> Option<usize> {
-        let is_far = |(q, &range): (&f64, &f64)| range > 0.0 && q.abs() > FAR * range;
-        q.iter().zip(&self.ranges).position(is_far)
+        let certified = vec![0.0; ranges.len() + 1];
+        Self { lost: zeros(), sizes: zeros(), certified, worst: (0.0, Finding::default()), is_seen: false, ranges }
     }
 
     fn see(&mut self, here: &mut Evaluated, seen: &Seen) {
-        let (n, exact) = (seen.q.len(), here.exact(seen, |_, value| Extended::from(value)));
+        let (n, far) = (seen.q.len(), far(&seen.q, &self.ranges));
         // A place that is no state in 70 digits shows nothing.
-        if !exact.iter().all(|rate| rate.is_finite()) {
-            return;
-        }
+        let Some(found) = here.losses(seen, far) else { return };
         self.is_seen = true;
-        let mut losses = vec![0.0_f64; 2 * n];
-        for computed in here.computed(seen) {
-            for ((loss, rate), exact) in losses.iter_mut().zip(computed).zip(&exact) {
-                let off = (Extended::from(rate) - *exact).to_f64().abs();
-                // What is not a number has lost all.
-                *loss = loss.max(if off.is_nan() { exact.to_f64().abs() } else { off });
-            }
-        }
+        let (losses, Losses { exact, certified, .. }) = (found.largest(), &found);
+        self.certified.iter_mut().zip(certified).for_each(|(most, off)| *most = larger(*most, *off));
         let mut numbers: Vec<f64> = seen.q.iter().chain(&seen.p).copied().collect();
-        let far = self.far(&seen.q);
-        if let Some(a) = far {
-            losses.iter_mut().zip(here.rounded(seen, &exact, a)).for_each(|(loss, off)| *loss += off);
-        }
-        let sizes = self.sizes.iter_mut().zip(&exact);
+        let sizes = self.sizes.iter_mut().zip(exact);
         sizes.for_each(|(size, rate)| *size = size.max(rate.to_f64().abs()));
         // s of Newton's law is no result.
         let is_more = |k: &usize| k % n < here.count && losses[*k] > ORDINARY * self.sizes[*k];
@@ -233,10 +265,10 @@ impl Largest {
         if large.is_empty() {
             return;
         }
-        let of_values = here.scales(seen, &exact, &numbers);
+        let of_values = here.scales(seen, exact, &numbers);
         let of_motion = far.map(|a| {
             numbers[a] = self.ranges[a];
-            here.scales(seen, &exact, &numbers)
+            here.scales(seen, exact, &numbers)
         });
         let scales = of_motion.as_ref().unwrap_or(&of_values);
         for k in large {
@@ -256,15 +288,16 @@ impl Largest {
         }
     }
 
-    fn told(self) -> Formulas {
-        if !self.is_seen {
-            return Formulas::Unknown;
-        }
+    fn told(self) -> (Formulas, Vec<f64>) {
         let (share, finding) = self.worst;
-        if share == 0.0 {
-            return Formulas::Conditioned;
-        }
-        let (q_dot, p_dot) = self.lost.split_at(self.lost.len() / 2);
-        Formulas::Lost(Lost { q_dot: q_dot.to_vec(), p_dot: p_dot.to_vec(), finding, share })
+        let formulas = match (self.is_seen, share) {
+            (false, _) => Formulas::Unknown,
+            (true, 0.0) => Formulas::Conditioned,
+            (true, share) => {
+                let (q_dot, p_dot) = self.lost.split_at(self.lost.len() / 2);
+                Formulas::Lost(Lost { q_dot: q_dot.to_vec(), p_dot: p_dot.to_vec(), finding, share })
+            }
+        };
+        (formulas, self.certified)
     }
 }

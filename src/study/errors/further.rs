@@ -1,12 +1,16 @@
 //! The errors that a run does not make itself: what it inherits from the run that it continues, and what its formulas
-//! lose to rounding. Both travel as errors of its start, see [`carried`].
+//! lose to rounding. Both travel as errors of its start, see [`Along::carried`].
 
-use super::RunError;
-use super::carried::{Carried, Extent, carried, rates_of_momenta};
+use std::cell::OnceCell;
+
+use super::added_up::added_up;
+use super::carried::{Along, Carried, Extent, rates_of_momenta};
 use super::compare::end_coordinate;
 use super::conditioning::{Formulas, Lost, ORDINARY};
 use super::finding::Finding;
+use super::meetings::met;
 use super::places::Places;
+use super::{Noise, RunError};
 use crate::case::Case;
 use crate::diagnostics::verdict::{CoordinateError, Reason};
 use crate::engine::{Accuracy, GOOD_DIGITS};
@@ -80,16 +84,22 @@ pub(crate) struct Further {
     of_formula: [String; 2],
     /// The sizes of momenta along the run.
     momenta: Vec<f64>,
+    /// The share that rounding takes from slopes.
+    share: f64,
+    /// What rounding takes at most from what it is certified with, at the places that were seen.
+    certified: Vec<f64>,
 }
 
 impl Further {
     /// Those of a run of `case` that ends with `line`, of which `places` were seen.
     pub(crate) fn new<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>, places: &Places) -> Self {
         let length = line.signed(line.gamma_f() - setup.gamma_i).to_f64();
-        let formulas = Formulas::new(case, setup, places);
+        let (formulas, certified) = Formulas::new(case, setup, places);
         let share = if let Formulas::Lost(Lost { share, .. }) = &formulas { *share } else { 0.0 };
         let extent = Extent { length, end_coordinate: end_coordinate(setup, line), lost: share };
-        let along = |off: &Off| carried(case, setup, &extent, off);
+        let again = OnceCell::new();
+        let again = || again.get_or_init(|| Along::new(case, setup, &extent)).as_ref();
+        let along = |off: &Off| again()?.carried(case, setup, &extent, off);
         let inherited = match setup.carried.as_ref().map(|carried| &carried.error) {
             None => Part::Nothing,
             Some(None) => Part::Unknown(Reason::new(NOT_HANDED_ON, AGAIN).remaining()),
@@ -98,25 +108,30 @@ impl Further {
         };
         let n = setup.place.start.q.len();
         let momenta = places.sizes_of_momenta(n);
-        let met = Met::new(&setup.rough.geometry, places.met(), &momenta);
+        let met = Met::new(&setup.rough.geometry, &met(case, setup, places), &momenta);
         let (lost, of_formula) = match (formulas, met) {
             (Formulas::Unknown, _) => (Part::Unknown(Reason::new(NO_VALUE, WELL)), Default::default()),
             (Formulas::Conditioned, None) => (Part::Nothing, Default::default()),
             (formulas, met) => {
                 let mut sizes =
                     Off { q: vec![0.0; n], p: met.as_ref().map_or_else(|| vec![0.0; n], |met| met.off.clone()) };
+                let mut is_known = true;
                 let mut of_formula = met.map(|Met { finding, remedy, .. }| [finding, remedy]);
-                if let Formulas::Lost(Lost { q_dot, p_dot, finding, .. }) = formulas {
-                    sizes.q.iter_mut().zip(q_dot).for_each(|(size, rate)| *size += length * rate);
-                    sizes.p.iter_mut().zip(p_dot).for_each(|(size, rate)| *size += length * rate);
-                    of_formula = Some(told(case, finding, setup.settings.accuracy));
+                if let Formulas::Lost(lost) = formulas {
+                    let nodes = line.window_count * line.windows.last().map_or(1, |window| window.points() - 1);
+                    let sum = again().and_then(|again| added_up((case, setup), &lost, &again.places, (length, nodes)));
+                    is_known = sum.is_some();
+                    let Off { q, p } = sum.unwrap_or_else(|| Off::none(n));
+                    sizes.q.iter_mut().zip(q).chain(sizes.p.iter_mut().zip(p)).for_each(|(size, off)| *size += off);
+                    of_formula = Some(told(case, lost.finding, setup.settings.accuracy));
                 }
                 let [finding, remedy] = of_formula.unwrap_or_default();
                 let off = in_energy(&setup.rough.geometry, &setup.rough.start, sizes);
-                (Part::new(along(&off), || Reason::new(&finding, &remedy)), [finding, remedy])
+                let found = if is_known { along(&off) } else { None };
+                (Part::new(found, || Reason::new(&finding, &remedy)), [finding, remedy])
             }
         };
-        Self { inherited, lost, of_formula, momenta }
+        Self { inherited, lost, of_formula, momenta, share, certified }
     }
 
     /// True if there are no such errors.
@@ -144,6 +159,17 @@ impl Further {
             all.largest.iter_mut().zip(&carried.largest).for_each(|(error, largest)| *error += largest);
         }
         all
+    }
+
+    /// What rounding may take from formulas, where it is more than they always lose.
+    pub(crate) fn noise(&self) -> Noise {
+        Noise { share: self.share, norm: self.of_certificate().last().copied().unwrap_or(0.0) }
+    }
+
+    /// What rounding may take from the forces and from K, with which a run is certified. It is bounded, so that some
+    /// places have seen half of the most.
+    pub(crate) fn of_certificate(&self) -> Vec<f64> {
+        self.certified.iter().map(|off| 2.0 * off).collect()
     }
 
     /// The largest inherited errors of coordinates along the run, if it inherits any.

@@ -8,6 +8,7 @@
 //! Besides, a run has errors that it does not make itself: what it inherits from the run that it continues, and what
 //! rounding takes from its formulas.
 
+mod added_up;
 mod between;
 mod carried;
 mod compare;
@@ -15,6 +16,7 @@ mod conditioning;
 mod events;
 mod finding;
 mod further;
+mod meetings;
 mod places;
 
 pub(crate) use compare::{chain_error, sizes_of};
@@ -24,7 +26,8 @@ pub(crate) use further::Further;
 pub(crate) use places::Places;
 
 use self::between::own_windows;
-use self::compare::{Points, end_coordinate};
+use self::carried::accuracy_beside;
+use self::compare::{ACCURACY, Points, end_coordinate};
 use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::{Setup, WorldLine};
@@ -33,6 +36,9 @@ use crate::trajectory::Sample;
 /// If the errors of an extended run are below this, relative to the sizes of the coordinates, they are measured in
 /// extended precision.
 const BEYOND_F64: f64 = 1e-11;
+
+/// Where a second solve does not reach the end, one to this accuracy may.
+const COARSER: f64 = 1e-10;
 
 /// The distance of a run from the world-line of the continuum.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,24 +129,46 @@ impl RunError {
 /// The error of the run of `setup`, of which only its last part, `line`, and `samples` of all of it may be kept; `None`
 /// if no second solve reaches the end.
 pub fn run_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
+    own_error(setup, line, samples, Noise::default())
+}
+
+/// What rounding takes from the formulas of a run.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Noise {
+    /// The share that slopes lose.
+    pub(crate) share: f64,
+    /// What K loses.
+    pub(crate) norm: f64,
+}
+
+/// The same, where rounding takes this from formulas: a second solve to less than that gets nowhere.
+pub(crate) fn own_error<S: Real>(
+    setup: &Setup<S>,
+    line: &WorldLine<S>,
+    samples: &[Sample<S>],
+    Noise { share, norm }: Noise,
+) -> Option<RunError> {
     let end_coordinate = end_coordinate(setup, line);
     if line.error_estimate.is_some() {
         let mut found = RunError::none(line.errors.len());
         found.see(line.errors.iter().copied());
         end_coordinate.into_iter().for_each(|end_coordinate| found.end[end_coordinate] = 0.0);
-        return Some(RunError { stepped_over: own_windows(setup, line), ..found });
+        return Some(RunError { stepped_over: own_windows(setup, line, norm), ..found });
     }
     let points = Points::new(line, samples, end_coordinate);
-    let found = points.with_second_solve(&setup.rough);
+    let found = points.with_second_solve(&setup.rough, ACCURACY, norm);
+    // Rounding, of V say, may let no window be short enough for that.
+    let coarser = larger(accuracy_beside(share), COARSER);
+    let found = found.or_else(|| points.with_second_solve(&setup.rough, coarser, norm));
     let is_beyond = |error: &RunError| {
         let sizes = points.sizes();
         error.at_most().iter().zip(&sizes).all(|(most, size)| *most <= BEYOND_F64 * size)
     };
     let is_asked = S::IS_EXTENDED && found.as_ref().is_none_or(is_beyond);
-    if is_asked { points.with_taylor(&setup.rough).or(found) } else { found }
+    if is_asked { points.with_taylor(&setup.rough, norm).or(found) } else { found }
 }
 
 /// The same against a Taylor reference of as many digits; `None` if that does not reach the end.
 pub fn reference_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    Points::new(line, samples, end_coordinate(setup, line)).with_taylor(&setup.rough)
+    Points::new(line, samples, end_coordinate(setup, line)).with_taylor(&setup.rough, 0.0)
 }

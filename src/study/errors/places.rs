@@ -2,30 +2,65 @@
 
 use crate::geometry::Start;
 use crate::number::Real;
-use crate::solve::WorldLine;
+use crate::solve::{Joint, WorldLine};
 use crate::trajectory::{Sample, Sampler};
 
-/// From so many to twice as many places of a run are kept, spread evenly over its windows as it goes.
-const PLACES: usize = 16;
+/// So many places of each window may be kept.
+const OF_WINDOW: usize = 16;
+/// From so many to twice as many of a run are, spread evenly over its windows as it goes.
+const KEPT: usize = 16;
 /// A window in which a coordinate that goes as fast as it has gone comes no further than this share of where it has
 /// been is at one place: it was cut to meet something that jumps there. Both ends are rounded, and windows are cut by
 /// factors.
 const ONE_PLACE: f64 = 16.0 * f64::EPSILON;
-/// No window is at one place that is longer than this share of the run so far: a coordinate may hardly have moved.
+/// So many windows in which a force may jump are looked at.
+const MOST_MEETINGS: usize = 16;
+/// No window is cut to meet a jump that is longer than this share of the run so far.
 const SHORT: f64 = 1e-8;
 
 /// Some places of a run, inside its windows, with the parameters that events have set before them.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Places {
-    /// Every so manieth candidate is kept, of [`PLACES`] in each window.
+    /// From so many to twice as many places are kept.
+    kept: usize,
+    /// Every so manieth candidate is kept, of [`OF_WINDOW`] in each window.
     stride: usize,
     next: usize,
     seen: Vec<Seen>,
     /// The largest |q^a| so far, at the ends of windows, and the largest mean |dq^a/dγ| in one that is not short.
     largest: Vec<f64>,
     fastest: Vec<f64>,
-    /// By how much windows at one place have changed each momentum, in all.
+    /// Short windows, and by how much what the others change of each momentum is uncertain, in all.
+    meetings: Vec<Meeting>,
     met: Vec<f64>,
+}
+
+/// A short window, in which a force may jump.
+#[derive(Debug)]
+pub(super) struct Meeting {
+    /// Its ends.
+    pub(super) ends: [Seen; 2],
+    /// γ at its start, and by how much γ grows in it.
+    pub(super) gamma: f64,
+    pub(super) length: f64,
+    /// By how much momenta change.
+    pub(super) changes: Vec<f64>,
+    /// The share of it that rounding moves its place by.
+    pub(super) uncertain: f64,
+    /// True if it was cut to meet something at one place.
+    is_one_place: bool,
+}
+
+impl Meeting {
+    /// By how much momenta are uncertain, if nothing else is known but whether the window was cut to meet a jump.
+    pub(super) fn open(&self) -> impl Iterator<Item = f64> {
+        self.changes.iter().map(|change| if self.is_one_place { self.uncertain * change.abs() } else { 0.0 })
+    }
+
+    /// The same, if a force jumps in it.
+    fn size(&self) -> f64 {
+        self.changes.iter().fold(0.0, |most, change| most.max(self.uncertain * change.abs()))
+    }
 }
 
 /// A state in doubles, of the motion as it is computed, which is the reversed one if γ falls.
@@ -34,9 +69,23 @@ pub(super) struct Seen {
     pub(super) q: Vec<f64>,
     pub(super) p: Vec<f64>,
     pub(super) set: Vec<(usize, f64)>,
+    /// A part of |γ_f − γ_i|: how much of it this place stands for, beside the others.
+    pub(super) part: f64,
+}
+
+impl Default for Places {
+    fn default() -> Self {
+        Self::of(KEPT)
+    }
 }
 
 impl Places {
+    /// None yet, of which from so many to twice as many will be kept.
+    pub(super) fn of(kept: usize) -> Self {
+        let (seen, largest, fastest, meetings, met) = Default::default();
+        Self { kept, stride: 1, next: 0, seen, largest, fastest, meetings, met }
+    }
+
     /// Takes the next part of a run into account, where events have `set` parameters. A part that contains the first
     /// window begins the run again.
     pub(crate) fn see<S: Real>(&mut self, part: &WorldLine<S>, set: &[(usize, f64)]) {
@@ -45,25 +94,26 @@ impl Places {
             let met = vec![0.0; part.geometry().dimension()];
             let largest = part.joint(0).q.iter().map(|q| q.to_f64().abs()).collect();
             let fastest = vec![0.0; met.len()];
-            *self = Self { stride: 1, met, largest, fastest, ..Self::default() };
+            *self = Self { met, largest, fastest, ..Self::of(self.kept) };
         }
-        self.see_met(part);
-        if self.next >= PLACES * part.window_count {
+        self.see_met(part, set);
+        if self.next >= OF_WINDOW * part.window_count {
             return;
         }
         let mut sampler = Sampler::new(part);
-        while self.next < PLACES * part.window_count {
-            let (window, place) = (&part.windows[self.next / PLACES - first], self.next % PLACES);
+        while self.next < OF_WINDOW * part.window_count {
+            let (window, place) = (&part.windows[self.next / OF_WINDOW - first], self.next % OF_WINDOW);
             // A node inside of the window: between nodes a coarse run may be anywhere, and at ends formulas may jump.
-            let node = (2 * place + 1) * (window.points() - 1) / (2 * PLACES);
+            let node = (2 * place + 1) * (window.points() - 1) / (2 * OF_WINDOW);
             let gamma = part.gamma_at(window.gamma_at(node.clamp(1, window.points().max(3) - 2)));
             if let Ok(Sample { q, p, .. }) = sampler.at_gamma(gamma) {
                 let q = q.iter().enumerate().map(|(a, &q)| (q - part.origin_of(a)).to_f64()).collect();
                 let p = p.into_iter().map(|p| part.signed(p).to_f64()).collect();
-                self.seen.push(Seen { q, p, set: set.to_vec() });
+                let [from, to] = window.gamma.map(S::to_f64);
+                self.seen.push(Seen { q, p, set: set.to_vec(), part: to - from });
             }
             self.next += self.stride;
-            if self.seen.len() == 2 * PLACES {
+            if self.seen.len() == 2 * self.kept {
                 let mut is_even = false;
                 self.seen.retain(|_| {
                     is_even = !is_even;
@@ -75,27 +125,53 @@ impl Places {
         }
     }
 
-    /// Where a force jumps it acts from somewhere in a window of one place on: all that it does there is uncertain.
-    fn see_met<S: Real>(&mut self, part: &WorldLine<S>) {
+    /// Where a force jumps it acts from somewhere in a window on: what it does there is uncertain, for as much of the
+    /// window as rounding moves the place.
+    fn see_met<S: Real>(&mut self, part: &WorldLine<S>, set: &[(usize, f64)]) {
         let geometry = part.geometry();
         for (index, window) in part.windows.iter().enumerate() {
             let (start, end) = (part.joint(index), part.joint(index + 1));
             let [from, to] = window.gamma.map(S::to_f64);
             let (h, is_short) = (to - from, to - from <= SHORT * to);
-            let mut is_here = false;
+            let (mut uncertain, mut is_one_place) = (0.0_f64, false);
             for (a, (&before, &behind)) in start.q.iter().zip(end.q).enumerate() {
+                let moved = (behind - before).to_f64().abs();
                 self.largest[a] = self.largest[a].max(behind.to_f64().abs());
                 if !is_short {
-                    self.fastest[a] = self.fastest[a].max((behind - before).to_f64().abs() / h);
+                    self.fastest[a] = self.fastest[a].max(moved / h);
                 }
-                let (fastest, room) = (self.fastest[a], ONE_PLACE * self.largest[a]);
+                let (fastest, largest) = (self.fastest[a], self.largest[a]);
                 let is_active = geometry.depends_on(a) || geometry.active().contains(&a);
-                is_here |= is_short && is_active && fastest > 0.0 && fastest * h <= room;
+                if is_short && is_active && fastest > 0.0 {
+                    // At one place the coordinate may turn.
+                    let is_here = fastest * h <= ONE_PLACE * largest;
+                    let way = if is_here { moved } else { fastest * h };
+                    is_one_place |= is_here;
+                    // It is rounded by half a unit, and so is the place that it is compared with.
+                    uncertain = uncertain.max((f64::EPSILON * largest / way).min(1.0));
+                }
             }
-            if is_here {
-                let changes = end.p.iter().zip(start.p).map(|(&to, &from)| (to - from).to_f64().abs());
-                self.met.iter_mut().zip(changes).for_each(|(met, change)| *met += change);
+            if uncertain > 0.0 {
+                let changes = end.p.iter().zip(start.p).map(|(&to, &from)| part.signed(to - from).to_f64()).collect();
+                let ends = [start, end].map(|Joint { q, p }| Seen {
+                    q: q.iter().enumerate().map(|(a, &q)| (q - part.origin_of(a)).to_f64()).collect(),
+                    p: p.iter().map(|&p| part.signed(p).to_f64()).collect(),
+                    set: set.to_vec(),
+                    part: h,
+                });
+                self.meet(Meeting { ends, gamma: from, length: h, changes, uncertain, is_one_place });
             }
+        }
+    }
+
+    /// Keeps the windows whose changes are most uncertain.
+    fn meet(&mut self, meeting: Meeting) {
+        self.meetings.push(meeting);
+        if self.meetings.len() > MOST_MEETINGS {
+            let least = (0..self.meetings.len())
+                .min_by(|&one, &other| self.meetings[one].size().total_cmp(&self.meetings[other].size()));
+            let least = self.meetings.swap_remove(least.unwrap_or_default());
+            self.met.iter_mut().zip(least.open()).for_each(|(met, open)| *met += open);
         }
     }
 
@@ -104,7 +180,7 @@ impl Places {
     pub(super) fn see_ends(&mut self, Start { q, p, .. }: &Start, end: &[(usize, f64)]) {
         let mut at = q.clone();
         end.iter().for_each(|&(a, value)| at[a] = value);
-        self.seen.extend([q.clone(), at].map(|q| Seen { q, p: p.clone(), set: Vec::new() }));
+        self.seen.extend([q.clone(), at].map(|q| Seen { q, p: p.clone(), set: Vec::new(), part: 0.0 }));
     }
 
     /// The places.
@@ -125,8 +201,9 @@ impl Places {
         (0..coordinates).map(largest).collect()
     }
 
-    /// By how much each momentum is uncertain since forces jump at places that are rounded.
-    pub(super) fn met(&self) -> &[f64] {
-        &self.met
+    /// The windows in which forces may jump at places that are rounded, and by how much each momentum is uncertain
+    /// since there are more of them.
+    pub(super) fn met(&self) -> (&[Meeting], &[f64]) {
+        (&self.meetings, &self.met)
     }
 }

@@ -28,6 +28,7 @@ mod promises;
 mod proved;
 mod reasons;
 mod rest;
+mod roundings;
 mod samples;
 mod sensitivity;
 mod shipped;

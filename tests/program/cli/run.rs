@@ -160,7 +160,7 @@ fn rows_and_events_before_a_failure_are_kept() {
     // A fall into r = 0 is no critical point; the turn before it is an event.
     let text = "potential = { coordinates = [\"r\"], formula = \"-1/r\" }\nparticle.law = \"newtonian\"\n\
                 initial = { r = 1.0, r_dot = 0.5 }\nevents.turn.when = \"r_dot\"\n\
-                grid = { gamma_f = 9.0, windows = 90 }\nscheme = { sbp = \"GLL8\", form = \"weak\" }\n";
+                grid = { gamma_f = 9.0, windows = 80 }\nscheme = { sbp = \"GLL8\", form = \"weak\" }\n";
     folder.write("fall.toml", text);
     let output = folder.run("run fall.toml --out out --quiet");
     assert!([Some(3), Some(4)].contains(&output.status.code()), "{}", stderr(&output));

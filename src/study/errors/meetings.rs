@@ -1,0 +1,101 @@
+//! Where a force jumps by its formula, and where it does in doubles.
+//!
+//! A run meets a jump where its formula jumps in doubles. With the decimals of the case and in 70 digits it may jump
+//! elsewhere: the place is rounded, and so is all that it is compared with, of which little may be left. What that
+//! makes of momenta is found here.
+
+use super::conditioning::Evaluated;
+use super::places::{Meeting, Places, Seen};
+use crate::case::Case;
+use crate::number::{Extended, Real};
+use crate::solve::Setup;
+
+/// A jump is looked for from so many lengths of a window before it to as many behind it, one after the other.
+const REACHES: [f64; 3] = [1.0, 32.0, 1024.0];
+/// In doubles it is looked for from within these parts of that: where rounding decides, each may find another place.
+const PARTS: [f64; 3] = [1.0, 0.7, 0.4];
+/// The way is halved so many times: to the last bit of a double that is as long.
+const HALVINGS: usize = 52;
+
+/// A jump of forces: γ where it is, and by how much each momentum is off behind it.
+struct Jump {
+    gamma: f64,
+    off: Vec<f64>,
+}
+
+/// By how much momenta are uncertain in all, in a run of `case`, since forces jump.
+pub(super) fn met<S: Real>(case: &Case, setup: &Setup<S>, places: &Places) -> Vec<f64> {
+    let (meetings, others) = places.met();
+    let (mut all, mut here, mut jumps) = (others.to_vec(), None::<Evaluated>, Vec::<Jump>::new());
+    // The shortest ones are nearest to a jump, and others around them need not be looked at.
+    let mut in_order: Vec<&Meeting> = meetings.iter().collect();
+    in_order.sort_by(|one, other| one.length.total_cmp(&other.length));
+    for meeting in in_order {
+        let &Meeting { gamma, length, .. } = meeting;
+        if jumps.iter().any(|jump| (jump.gamma - gamma - 0.5 * length).abs() <= 1.5 * length) {
+            continue;
+        }
+        let set = &meeting.ends[0].set;
+        if here.as_ref().is_none_or(|here| here.set != *set) {
+            here = Evaluated::new(case, setup, &meeting.ends[0]);
+        }
+        let exact = here.as_mut().filter(|_| !S::IS_EXTENDED);
+        let found = exact.and_then(|here| here.misplaced(meeting));
+        let off = found.as_ref().map_or_else(|| meeting.open().collect(), |jump| jump.off.clone());
+        all.iter_mut().zip(off).for_each(|(all, off)| *all += off);
+        jumps.extend(found);
+    }
+    all
+}
+
+impl Evaluated {
+    /// By how much each momentum is off behind the jump next to this window. `None` if there is none.
+    fn misplaced(&mut self, meeting: &Meeting) -> Option<Jump> {
+        let Meeting { ends: [start, _], gamma, length, .. } = meeting;
+        let n = start.q.len();
+        let along = self.exact(start, |_, value| Extended::from(value));
+        if !along.iter().all(|rate| rate.is_finite()) {
+            return None;
+        }
+        let mut exact = |at: f64| {
+            let moved = |k: usize, value: f64| Extended::from(value) + Extended::from(at) * along[k];
+            self.exact(start, moved)[n..].iter().map(|rate| rate.to_f64()).collect::<Vec<f64>>()
+        };
+        let found = REACHES.iter().find_map(|reach| {
+            let reach = reach * length;
+            jump([-reach, length + reach], &mut exact).map(|(place, by)| (reach, place, by))
+        });
+        let (reach, place, by) = found?;
+        let rough = |at: f64| {
+            let moved = |(k, value): (usize, &f64)| value + at * along[k].to_f64();
+            let all: Vec<f64> = start.q.iter().chain(&start.p).enumerate().map(moved).collect();
+            let (q, p) = (all[..n].to_vec(), all[n..].to_vec());
+            self.computed(&Seen { q, p, set: start.set.clone(), part: 0.0 })[0][n..].to_vec()
+        };
+        let misplaced = PARTS.iter().map(|part| {
+            let ends = [place - part * reach, place + part * reach];
+            jump(ends, &mut &rough).map_or(reach, |(other, _)| (other - place).abs())
+        });
+        let misplaced = misplaced.fold(0.0, f64::max);
+        let off = by.iter().zip(meeting.open()).map(|(by, open)| (by.abs() * misplaced).max(open)).collect();
+        Some(Jump { gamma: gamma + place, off })
+    }
+}
+
+/// Where rates jump on this way, and by how much each does; `None` if they change smoothly.
+fn jump([from, to]: [f64; 2], rates: &mut dyn FnMut(f64) -> Vec<f64>) -> Option<(f64, Vec<f64>)> {
+    let (before, behind) = (rates(from), rates(to));
+    let change = |one: &[f64], other: &[f64]| other.iter().zip(one).map(|(b, a)| b - a).collect::<Vec<f64>>();
+    let by = change(&before, &behind);
+    // The momentum whose rate changes most.
+    let (a, most) = by.iter().map(|by| by.abs()).enumerate().max_by(|(_, one), (_, other)| one.total_cmp(other))?;
+    let (mut place, mut last) = (from, to);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (place + last);
+        let is_behind = (rates(middle)[a] - before[a]).abs() > 0.5 * most;
+        *(if is_behind { &mut last } else { &mut place }) = middle;
+    }
+    // Just at the place it may have half of its height.
+    let here = (rates(last)[a] - rates(place)[a]).abs();
+    (most > 0.0 && here >= 0.25 * most && here.is_finite()).then_some((0.5 * (place + last), by))
+}

@@ -1,0 +1,145 @@
+//! Roundings have no direction: what they add up to along a run, what witnesses see of them, and where forces jump.
+
+use geodesic_ivp::Case;
+use geodesic_ivp::diagnostics::verdict::Grade;
+use geodesic_ivp::number::{Extended, Real};
+use geodesic_ivp::study::run::{Judged, NoRun, Run, Wanted, run};
+
+use crate::common::{end, parsed};
+
+/// A particle of Newton's law that begins at x with ẋ = v, to a γ.
+fn particle([x, v, length]: [f64; 3], rest: &str) -> Case {
+    let text = format!(
+        "particle.law = \"newtonian\"\ngrid.gamma_f = {length:?}\npotential.coordinates = [\"x\"]\n\
+         initial.x = {x:?}\ninitial.x_dot = {v:?}\n{rest}"
+    );
+    parsed(&text, &[])
+}
+
+/// A run with what is said of it; `None` if it is refused.
+fn judged(case: &Case) -> Option<(Run, Judged)> {
+    let setup = case.setup::<f64>();
+    match run(case, &setup, Wanted::default()).0 {
+        Ok(run) => {
+            let judged = run.judged(&setup, false, false);
+            Some((run, judged))
+        }
+        Err(NoRun::Unsolved(..)) => None,
+        Err(none) => panic!("{none:?}"),
+    }
+}
+
+/// The run is trusted, and x is off from `exact` by no more than it says.
+#[track_caller]
+fn is_trusted(case: &Case, exact: f64) -> Run {
+    let (run, judged) = judged(case).expect("it has an end");
+    assert_eq!(judged.verdict.grade, Grade::Trusted, "{:?}", judged.verdict.reasons);
+    let (off, most) = ((end(&run.line, "x") - exact).abs(), judged.error.unwrap().at_most_at_end()[1]);
+    assert!(off <= most + 1e-15, "{off:e} of {most:e}");
+    run
+}
+
+/// At t = 27044 a double is known to 2e-12. If all roundings had one direction, x would be known to 1e-8.
+#[test]
+fn roundings_of_a_clock_add_up_like_a_root() {
+    for k in 0..8_u32 {
+        let (start, w, a, v) = (27_044.5 + f64::from(k) / 8.0, 1.2 + 0.05 * f64::from(k), 1.8, 0.3);
+        let length = 30.0 + 0.1 * f64::from(k);
+        // ẍ = a cos(ω t).
+        let number = Extended::from;
+        let phase = |t: f64| number(w) * (number(start) + number(t));
+        let gain = <Extended as Real>::cos(phase(0.0)) - <Extended as Real>::cos(phase(length));
+        let slope = number(v) - number(a) * <Extended as Real>::sin(phase(0.0)) / number(w);
+        let exact = slope * number(length) + number(a) * gain / (number(w) * number(w));
+        let rest = format!(
+            "initial.t = {start:?}\nsolver.accuracy = 3e-10\npotential.formula = \"0\"\n\
+             potential.force.x = \"{a:?}*cos({w:?}*t)\""
+        );
+        is_trusted(&particle([0.0, v, length], &rest), exact.to_f64());
+    }
+}
+
+/// Sums of large numbers, and potentials that lose all but nine digits: the motion is that of what is left, and the
+/// force of the Lagrangian, the work and the energy are known no better than their formulas.
+#[test]
+fn witnesses_know_what_their_formulas_lose() {
+    let [x, length] = [0.225_693_323_406_683_72, 4.181_581_203_757_807];
+    let rest = "solver.accuracy = 2.7e-7\npotential.formula = \"0\"\n\
+                potential.force.x = \"-0.7*((7472087588794138.0 + x) - 7472087588794138.0)\"";
+    is_trusted(&particle([x, 0.0, length], rest), x * (0.7_f64.sqrt() * length).cos());
+    // V = (1 − cos bx)/b² has the force sin(bx)/b, which is x to 3e-11 of it.
+    let flat = "potential.formula = \"(1 - cos(b*x))/b^2\"\npotential.parameters.b = 2.0438494937388545e-6\n";
+    for scheme in [
+        "solver.accuracy = 1e-6",
+        "solver.accuracy = 1e-9",
+        "solver.tolerance = 1e-9",
+        "grid = { n_gamma = 16, windows = 12 }\nscheme = { sbp = \"GLL16\", form = \"weak\" }",
+    ] {
+        let scheme = scheme.replace("grid = { n_gamma = 16, windows = 12 }", "grid.n_gamma = 16\ngrid.windows = 12");
+        let case = particle([x, 0.0, length], &format!("{flat}{scheme}"));
+        let (run, judged) = judged(&case).expect("it has an end");
+        assert_eq!(judged.verdict.grade, Grade::Trusted, "{scheme}: {:?}", judged.verdict.reasons);
+        assert!((end(&run.line, "x") - x * length.cos()).abs() < 1e-10, "{scheme}");
+        // V is rounding from window to window, and s, which nothing depends on, asks for none that are shorter.
+        assert!(run.line.windows.len() < 40, "{scheme}: {} windows", run.line.windows.len());
+    }
+}
+
+/// On top of a hill ẍ = 100 (x − 1) a kick is e^{10 t}/20 times as large at the end, and no error is there to show it.
+#[test]
+fn a_kick_at_rest_on_a_hill_is_seen_or_doubted() {
+    let mut found = 0;
+    for force in [1e-3, 1e-5, 1e-6, 1e-8, 1e-10, 1e-13] {
+        for (begin, width) in [(0.680_58, 0.01), (0.3, 1e-3), (1.1, 1e-4)] {
+            let (last, length) = (begin + width, 3.0);
+            let grown = |at: f64| (10.0 * (length - at)).cosh();
+            let of_step = force / 100.0 * (grown(begin) - grown(last));
+            let area = force * width * std::f64::consts::PI.sqrt() * (25.0 * width * width).exp();
+            let of_bell = area * (10.0 * (length - begin)).sinh() / 10.0;
+            for (pulse, way) in [
+                (format!("{force:?}*step(t - {begin:?})*step({last:?} - t)"), of_step),
+                (format!("{force:?}*exp(-((t - {begin:?})/{width:?})^2)"), of_bell),
+            ] {
+                let rest = format!(
+                    "solver.accuracy = 1e-4\npotential.formula = \"-50*(x - 1)^2\"\npotential.force.x = \"{pulse}\""
+                );
+                let Some((run, judged)) = judged(&particle([1.0, 0.0, length], &rest)) else { continue };
+                if judged.verdict.grade == Grade::Trusted {
+                    found += 1;
+                    let (off, size) = ((end(&run.line, "x") - 1.0 - way).abs(), (1.0 + way).max(1.0));
+                    assert!(off <= 1e-4 * size, "{pulse}: {off:e} of {size:e}");
+                }
+            }
+        }
+    }
+    println!("{found} are trusted");
+}
+
+/// The argument of a step loses digits where it changes its sign: x(1.4 − x) is 0.49 at its top, and is known to
+/// 1e-16, so that a sign that changes 1e-6 beside the top is known to 1e-10 in x.
+#[test]
+fn a_jump_whose_argument_cancels_is_where_its_decimals_say() {
+    let mut largest = 0.0_f64;
+    for k in 1..=20_u32 {
+        // The step is 1 where |x − 0.7| < d.
+        let (depth, v) = (1e-12 * f64::from(k), 0.9 + 0.01 * f64::from(k));
+        let level = format!("{:.30}", Extended::from_decimal("0.49").unwrap().to_f64() - depth);
+        let text = format!("potential.force.x = \"1000*step(1.4*x - x^2 - {level})\"\npotential.formula = \"0\"\n");
+        let accuracy = "solver.accuracy = 1e-9\n";
+        let case = particle([0.0, v, 3.0], &format!("{text}{accuracy}"));
+        let Some((run, judged)) = judged(&case) else { continue };
+        // 0.7² − level, to all digits.
+        let half = (Extended::from_decimal("0.49").unwrap() - Extended::from_decimal(&level).unwrap()).sqrt();
+        let (v, force, two) = (Extended::from(v), Extended::from(1000.0), Extended::from(2.0));
+        let out = (v * v + two * force * two * half).sqrt();
+        let (begin, last) =
+            (Extended::from_decimal("0.7").unwrap() - half, Extended::from_decimal("0.7").unwrap() + half);
+        let inside = two * two * half / (v + out);
+        let exact = last + out * (Extended::from(3.0) - begin / v - inside);
+        let off = (Extended::from(end(&run.line, "x")) - exact).to_f64().abs();
+        let most = judged.error.unwrap().at_most_at_end()[1];
+        assert!(off <= most || judged.verdict.grade == Grade::Doubtful, "{k}: {off:e} of {most:e}");
+        largest = largest.max(off);
+    }
+    println!("{largest:e}");
+}
