@@ -25,13 +25,17 @@ pub(super) struct Fields<'r, S> {
     pub(super) of_windows: Vec<OfWindow>,
 }
 
+/// A window in which a coordinate moves by no more than so many roundings of it.
+const ROUNDED: f64 = 64.0;
+
 impl<'r, S: Real> Fields<'r, S> {
     /// Differentiates the rows of `run`, and fills in the rest.
     pub(super) fn new(run: &'r WorldLine<S>) -> Self {
         let (lagrangian, rows) = (run.geometry(), run.q.iter().map(Vec::as_slice).collect::<Vec<_>>());
         let (structure, points) = (lagrangian.structure(), rows[0].len());
         let n = structure.dimension;
-        let velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], |view| view.first(a))).collect();
+        let mut velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], |view| view.first(a))).collect();
+        know_clocks(run, &mut velocities);
         let mut samples = lagrangian.room(points);
         // A second derivative that is not finite at a node is no matter here. Anything else that is not leaves NaN, and
         // a verdict doubts that.
@@ -73,6 +77,22 @@ impl<'r, S: Real> Fields<'r, S> {
     /// The largest absolute value of a row over a part of every window; NaN if any value there is.
     pub(super) fn largest(&self, row: &[S], part: impl Fn(&Window<S>) -> Range<usize>) -> S {
         self.run.windows.iter().fold(S::ZERO, |largest, window| max_abs(&[largest, max_abs(&row[part(window)])]))
+    }
+}
+
+/// The places of a clock are nothing but rounding in a window that meets a jump. Its rate is known.
+fn know_clocks<S: Real>(run: &WorldLine<S>, velocities: &mut [Vec<S>]) {
+    let geometry = run.geometry();
+    for (place, &a) in geometry.active().iter().enumerate() {
+        let is_rounding = |nodes: &Range<usize>| {
+            let [from, to] = [run.q[a][nodes.start], run.q[a][nodes.end - 1]];
+            (to - from).abs() <= S::from(ROUNDED) * S::EPSILON * from.abs()
+        };
+        for nodes in run.windows.iter().map(Window::nodes).filter(is_rounding) {
+            if geometry.is_clock(place) {
+                velocities[a][nodes].fill(run.velocities(run.joint(0))[a]);
+            }
+        }
     }
 }
 

@@ -128,7 +128,7 @@ impl<S: Real> OfX<S> {
     /// Returns true if H_BVP ≤ Q_t (t_N − t_i) on the grid.
     pub fn is_kept(&self) -> bool {
         let allowed = S::from(ROUNDING) * self.h_bvp_bound.abs();
-        self.h_bvp <= self.h_bvp_bound + allowed
+        self.h_bvp <= self.h_bvp_bound.abs() + allowed
     }
 
     /// H_BVP − Q_t (t_N − t_i) + ½ K (γ_f − γ_i), which is 0 in the continuum.

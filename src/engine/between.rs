@@ -15,6 +15,7 @@ use pulp::{Simd, WithSimd};
 use super::POINTS;
 use super::enclosure::{Enclosure, HIDDEN_SHARE, Hidden, tolerated_rates};
 use super::kernel::On;
+use super::local::larger;
 use super::rule::Order;
 use super::solved::WindowNodes;
 use super::tuning::KINK;
@@ -28,6 +29,8 @@ use crate::number::vector::{Lanes, Level, Nodes};
 pub(super) struct Between {
     /// Made when it is first needed.
     enclosure: Option<Enclosure>,
+    /// Where active coordinates are at the start of the run.
+    start: Vec<Option<f64>>,
     /// The registers of what must not change much, and true if all of it has registers.
     watched: Vec<Watched>,
     is_all: bool,
@@ -69,7 +72,7 @@ impl Kink {
 
 impl Between {
     /// For windows of a run; `None` where nothing can hide.
-    pub(super) fn new(Solver { geometry, system, .. }: &Solver<'_, POINTS>) -> Option<Self> {
+    pub(super) fn new(Solver { geometry, system, start, .. }: &Solver<'_, POINTS>) -> Option<Self> {
         let unknowns = [&system.positions, &system.momenta].map(|registers| registers.iter());
         let depends = geometry
             .hamiltonian
@@ -79,7 +82,9 @@ impl Between {
         let (watched, is_all) = watched_registers(steps, &depends);
         let can_hide = !is_all || !watched.is_empty();
         let gentle = vec![false; watched.len()];
-        can_hide.then_some(Self { enclosure: None, watched, is_all, gentle, has_kink: false })
+        let at_start = |a: usize| geometry.active().contains(&a).then(|| start.q[a].high);
+        let start = (0..geometry.dimension()).map(at_start).collect();
+        can_hide.then_some(Self { enclosure: None, start, watched, is_all, gentle, has_kink: false })
     }
 
     /// Looks at the solved window.
@@ -146,7 +151,12 @@ impl Between {
         let tolerances = || {
             let mut state: Vec<f64> = solver.start.q.iter().map(|q| q.high).chain(momenta.iter().copied()).collect();
             active.iter().zip(&solver.start.p).for_each(|(&a, p)| state[n + a] = p.high);
-            let weight = |a: usize| solver.inverse_size(a) * if rests(solver, a) { AT_REST * accuracy } else { 1.0 };
+            let share = HIDDEN_SHARE * accuracy;
+            let weight = |a: usize| {
+                let (inverse, way) =
+                    (solver.inverse_size(a), self.start[a].map_or(f64::INFINITY, |q| way(solver, a, q)));
+                inverse * (share / larger(share * way * inverse, f64::EPSILON)).max(1.0)
+            };
             let weights: Vec<f64> = (0..n).map(weight).collect();
             tolerated_rates(geometry, &weights, [&state[..]], length, HIDDEN_SHARE * accuracy)
         };
@@ -160,18 +170,13 @@ impl Between {
     }
 }
 
-/// Elsewhere so many times the accuracy is tolerated of what it is for a coordinate at rest, which may be pushed by its
-/// rounding alone: how such a push grows, as on top of a hill, is seen in no error, since there is none.
-const AT_REST: f64 = HIDDEN_SHARE / f64::EPSILON;
-
-/// True if an active coordinate has one value on all nodes of the window, and its momentum does not change.
-fn rests(solver: &Solver<'_, POINTS>, a: usize) -> bool {
-    let (active, m) = (solver.geometry.active(), solver.geometry.active().len());
-    active.iter().position(|&other| other == a).is_some_and(|place| {
-        let values = &solver.unknown_nodes(place).0;
-        let is_constant = values.iter().all(|value| *value == values[0]);
-        is_constant && [place, m + place].iter().all(|&row| solver.rows[row].increment == 0.0)
-    })
+/// How far an active coordinate is from where it was at the start of the run, in the window. What has not begun to move
+/// may be pushed by its rounding alone, and what has by an accuracy of its way: how a push grows, as on top of a hill,
+/// is seen in no error where there is none.
+fn way(solver: &Solver<'_, POINTS>, a: usize, start: f64) -> f64 {
+    let place = solver.geometry.active().iter().position(|&other| other == a);
+    let nodes = place.into_iter().flat_map(|place| &solver.unknown_nodes(place).0);
+    nodes.fold(0.0, |most, q| larger(most, (q - start).abs()))
 }
 
 pub(super) struct Looked {

@@ -60,6 +60,11 @@ impl<const N: usize> WithSimd for On<(&mut Certificate<'_, N>, &Solver<'_, N>)> 
                 let (position, start) = (Lanes::new(s, window.system.position(active)), window.start.q[a]);
                 registers[a] = position.nodes();
                 active += 1;
+                if window.scales.clocks[active - 1] {
+                    // Where a jump is met its places may be one number, and its rate is known.
+                    registers[n + a] = *window.slope_nodes(active - 1);
+                    continue;
+                }
                 (position - start.high - start.low).nodes()
             } else {
                 ignorable += 1;

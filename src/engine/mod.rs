@@ -36,6 +36,7 @@
 //! stop         runs that end where something has a value
 //! failure      why there is no next window, and where the motion leaves the domain, if that is why
 //! defect       by how much a window misses the equations between its nodes
+//! rates        the rates of a motion at one place, as windows compute them
 //! between      a look for what may hide between the nodes of a window, and where it passes a knot of a table
 //! enclosure    what formulas do between nodes
 //! ```
@@ -55,6 +56,7 @@ mod ladder;
 mod local;
 mod march;
 mod moves;
+mod rates;
 mod rounds;
 mod rule;
 mod sensitivity;
@@ -72,6 +74,7 @@ mod window;
 
 pub use self::dense::Dense;
 pub use self::failure::Failure;
+pub(crate) use self::rates::Rates;
 pub use self::rounds::Rounds;
 pub use self::sensitivity::{Growth, Sensitivity};
 pub use self::solved::{Handed, Marched, OfState, Solved, State, Window, WindowNodes};

@@ -79,6 +79,8 @@ pub(super) fn added_up<S: Real>(
     };
     let mut off = Off { q: of(&lost.q_dot, 0), p: of(&lost.p_dot, n) };
     off.q.iter_mut().zip(start).for_each(|(off, start)| *off += start);
+    off.p.iter_mut().zip(&lost.at_start).for_each(|(off, rate)| *off += length * rate);
+    off.p.iter_mut().zip(&lost.momenta).for_each(|(off, momentum)| *off += momentum);
     (whole > 0.0).then_some(off)
 }
 

@@ -7,7 +7,8 @@
 use super::finding::{Finding, of_coordinate, of_formula};
 use super::places::{Places, Seen};
 use crate::case::Case;
-use crate::geometry::{Geometry, GeometryText, WrittenRates};
+use crate::engine::Rates;
+use crate::geometry::{Geometry, GeometryText, Start, WrittenRates};
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
 use crate::solve::{Lossy, NoSolution, Setup, Status};
@@ -44,6 +45,10 @@ pub(crate) struct Lost {
     /// The largest losses of q̇^a of all coordinates along the run, and of ṗ_a.
     pub(super) q_dot: Vec<f64>,
     pub(super) p_dot: Vec<f64>,
+    /// The losses of ṗ_a at the start where it is nothing but rounding: all that begins there grows out of it.
+    pub(super) at_start: Vec<f64>,
+    /// By how much p_a is off at the start, as the metric loses digits there.
+    pub(super) momenta: Vec<f64>,
     /// What is said of the largest loss: which formula, how much, and where.
     pub(super) finding: Finding,
     /// The largest share that a rate loses.
@@ -58,7 +63,16 @@ impl Formulas {
             return (Self::Conditioned, Vec::new());
         }
         let mut found = Largest::new(places.ranges());
-        let mut here: Option<Evaluated> = None;
+        let Start { q, p, q_dot } = &*setup.rough.start;
+        let start = Seen { q: q.clone(), p: p.clone(), set: setup.set.clone(), part: 0.0 };
+        let mut here = Evaluated::new(case, setup, &start);
+        if let Some(here) = &mut here {
+            found.see_start(here, &start);
+            // A run that is continued has its momenta from there.
+            if setup.carried.is_none() {
+                found.see_velocities(here, &start, q_dot);
+            }
+        }
         for seen in places.seen() {
             if here.as_ref().is_none_or(|here| here.set != seen.set) {
                 here = Evaluated::new(case, setup, seen);
@@ -116,6 +130,7 @@ pub(super) struct Evaluated {
     pub(super) set: Vec<(usize, f64)>,
     text: GeometryText,
     rough: Geometry,
+    windows: Rates,
     exact: WrittenRates<Extended>,
     /// True if a grid is given: its equations are those of the Lagrangian.
     is_given: bool,
@@ -133,6 +148,7 @@ impl Evaluated {
             exact: WrittenRates::new(&text, setup.is_backward).ok()?,
             text,
             count: rough.dimension() - usize::from(case.is_lifted()),
+            windows: Rates::new(&rough),
             rough,
             is_given: setup.settings.accuracy.is_none(),
         })
@@ -143,18 +159,22 @@ impl Evaluated {
         (&self.text, &self.rough, self.count)
     }
 
-    /// The rates as they are computed by Hamilton's equations, and by the Lagrangian: q̇^a and then ṗ_a.
-    pub(super) fn computed(&self, Seen { q, p, .. }: &Seen) -> [Vec<f64>; 2] {
+    /// The rates as windows compute them, in which products are rounded with sums, as they are computed at points, and
+    /// by the Lagrangian: q̇^a and then ṗ_a.
+    pub(super) fn computed(&mut self, Seen { q, p, .. }: &Seen) -> [Vec<f64>; 3] {
         let (n, mut point) = (q.len(), self.rough.point());
         let mut rates = vec![f64::NAN; 2 * n];
         if point.evaluate(q, p).is_err() {
-            return [rates.clone(), rates];
+            return [rates.clone(), rates.clone(), rates];
         }
         (0..n).for_each(|a| rates[a] = point.q_dot(a));
         rates[n..].fill(0.0);
         self.rough.active().iter().enumerate().for_each(|(place, &a)| rates[n + a] = point.p_dot(place));
         let of_lagrangian = [&rates[..n], &self.rough.forces(q, &rates[..n])].concat();
-        [rates, of_lagrangian]
+        let mut of_windows = self.windows.at(&self.rough, q, p);
+        // What leaves the range of numbers on its way is mended at points.
+        of_windows.iter_mut().zip(&rates).filter(|(own, _)| !own.is_finite()).for_each(|(own, rate)| *own = *rate);
+        [of_windows, rates, of_lagrangian]
     }
 
     /// The rates in 70 digits.
@@ -180,9 +200,9 @@ impl Evaluated {
         let mut computed: Vec<Vec<f64>> =
             self.computed(seen).into_iter().map(|rates| rates.into_iter().zip(&exact).map(off).collect()).collect();
         let n = seen.q.len();
-        let norm = computed[0][..n].iter().zip(&seen.p).map(|(off, p)| (off * p).abs()).sum();
-        let certified = computed[1][n..].iter().map(|off| off.abs()).chain([norm]).collect();
-        computed.truncate(if self.is_given { 2 } else { 1 });
+        let norm = computed[1][..n].iter().zip(&seen.p).map(|(off, p)| (off * p).abs()).sum();
+        let certified = computed[2][n..].iter().map(|off| off.abs()).chain([norm]).collect();
+        computed.truncate(if self.is_given { 3 } else { 2 });
         let rounded = far.map_or_else(|| vec![0.0; exact.len()], |a| self.rounded(seen, &exact, a));
         Some(Losses { exact, computed, certified, rounded })
     }
@@ -237,6 +257,13 @@ struct Largest {
     sizes: Vec<f64>,
     /// The largest losses of what a run is certified with.
     certified: Vec<f64>,
+    /// The losses of ṗ_a at the start where it is nothing but rounding, whether q^a rests there, and by how much p_a is
+    /// off there.
+    at_start: Vec<f64>,
+    rests: Vec<bool>,
+    momenta: Vec<f64>,
+    /// The largest loss at the start as a share, with what is said of it.
+    of_start: (f64, Finding),
     /// The largest loss as a share of its rate, with what is said of it.
     worst: (f64, Finding),
     is_seen: bool,
@@ -246,7 +273,53 @@ impl Largest {
     fn new(ranges: Vec<f64>) -> Self {
         let zeros = || vec![0.0; 2 * ranges.len()];
         let certified = vec![0.0; ranges.len() + 1];
-        Self { lost: zeros(), sizes: zeros(), certified, worst: (0.0, Finding::default()), is_seen: false, ranges }
+        let at_start = vec![0.0; ranges.len()];
+        let (rests, momenta) = (vec![false; ranges.len()], at_start.clone());
+        let [worst, of_start] = [(); 2].map(|()| (0.0, Finding::default()));
+        let (lost, sizes) = (zeros(), zeros());
+        Self { lost, sizes, certified, at_start, rests, momenta, of_start, worst, is_seen: false, ranges }
+    }
+
+    /// Looks whether the momenta at the start are those of its velocities: what the metric loses there stays.
+    fn see_velocities(&mut self, here: &mut Evaluated, start: &Seen, q_dot: &[f64]) {
+        let (n, exact) = (start.q.len(), here.exact(start, |_, value| Extended::from(value)));
+        let mut off: Vec<f64> =
+            exact[..n].iter().zip(q_dot).map(|(exact, u)| (*exact - Extended::from(*u)).to_f64()).collect();
+        off[here.count..].fill(0.0);
+        let largest = q_dot[..here.count].iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+        if !off.iter().any(|off| off.abs() > ORDINARY * largest) {
+            return;
+        }
+        let numbers: Vec<f64> = start.q.iter().chain(&start.p).copied().collect();
+        let scales = here.scales(start, &exact, &numbers);
+        let shares = off.iter().zip(&scales).map(|(off, scale)| off.abs() / scale);
+        let share = shares.fold(0.0, larger);
+        if share > ORDINARY {
+            let [moved, still] = [&off, &vec![0.0; n]].map(|u| here.rough.momenta(&start.q, u));
+            self.momenta = moved.iter().zip(still).map(|(moved, still)| (moved - still).abs()).collect();
+            self.of_start = (share, of_formula(here.named(), &start.q, &exact[..n], share));
+        }
+    }
+
+    /// Looks whether a force at the start is nothing but rounding. Both marches begin with it, so that nothing that
+    /// they differ by tells what it grows to.
+    fn see_start(&mut self, here: &mut Evaluated, start: &Seen) {
+        let (n, Some(found)) = (start.q.len(), here.losses(start, None)) else { return };
+        let numbers: Vec<f64> = start.q.iter().chain(&start.p).copied().collect();
+        let losses = found.largest();
+        for a in 0..here.count.min(self.at_start.len()) {
+            let exact = found.exact[n + a].to_f64().abs();
+            if losses[n + a] > 0.0 && exact <= losses[n + a] {
+                self.at_start[a] = losses[n + a];
+                self.rests[a] = found.exact[a].to_f64() == 0.0;
+                let scales = here.scales(start, &found.exact, &numbers);
+                let share = losses[n + a] / scales[n + a];
+                let finding = of_formula(here.named(), &start.q, &found.exact[..n], 1.0);
+                if share > self.of_start.0 {
+                    self.of_start = (share, finding);
+                }
+            }
+        }
     }
 
     fn see(&mut self, here: &mut Evaluated, seen: &Seen) {
@@ -289,13 +362,25 @@ impl Largest {
     }
 
     fn told(self) -> (Formulas, Vec<f64>) {
-        let (share, finding) = self.worst;
+        // Of what moves and is pushed later, the rounding at the start is one of many.
+        let n = self.at_start.len();
+        let mut at_start = self.at_start;
+        for (a, loss) in at_start.iter_mut().enumerate() {
+            if !self.rests[a] && self.sizes[n + a] > 2.0 * *loss {
+                *loss = 0.0;
+            }
+        }
+        let (of_start, of_start_finding) = self.of_start;
+        let momenta = self.momenta;
+        let is_of_start = self.worst.0 == 0.0 && at_start.iter().chain(&momenta).any(|loss| *loss > 0.0);
+        let (share, finding) = if is_of_start { (of_start, of_start_finding) } else { self.worst };
         let formulas = match (self.is_seen, share) {
             (false, _) => Formulas::Unknown,
             (true, 0.0) => Formulas::Conditioned,
             (true, share) => {
                 let (q_dot, p_dot) = self.lost.split_at(self.lost.len() / 2);
-                Formulas::Lost(Lost { q_dot: q_dot.to_vec(), p_dot: p_dot.to_vec(), finding, share })
+                let [q_dot, p_dot] = [q_dot, p_dot].map(<[f64]>::to_vec);
+                Formulas::Lost(Lost { q_dot, p_dot, at_start, momenta, finding, share })
             }
         };
         (formulas, self.certified)

@@ -66,7 +66,7 @@ impl Evaluated {
             jump([-reach, length + reach], &mut exact).map(|(place, by)| (reach, place, by))
         });
         let (reach, place, by) = found?;
-        let rough = |at: f64| {
+        let mut rough = |at: f64| {
             let moved = |(k, value): (usize, &f64)| value + at * along[k].to_f64();
             let all: Vec<f64> = start.q.iter().chain(&start.p).enumerate().map(moved).collect();
             let (q, p) = (all[..n].to_vec(), all[n..].to_vec());
@@ -74,7 +74,7 @@ impl Evaluated {
         };
         let misplaced = PARTS.iter().map(|part| {
             let ends = [place - part * reach, place + part * reach];
-            jump(ends, &mut &rough).map_or(reach, |(other, _)| (other - place).abs())
+            jump(ends, &mut rough).map_or(reach, |(other, _)| (other - place).abs())
         });
         let misplaced = misplaced.fold(0.0, f64::max);
         let off = by.iter().zip(meeting.open()).map(|(by, open)| (by.abs() * misplaced).max(open)).collect();

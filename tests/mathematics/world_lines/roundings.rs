@@ -90,7 +90,7 @@ fn witnesses_know_what_their_formulas_lose() {
 fn a_kick_at_rest_on_a_hill_is_seen_or_doubted() {
     let mut found = 0;
     for force in [1e-3, 1e-5, 1e-6, 1e-8, 1e-10, 1e-13] {
-        for (begin, width) in [(0.680_58, 0.01), (0.3, 1e-3), (1.1, 1e-4)] {
+        for (begin, width) in [(0.680_58, 0.01), (0.3, 1e-3), (1.1, 1e-4), (0.841, 1e-5)] {
             let (last, length) = (begin + width, 3.0);
             let grown = |at: f64| (10.0 * (length - at)).cosh();
             let of_step = force / 100.0 * (grown(begin) - grown(last));
@@ -142,4 +142,89 @@ fn a_jump_whose_argument_cancels_is_where_its_decimals_say() {
         largest = largest.max(off);
     }
     println!("{largest:e}");
+}
+
+/// With decimals k a = c, where a is a double, a particle rests for ever on top of cos(k x − c), and is pushed by what
+/// doubles make of k a − c. Both marches are pushed alike.
+#[test]
+fn what_begins_with_rounding_alone_is_right_or_doubted() {
+    let mut moved = 0;
+    for (k, a, c) in
+        [(1.4, 0.625, 0.875), (1.3, 0.75, 0.975), (1.1, 0.375, 0.4125), (0.7, 1.25, 0.875), (1.9, 0.5, 0.95)]
+    {
+        for length in [3.0, 20.0, 40.0] {
+            for scheme in [
+                "solver.accuracy = 1e-2",
+                "solver.accuracy = 1e-8",
+                "solver.tolerance = 1e-10",
+                "grid.n_gamma = 16\ngrid.windows = 40\nscheme = { sbp = \"GLL16\", form = \"weak\" }",
+            ] {
+                let rest = format!("potential.formula = \"cos({k:?}*x - {c:?})\"\n{scheme}");
+                let Some((run, judged)) = judged(&particle([a, 0.0, length], &rest)) else { continue };
+                let off = (end(&run.line, "x") - a).abs();
+                moved += u32::from(off > 1e-6);
+                let most = judged.error.map_or(0.0, |error| error.at_most_at_end()[1]);
+                let is_doubted = judged.verdict.grade == Grade::Doubtful;
+                assert!(is_doubted || off <= most + 1e-15, "{k} {length} {scheme}: {off:e} of {most:e}");
+            }
+            // A force that is nothing but the rounding of a product and a sum.
+            let rest = format!(
+                "potential.coordinates = [\"x\", \"y\"]\npotential.formula = \"0\"\n\
+                 potential.force.x = \"1e14*({k:?}*y - {c:?})\"\ninitial.y = {a:?}\ninitial.y_dot = 0\n\
+                 solver.accuracy = 1e-4"
+            );
+            let text = format!(
+                "particle.law = \"newtonian\"\ngrid.gamma_f = {length:?}\ninitial.x = 0.5\n\
+                 initial.x_dot = 0.3\n{rest}"
+            );
+            let Some((run, judged)) = judged(&parsed(&text, &[])) else { continue };
+            let off = (end(&run.line, "x") - 0.5 - 0.3 * length).abs();
+            let is_doubted = judged.verdict.grade == Grade::Doubtful;
+            assert!(is_doubted || off <= 1e-4 * 0.3 * length, "{k} {length}: {off:e}");
+        }
+    }
+    assert!(moved > 3, "{moved}");
+}
+
+/// A jump at a time that is far from 0 is met in windows in which t is one number: its rate is known all the same.
+#[test]
+fn a_jump_by_a_far_clock_leaves_all_witnesses_finite() {
+    for start in [0.0, 10.0, 100.0, 1e3, 1e5] {
+        let later = 1.8;
+        let in_time = format!("-x + 10*step(t - {:?})", start + later);
+        for force in [in_time.as_str(), "-0.3*x_dot + step(x^2 - 0.3)", "step(x - 0.9)"] {
+            let rest = format!(
+                "initial.t = {start:?}\nsolver.accuracy = 1e-7\npotential.formula = \"0\"\n\
+                 potential.force.x = \"{force}\""
+            );
+            let case = particle([0.3, 0.4, 4.0], &rest);
+            let (run, judged) = judged(&case).unwrap_or_else(|| panic!("{start} {force} is refused"));
+            assert_eq!(judged.verdict.grade, Grade::Trusted, "{start} {force}: {:?}", judged.verdict.reasons);
+            if force.starts_with("-x") {
+                let free = 0.3 * 4.0_f64.cos() + 0.4 * 4.0_f64.sin();
+                let exact = free + 10.0 * (1.0 - (4.0_f64 - later).cos());
+                assert!((end(&run.line, "x") - exact).abs() < 1e-6, "{start}");
+            }
+        }
+    }
+}
+
+/// V = (C + a x²) − C is a x². Its slope loses nothing, but g00 at the start does, which Q_t is made of.
+#[test]
+fn momenta_that_the_metric_has_rounded_are_in_the_error() {
+    let text = |formula: &str| {
+        format!(
+            "particle.c = 3.0\ngrid.gamma_f = 20.0\nsolver.accuracy = 1e-10\npotential.formula = \"{formula}\"\n\
+             initial = {{ t = 0, x = -0.67, t_dot = 1, x_dot = -0.15 }}"
+        )
+    };
+    let known = judged(&parsed(&text("0.65*x^2"), &[])).expect("it has an end").0;
+    for large in ["1e4", "1e6", "1e8"] {
+        let case = parsed(&text(&format!("({large} + 0.65*x^2) - {large}")), &[]);
+        let Some((run, judged)) = judged(&case) else { continue };
+        let off = (end(&run.line, "x") - end(&known.line, "x")).abs();
+        let most = judged.error.map_or(f64::INFINITY, |error| error.at_most_at_end()[1]);
+        assert!(off <= most + 1e-11, "{large}: {off:e} of {most:e}");
+        assert!(large != "1e8" || judged.verdict.grade == Grade::Doubtful, "{large}");
+    }
 }
