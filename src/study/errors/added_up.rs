@@ -44,7 +44,7 @@ pub(super) fn added_up<S: Real>(
     let ranges = places.ranges();
     let (mut computed, mut rounded): (Vec<Sums>, _) = (Vec::new(), Sums::new(2 * n));
     let mut sizes = vec![0.0_f64; 2 * n];
-    let (mut whole, mut count, mut distinct, mut start) = (0.0, 0, nodes as f64, vec![0.0; n]);
+    let (mut whole, mut count, mut distinct, mut is_far) = (0.0, 0, nodes as f64, vec![false; n]);
     let mut here: Option<Evaluated> = None;
     for seen in places.seen() {
         if here.as_ref().is_none_or(|here| here.set != seen.set) {
@@ -62,7 +62,7 @@ pub(super) fn added_up<S: Real>(
         if let Some(a) = far {
             // A coordinate that moves by a few of its roundings takes no more values.
             distinct = distinct.min(ranges[a] / (f64::EPSILON * seen.q[a].abs())).max(1.0);
-            start[a] = off_at_start(case, setup, a);
+            is_far[a] = true;
         }
     }
     let by_nodes = |of: f64| OF_NODES * (f64::from(count) / of).sqrt();
@@ -78,7 +78,8 @@ pub(super) fn added_up<S: Real>(
         each.collect::<Vec<f64>>()
     };
     let mut off = Off { q: of(&lost.q_dot, 0), p: of(&lost.p_dot, n) };
-    off.q.iter_mut().zip(start).for_each(|(off, start)| *off += start);
+    let far = (0..n).filter(|&a| is_far[a]);
+    far.for_each(|a| off.q[a] += off_at_start(case, setup, a));
     off.p.iter_mut().zip(&lost.at_start).for_each(|(off, rate)| *off += length * rate);
     off.p.iter_mut().zip(&lost.momenta).for_each(|(off, momentum)| *off += momentum);
     (whole > 0.0).then_some(off)
