@@ -112,7 +112,7 @@ impl<S: Real> Fields<'_, S> {
         (0..2 * n).map(of).filter(|change| change.is_finite()).sum()
     }
 
-    /// What may change f_a + F_a at node k of a window: errors of all coordinates there, and then of every force.
+    /// Errors of all coordinates at node k of a window may change f_a + F_a there, and behind them those of forces.
     fn force_place(&self, index: usize, k: usize, a: usize) -> Place {
         let (structure, n, window) = (self.structure(), self.velocities.len(), &self.run.windows[index]);
         let q_dot = |b: usize| if b < n { self.velocities[b][k].to_f64() } else { 1.0 };

@@ -170,9 +170,9 @@ impl Between {
     }
 }
 
-/// How far an active coordinate is from where it was at the start of the run, in the window. What has not begun to move
-/// may be pushed by its rounding alone, and what has by an accuracy of its way: how a push grows, as on top of a hill,
-/// is seen in no error where there is none.
+/// The largest distance in the window of an active coordinate from where it was at the start of the run. What has not
+/// begun to move may be pushed by its rounding alone, and what has by an accuracy of its way: as no error is there, none
+/// shows how a push grows, as on top of a hill.
 fn way(solver: &Solver<'_, POINTS>, a: usize, start: f64) -> f64 {
     let place = solver.geometry.active().iter().position(|&other| other == a);
     let nodes = place.into_iter().flat_map(|place| &solver.unknown_nodes(place).0);

@@ -1,5 +1,5 @@
-//! What the losses of rates add up to along a run. Roundings have no direction: of N of one size, that are independent,
-//! the sum is about √N times as large, and what has a direction shows in their mean.
+//! The losses of rates are added up along a run. Roundings have no direction: the sum of N that are independent and of
+//! one size is about √N times as large, and what has a direction shows in their mean.
 
 use super::conditioning::{Evaluated, Losses, Lost, ORDINARY, far};
 use super::places::Places;

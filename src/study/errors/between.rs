@@ -29,7 +29,7 @@ pub(super) struct Between<'g> {
     k: f64,
     start: Vec<f64>,
     length: f64,
-    /// What rounding takes from K, as its formulas lose digits.
+    /// Rounding takes so much from K, as its formulas lose digits.
     lost: f64,
     /// The integral of |ΔK| over the γ that was looked at.
     drift: f64,

@@ -103,7 +103,7 @@ pub(crate) fn lost_to<S: Real>(case: &Case, setup: &Setup<S>, mut places: Places
     }
 }
 
-/// What rounding takes from the rates at a place: q̇^a and then ṗ_a.
+/// The losses of rates to rounding at a place: of q̇^a and then of ṗ_a.
 pub(super) struct Losses {
     pub(super) exact: Vec<Extended>,
     /// What is computed minus what is exact, in each way in which the run computes rates.
@@ -185,8 +185,7 @@ impl Evaluated {
         self.exact.at(q, p)
     }
 
-    /// What rounding takes from the rates at a place, where a coordinate may be far from 0. `None` if this is no state
-    /// in 70 digits.
+    /// The losses of rates at a place, where a coordinate may be far from 0. `None` if this is no state in 70 digits.
     pub(super) fn losses(&mut self, seen: &Seen, far: Option<usize>) -> Option<Losses> {
         let exact = self.exact(seen, |_, value| Extended::from(value));
         if !exact.iter().all(|rate| rate.is_finite()) {
