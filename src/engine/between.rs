@@ -171,8 +171,8 @@ impl Between {
 }
 
 /// The largest distance in the window of an active coordinate from where it was at the start of the run. What has not
-/// begun to move may be pushed by its rounding alone, and what has by an accuracy of its way: as no error is there, none
-/// shows how a push grows, as on top of a hill.
+/// begun to move may be pushed by its rounding alone, and what has by an accuracy of its way: as no error is there,
+/// none shows how a push grows, as on top of a hill.
 fn way(solver: &Solver<'_, POINTS>, a: usize, start: f64) -> f64 {
     let place = solver.geometry.active().iter().position(|&other| other == a);
     let nodes = place.into_iter().flat_map(|place| &solver.unknown_nodes(place).0);

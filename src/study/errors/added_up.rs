@@ -47,11 +47,9 @@ pub(super) fn added_up<S: Real>(
     let (mut whole, mut count, mut distinct, mut is_far) = (0.0, 0, nodes as f64, vec![false; n]);
     let mut here: Option<Evaluated> = None;
     for seen in places.seen() {
-        if here.as_ref().is_none_or(|here| here.set != seen.set) {
-            here = Evaluated::new(case, setup, seen);
-        }
+        let here = Evaluated::where_set(&mut here, (case, setup), seen)?;
         let far = far(&seen.q, &ranges);
-        let Some(Losses { exact, computed: here, rounded: by, .. }) = here.as_mut()?.losses(seen, far) else {
+        let Some(Losses { exact, computed: here, rounded: by, .. }) = here.losses(seen, far) else {
             continue;
         };
         sizes.iter_mut().zip(&exact).for_each(|(size, rate)| *size = size.max(rate.to_f64().abs()));

@@ -74,10 +74,8 @@ impl Formulas {
             }
         }
         for seen in places.seen() {
-            if here.as_ref().is_none_or(|here| here.set != seen.set) {
-                here = Evaluated::new(case, setup, seen);
-            }
-            let Some(here) = &mut here else { return (Self::Unknown, Vec::new()) };
+            let here = Evaluated::where_set(&mut here, (case, setup), seen);
+            let Some(here) = here else { return (Self::Unknown, Vec::new()) };
             found.see(here, seen);
         }
         found.told()
@@ -106,7 +104,7 @@ pub(crate) fn lost_to<S: Real>(case: &Case, setup: &Setup<S>, mut places: Places
 /// The losses of rates to rounding at a place: of q̇^a and then of ṗ_a.
 pub(super) struct Losses {
     pub(super) exact: Vec<Extended>,
-    /// What is computed minus what is exact, in each way in which the run computes rates.
+    /// The rates minus exact ones, in each way in which the run computes them.
     pub(super) computed: Vec<Vec<f64>>,
     /// The same in size of what a run is certified with: of the forces of the Lagrangian, and of K. As q̇^a is
     /// g^ab p_b, what g^ab is off by makes Δq̇^a of velocities, and −p_a Δq̇^a of K.
@@ -127,7 +125,7 @@ impl Losses {
 
 /// The rates of a case in both precisions, where events have set these parameters.
 pub(super) struct Evaluated {
-    pub(super) set: Vec<(usize, f64)>,
+    set: Vec<(usize, f64)>,
     text: GeometryText,
     rough: Geometry,
     windows: Rates,
@@ -139,7 +137,19 @@ pub(super) struct Evaluated {
 }
 
 impl Evaluated {
-    pub(super) fn new<S: Real>(case: &Case, setup: &Setup<S>, Seen { q, set, .. }: &Seen) -> Option<Self> {
+    /// The rates where events have set parameters as at this place: `here`, or others if they were set anew.
+    pub(super) fn where_set<'h, S: Real>(
+        here: &'h mut Option<Self>,
+        (case, setup): (&Case, &Setup<S>),
+        seen: &Seen,
+    ) -> Option<&'h mut Self> {
+        if here.as_ref().is_none_or(|here| here.set != seen.set) {
+            *here = Self::new(case, setup, seen);
+        }
+        here.as_mut()
+    }
+
+    fn new<S: Real>(case: &Case, setup: &Setup<S>, Seen { q, set, .. }: &Seen) -> Option<Self> {
         let changed = if set.is_empty() { None } else { Some(case.with_parameters(set, q)?) };
         let rough = changed.as_ref().map_or_else(|| (*setup.rough.geometry).clone(), Case::geometry);
         let text = changed.as_ref().unwrap_or(case).geometry_text.clone();

@@ -86,7 +86,7 @@ pub(crate) struct Further {
     momenta: Vec<f64>,
     /// The share that rounding takes from slopes.
     share: f64,
-    /// What rounding takes at most from what it is certified with, at the places that were seen.
+    /// The largest losses of what it is certified with, at the places that were seen.
     certified: Vec<f64>,
 }
 
@@ -161,12 +161,12 @@ impl Further {
         all
     }
 
-    /// What rounding may take from formulas, where it is more than they always lose.
+    /// The losses of its formulas to rounding, where they are more than any formula has.
     pub(crate) fn noise(&self) -> Noise {
         Noise { share: self.share, norm: self.of_certificate().last().copied().unwrap_or(0.0) }
     }
 
-    /// What rounding may take from the forces and from K, with which a run is certified. It is bounded, so that some
+    /// The losses that the forces and K may have, with which a run is certified. Rounding is bounded, so that some
     /// places have seen half of the most.
     pub(crate) fn of_certificate(&self) -> Vec<f64> {
         self.certified.iter().map(|off| 2.0 * off).collect()

@@ -35,11 +35,7 @@ pub(super) fn met<S: Real>(case: &Case, setup: &Setup<S>, places: &Places) -> Ve
         if jumps.iter().any(|jump| (jump.gamma - gamma - 0.5 * length).abs() <= 1.5 * length) {
             continue;
         }
-        let set = &meeting.ends[0].set;
-        if here.as_ref().is_none_or(|here| here.set != *set) {
-            here = Evaluated::new(case, setup, &meeting.ends[0]);
-        }
-        let exact = here.as_mut().filter(|_| !S::IS_EXTENDED);
+        let exact = Evaluated::where_set(&mut here, (case, setup), &meeting.start).filter(|_| !S::IS_EXTENDED);
         let found = exact.and_then(|here| here.misplaced(meeting));
         let off = found.as_ref().map_or_else(|| meeting.open().collect(), |jump| jump.off.clone());
         all.iter_mut().zip(off).for_each(|(all, off)| *all += off);
@@ -51,7 +47,7 @@ pub(super) fn met<S: Real>(case: &Case, setup: &Setup<S>, places: &Places) -> Ve
 impl Evaluated {
     /// By how much each momentum is off behind the jump next to this window. `None` if there is none.
     fn misplaced(&mut self, meeting: &Meeting) -> Option<Jump> {
-        let Meeting { ends: [start, _], gamma, length, .. } = meeting;
+        let Meeting { start, gamma, length, .. } = meeting;
         let n = start.q.len();
         let along = self.exact(start, |_, value| Extended::from(value));
         if !along.iter().all(|rate| rate.is_finite()) {

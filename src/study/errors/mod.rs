@@ -132,12 +132,12 @@ pub fn run_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Samp
     own_error(setup, line, samples, Noise::default())
 }
 
-/// What rounding takes from the formulas of a run.
+/// The losses of the formulas of a run to rounding.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Noise {
     /// The share that slopes lose.
     pub(crate) share: f64,
-    /// What K loses.
+    /// The loss of K.
     pub(crate) norm: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use crate::geometry::Start;
 use crate::number::Real;
-use crate::solve::{Joint, WorldLine};
+use crate::solve::WorldLine;
 use crate::trajectory::{Sample, Sampler};
 
 /// So many places of each window may be kept.
@@ -38,8 +38,8 @@ pub(crate) struct Places {
 /// A short window, in which a force may jump.
 #[derive(Debug)]
 pub(super) struct Meeting {
-    /// Its ends.
-    pub(super) ends: [Seen; 2],
+    /// The state at its start.
+    pub(super) start: Seen,
     /// γ at its start, and by how much γ grows in it.
     pub(super) gamma: f64,
     pub(super) length: f64,
@@ -153,13 +153,13 @@ impl Places {
             }
             if uncertain > 0.0 {
                 let changes = end.p.iter().zip(start.p).map(|(&to, &from)| part.signed(to - from).to_f64()).collect();
-                let ends = [start, end].map(|Joint { q, p }| Seen {
-                    q: q.iter().enumerate().map(|(a, &q)| (q - part.origin_of(a)).to_f64()).collect(),
-                    p: p.iter().map(|&p| part.signed(p).to_f64()).collect(),
+                let state = Seen {
+                    q: start.q.iter().enumerate().map(|(a, &q)| (q - part.origin_of(a)).to_f64()).collect(),
+                    p: start.p.iter().map(|&p| part.signed(p).to_f64()).collect(),
                     set: set.to_vec(),
                     part: h,
-                });
-                self.meet(Meeting { ends, gamma: from, length: h, changes, uncertain, is_one_place });
+                };
+                self.meet(Meeting { start: state, gamma: from, length: h, changes, uncertain, is_one_place });
             }
         }
     }
