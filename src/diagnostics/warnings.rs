@@ -61,17 +61,17 @@ impl<S: Real> Sawtooth<S> {
 impl<S: Real> Diagnostics<S> {
     /// The warnings that the trajectory of `line`, which was measured, should not be believed, one sentence each.
     pub fn warnings(&self, line: &WorldLine<S>) -> Vec<String> {
-        self.suspicions(line).iter().map(Reason::to_string).collect()
+        self.suspicions(line, 0.0).iter().map(Reason::to_string).collect()
     }
 
-    /// The same, each with its remedy.
-    pub fn suspicions(&self, line: &WorldLine<S>) -> Vec<Reason> {
+    /// The reasons to doubt the trajectory of `line`, which was measured, where rounding takes so much from K at most.
+    pub fn suspicions(&self, line: &WorldLine<S>, lost: f64) -> Vec<Reason> {
         let names = line.geometry().names();
         let of = |(a, sawtooth): &(usize, Sawtooth<S>)| sawtooth.warning(&names[*a], self.reaches[*a], line.digits);
         let mut found: Vec<Reason> = self.sawtooth.iter().filter_map(of).collect();
         let drift = self.norm.drift();
         match &self.of_x {
-            None => found.extend(self.drift_of_motion(drift, line)),
+            None => found.extend(self.drift_of_motion(drift, lost, line)),
             Some(of_x) => {
                 let all = [of_x.drift_warning(drift, line), of_x.step_warning(line), of_x.horizon_warning(line)];
                 found.extend(all.into_iter().flatten());
@@ -116,10 +116,10 @@ impl<S: Real> Diagnostics<S> {
         Some(Reason::new(format!("{name} is beyond the range of numbers"), "end the run before that"))
     }
 
-    /// The warning that K drifts, where motion is what it contributes to K.
-    fn drift_of_motion(&self, drift: f64, line: &WorldLine<S>) -> Option<Reason> {
+    /// The warning that K drifts by more than formulas lose, where motion is what it contributes to K.
+    fn drift_of_motion(&self, drift: f64, lost: f64, line: &WorldLine<S>) -> Option<Reason> {
         let drift = if self.norm.is_rounding() { self.norm.max_ends.to_f64() } else { drift };
-        let is_small = drift <= DOUBTFUL_DRIFT * self.motion;
+        let is_small = drift - lost <= DOUBTFUL_DRIFT * self.motion;
         // D makes noise of a motion that is no larger than the rounding of its place.
         let mut reaches = line.geometry().active().iter().map(|&a| self.reaches[a]);
         let is_noise = reaches.all(|reach| reach.range() <= ROUNDING * reach.size());

@@ -88,10 +88,12 @@ impl Size {
     }
 }
 
+/// Below this a number, or one that is smaller by rounding, has not all digits of a double: it is no size.
+const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+
 /// 1/size, or 0.
 pub(super) fn inverse(size: f64) -> f64 {
-    // The inverse of a denormal number is out of range.
-    if size > 0.0 { (1.0 / size).min(f64::MAX) } else { 0.0 }
+    if size >= LEAST { 1.0 / size } else { 0.0 }
 }
 
 /// The time scale of a motion at its start, and what is known of sizes before it begins.

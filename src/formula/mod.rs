@@ -7,6 +7,7 @@
 //! reduce      writes expressions with fewer operations
 //! program     compiles what the wanted outputs need to a list of steps on registers, one for a product and a sum
 //! algebra     carries out the steps: on numbers and blocks of them (here), vectors of nodes, Taylor series (elsewhere)
+//! one_ball    does so with a ball of 32 digits in each register
 //! mend        computes once more what is not finite, in numbers of wide exponents (`wide`)
 //! steep       finds what functions and quotients of a program are applied to, and high powers (`powers`)
 //! ```
@@ -21,6 +22,7 @@ mod grammar;
 mod graph;
 mod hint;
 mod mend;
+mod one_ball;
 mod operation;
 mod powers;
 mod program;
@@ -35,6 +37,7 @@ pub use crate::number::Function;
 pub(crate) use algebra::{Algebra, BLOCK, MOST_LOST, run, run_at};
 pub(crate) use grammar::{Known, Names, parse};
 pub(crate) use graph::{Graph, NodeId};
+pub(crate) use one_ball::OneBall;
 pub(crate) use operation::{Fused, Operation};
 pub(crate) use program::{Program, Register, Step};
 pub(crate) use reduce::Level;

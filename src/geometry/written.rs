@@ -5,8 +5,9 @@ use super::expressions::Expressions;
 use super::inverse::Inverse;
 use super::parts::{Parts, Scope};
 use super::text::{GeometryError, GeometryText, Law, Place};
-use crate::formula::{Graph, Known, NodeId, Program};
-use crate::number::Real;
+use crate::formula::{Graph, Known, NodeId, OneBall, Program, run};
+use crate::number::ball::Ball;
+use crate::number::{Extended, Real};
 
 /// A program with its registers, which is run at one point after another.
 #[derive(Debug)]
@@ -34,7 +35,11 @@ impl<S: Real> AtPoints<S> {
 /// Hamilton's equations of *all* coordinates as they follow from the formulas. A coordinate that is ignorable in one
 /// precision may be active in another, where a number that rounds to 0 is none.
 #[derive(Debug)]
-pub struct WrittenRates<S>(AtPoints<S>);
+pub struct WrittenRates<S> {
+    at_points: AtPoints<S>,
+    /// Registers of balls, if there were any yet.
+    balls: Vec<Ball>,
+}
 
 impl<S: Real> WrittenRates<S> {
     /// Compiles the equations, of the motion on its way back if `is_backward`.
@@ -48,13 +53,29 @@ impl<S: Real> WrittenRates<S> {
         let n = parts.dimension();
         let Expressions { velocities, forces, .. } =
             Expressions::new(&mut parts, &inverse, &(0..n).collect::<Vec<_>>());
-        Ok(Self(AtPoints::new(&mut parts.graph, 3 * n, &[velocities, forces].concat())))
+        let at_points = AtPoints::new(&mut parts.graph, 3 * n, &[velocities, forces].concat());
+        Ok(Self { at_points, balls: Vec::new() })
     }
 
     /// q̇^a of all coordinates, and then ṗ_a of all, inside the domain or not.
     pub fn at(&mut self, q: &[S], p: &[S]) -> Vec<S> {
         let unused = std::iter::repeat_n(S::ZERO, q.len());
-        self.0.at(q.iter().copied().chain(unused).chain(p.iter().copied()))
+        self.at_points.at(q.iter().copied().chain(unused).chain(p.iter().copied()))
+    }
+}
+
+impl WrittenRates<Extended> {
+    /// The same in balls, with 32 digits and at a small part of the costs; unknown where something is not analytic.
+    pub(crate) fn in_balls(&mut self, q: &[f64], p: &[f64]) -> impl Iterator<Item = Ball> {
+        let Self { at_points: AtPoints { program, .. }, balls } = self;
+        if balls.is_empty() {
+            *balls = program.registers(|constant| Ball::of(constant, 0.0));
+        }
+        q.iter().enumerate().for_each(|(a, &q)| balls[a] = Ball::exact(q));
+        p.iter().enumerate().for_each(|(a, &p)| balls[2 * q.len() + a] = Ball::exact(p));
+        let outputs = program.outputs.len();
+        run(&OneBall, program.steps_to(outputs), balls);
+        (0..outputs).map(|output| balls[program.output(output)])
     }
 }
 

@@ -249,10 +249,11 @@ fn numbers_by_name<S: Real>(run: &Run<S>, events: &[Event], error: Option<&RunEr
             "events": events.iter().enumerate().map(|(k, event)| (&event.name, count(k))).collect::<BTreeMap<_, _>>(),
             "branch_distance": diagnostics.branch_distance.map(number),
         })),
-        error.map_or_else(|| json!({}), |error| errors_by_name(names, error)),
+        error.map_or_else(|| json!({}), |error| errors_by_name(&names[..line.geometry().results()], error)),
     ])
 }
 
+/// The errors of the coordinates that are results: s of Newton's law is none.
 fn errors_by_name(names: &[String], error: &RunError) -> Value {
     let by_name =
         |values: Vec<f64>| -> ByName { names.iter().cloned().zip(values.into_iter().map(Value::from)).collect() };

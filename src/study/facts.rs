@@ -47,7 +47,7 @@ pub(super) fn suspicions<S: Real>(
     let is_small =
         |error: &&RunError| coordinate_errors(line, diagnostics, error).iter().all(CoordinateError::is_small);
     let claimed = error.filter(is_small).map(|error| [error.at_most().as_slice(), of_certificate].concat());
-    let mut suspicions = diagnostics.suspicions(line);
+    let mut suspicions = diagnostics.suspicions(line, of_certificate.last().copied().unwrap_or(0.0));
     suspicions.extend(diagnostics.unexplained(line, claimed.as_deref()));
     suspicions
 }

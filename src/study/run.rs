@@ -10,7 +10,7 @@ use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
 use crate::solve::{NoSolution, Off, Setup, WorldLine, solve_window_by_window};
 use crate::study::acting::{Chains, Piece, Stopped};
-use crate::study::errors::{Further, OfRun, Places, RunError, lost_to, own_error, pair, passed, reference_error};
+use crate::study::errors::{Further, OfRun, RunError, Sights, lost_to, own_error, pair, passed, reference_error};
 use crate::study::facts::{coordinate_errors, facts_of_run, suspicions};
 use crate::study::proof::ProofOfRun;
 use crate::study::solved::{EveryWindow, solved};
@@ -105,6 +105,8 @@ pub struct Judged {
 /// The measures of a run, part by part.
 struct Measures<'m, 'o, S: Real> {
     case: &'m Case,
+    /// The setup that it makes.
+    setup: &'m Setup<S>,
     /// The conserved sums, and whether each has held so far.
     sums: Vec<(ConservedSum, bool)>,
     /// Their terms.
@@ -114,7 +116,7 @@ struct Measures<'m, 'o, S: Real> {
     samples: Option<SampleStream<S>>,
     observer: Option<Observer<'o, S>>,
     measured: Option<Diagnostics<S>>,
-    places: Places,
+    sights: Sights,
     /// The parameters that events have set before what is seen next.
     set: Vec<(usize, f64)>,
 }
@@ -140,7 +142,7 @@ impl<S: Real> Measures<'_, '_, S> {
         let before = self.measured.take().filter(|_| part.window_count > part.windows.len());
         self.measured = Some(if let Some(before) = before { before.followed_by(here) } else { here });
         self.events.see(part);
-        self.places.see(part, &self.set);
+        self.sights.see((self.case, self.setup), part, &self.set);
         self.samples.iter_mut().for_each(|samples| samples.see(part));
     }
 
@@ -189,7 +191,7 @@ impl<S: Real> Measures<'_, '_, S> {
         if setup.is_backward {
             failure.gamma = 2.0 * setup.gamma_i.to_f64() - failure.gamma;
         }
-        failure.reasons.lost = lost_to(self.case, setup, std::mem::take(&mut self.places), &failure);
+        failure.reasons.lost = lost_to(self.case, setup, std::mem::take(&mut self.sights), &failure);
         NoRun::Unsolved(failure, self.events.found())
     }
 
@@ -212,15 +214,19 @@ impl<S: Real> Measures<'_, '_, S> {
     }
 }
 
+/// The sums of momenta that may be conserved.
+fn conserved_sums<S: Real>(case: &Case, setup: &Setup<S>) -> Vec<ConservedSum> {
+    setup.rough.geometry.conserved_sums(&setup.rough.start, || case.geometry())
+}
+
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
 /// is streamed they contain those of measuring.
 pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
-    let rough = &setup.rough;
-    let has_sums = wanted.sums && !case.is_of_x;
-    let sums = if has_sums { rough.geometry.conserved_sums(&rough.start, || case.geometry()) } else { Vec::new() };
+    let sums = if wanted.sums && !case.is_of_x { conserved_sums(case, setup) } else { Vec::new() };
     let mut watches = case.watches();
     let mut measures = Measures {
         case,
+        setup,
         terms: sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect(),
         sums: sums.into_iter().map(|sum| (sum, true)).collect(),
         observables: case.observables(),
@@ -228,7 +234,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         samples: wanted.samples,
         observer: wanted.observer,
         measured: None,
-        places: Places::default(),
+        sights: Sights::default(),
         set: Vec::new(),
     };
     let mut see = |part: &WorldLine<S>| measures.see(part);
@@ -246,7 +252,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         Ok(samples) => samples,
         Err(none) => return (Err(NoRun::Unsampled(none)), solve_seconds),
     };
-    let further = Further::new(case, setup, &line, &measures.places);
+    let further = Further::new(case, setup, &line, &measures.sights);
     further.limit(&mut line);
     let missed = measures.events.missed();
     let mut events = measures.events.finish(&line);
@@ -285,7 +291,8 @@ impl<S: Real> Run<S> {
     /// The warnings without those of a look between the nodes.
     pub fn warnings(&self) -> Vec<String> {
         let newtonian = self.diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
-        self.diagnostics.warnings(&self.line).into_iter().chain(newtonian).collect()
+        let suspicions = self.diagnostics.suspicions(&self.line, self.further.noise().norm);
+        suspicions.iter().map(Reason::to_string).chain(newtonian).collect()
     }
 
     /// Judges the run of `setup`: its error comes from the engine beside it, or with `reference` from the Taylor

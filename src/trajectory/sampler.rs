@@ -110,6 +110,20 @@ impl<'l, S: Real> Sampler<'l, S> {
         Sample { gamma: line.gamma_at(first + place), q, q_dot, p }
     }
 
+    /// The world-line at a node inside a window.
+    pub(crate) fn inside(&mut self, window: usize, node: usize) -> Sample<S> {
+        let line = self.line;
+        let (grid, n) = (&line.windows[window], line.q.len());
+        let from_start = grid.gamma_at(node);
+        if !self.has_states(window) {
+            return self.in_window(window, from_start - grid.gamma[0]);
+        }
+        let zeros = || vec![S::ZERO; n];
+        let mut sample = Sample { gamma: line.gamma_at(from_start), q: zeros(), q_dot: zeros(), p: zeros() };
+        self.at_node(window, node, &mut sample);
+        sample
+    }
+
     /// Returns true if the solver has left the states at the nodes of a window, and the motion is followed by the
     /// polynomial through them.
     pub(super) fn has_states(&self, window: usize) -> bool {

@@ -1,8 +1,10 @@
 //! The losses of rates are added up along a run. Roundings have no direction: the sum of N that are independent and of
 //! one size is about √N times as large, and what has a direction shows in their mean.
 
-use super::conditioning::{Evaluated, Losses, Lost, ORDINARY, far};
-use super::places::Places;
+use super::conditioning::{Lost, far};
+use super::evaluated::{Evaluated, Losses, ORDINARY};
+use super::places::Seen;
+use super::sights::Sights;
 use crate::case::Case;
 use crate::number::{Extended, Real};
 use crate::solve::{Off, Setup};
@@ -32,30 +34,56 @@ impl Sums {
     }
 }
 
+/// The losses of some places, in each way in which rates are computed.
+#[derive(Debug)]
+struct Added {
+    computed: Vec<Sums>,
+    /// The largest size of each rate so far.
+    sizes: Vec<f64>,
+}
+
+impl Added {
+    fn new(rates: usize) -> Self {
+        Self { computed: Vec::new(), sizes: vec![0.0; rates] }
+    }
+
+    /// Adds those of a place, and returns what rounding of a coordinate that is far from 0 makes of rates besides.
+    /// `None` if it is no state in 70 digits.
+    fn see(&mut self, here: &mut Evaluated, seen: &Seen, far: Option<usize>) -> Option<Vec<f64>> {
+        let Losses { exact, computed, rounded, .. } = here.losses(seen, far)?;
+        let Self { computed: sums, sizes } = self;
+        sizes.iter_mut().zip(&exact).for_each(|(size, rate)| *size = size.max(rate.to_f64().abs()));
+        sums.resize(sums.len().max(computed.len()), Sums::new(sizes.len()));
+        sums.iter_mut().zip(computed).for_each(|(sums, losses)| sums.see(&beyond(losses, sizes), seen.part));
+        Some(beyond(rounded, sizes))
+    }
+
+    /// The sum of a rate, and so many standard deviations.
+    fn most(&self, k: usize, deviations: f64) -> f64 {
+        let each = self.computed.iter().map(|sums| sums.mean[k].abs() + deviations * sums.squares[k].sqrt());
+        each.fold(0.0, f64::max)
+    }
+}
+
 /// By how much all rates of a run of `case` move its numbers: its formulas lose digits, and these are some of its
 /// places. It is so long, and has so many nodes. `None` if there is no place at which that is known.
 pub(super) fn added_up<S: Real>(
     (case, setup): (&Case, &Setup<S>),
     lost: &Lost,
-    places: &Places,
+    Sights { places, loudest }: &Sights,
     (length, nodes): (f64, usize),
 ) -> Option<Off> {
     let n = setup.rough.start.q.len();
     let ranges = places.ranges();
-    let (mut computed, mut rounded): (Vec<Sums>, _) = (Vec::new(), Sums::new(2 * n));
-    let mut sizes = vec![0.0_f64; 2 * n];
+    let [mut spread, mut loud] = [(); 2].map(|()| Added::new(2 * n));
+    let mut by_far = Sums::new(2 * n);
     let (mut whole, mut count, mut distinct, mut is_far) = (0.0, 0, nodes as f64, vec![false; n]);
     let mut here: Option<Evaluated> = None;
     for seen in places.seen() {
         let here = Evaluated::where_set(&mut here, (case, setup), seen)?;
         let far = far(&seen.q, &ranges);
-        let Some(Losses { exact, computed: here, rounded: by, .. }) = here.losses(seen, far) else {
-            continue;
-        };
-        sizes.iter_mut().zip(&exact).for_each(|(size, rate)| *size = size.max(rate.to_f64().abs()));
-        computed.resize(computed.len().max(here.len()), Sums::new(2 * n));
-        computed.iter_mut().zip(here).for_each(|(sums, losses)| sums.see(&beyond(losses, &sizes), seen.part));
-        rounded.see(&beyond(by, &sizes), seen.part);
+        let Some(rounded) = spread.see(here, seen, far) else { continue };
+        by_far.see(&rounded, seen.part);
         (whole, count) = (whole + seen.part, count + 1);
         if let Some(a) = far {
             // A coordinate that moves by a few of its roundings takes no more values.
@@ -63,13 +91,17 @@ pub(super) fn added_up<S: Real>(
             is_far[a] = true;
         }
     }
+    loud.sizes.clone_from(&spread.sizes);
+    for seen in loudest.seen() {
+        let _ = loud.see(Evaluated::where_set(&mut here, (case, setup), seen)?, seen, None);
+    }
     let by_nodes = |of: f64| OF_NODES * (f64::from(count) / of).sqrt();
     // Independent numbers add up by their squares.
     let of_both = OF_PLACES.hypot(by_nodes(nodes.max(1) as f64));
-    let of_computed = |sums: &Sums, k: usize| sums.mean[k].abs() + of_both * sums.squares[k].sqrt();
     let of_all = |k: usize| {
-        let most = computed.iter().fold(0.0_f64, |most, sums| most.max(of_computed(sums, k)));
-        (most + by_nodes(distinct) * rounded.squares[k].sqrt()) * length / whole
+        let sum = spread.most(k, of_both) + by_nodes(distinct) * by_far.squares[k].sqrt();
+        // The nodes of the loudest windows stand for themselves: others may lie in none of what is lost.
+        (sum * length / whole).max(loud.most(k, OF_NODES))
     };
     let of = |largest: &[f64], first: usize| {
         let each = largest.iter().enumerate().map(|(a, &largest)| if largest > 0.0 { of_all(first + a) } else { 0.0 });

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::places::Places;
+use super::sights::Sights;
 use crate::case::Case;
 use crate::engine::Accuracy;
 use crate::geometry::{Geometry, Start};
@@ -48,8 +48,8 @@ pub(super) struct Extent {
 pub(super) struct Along {
     /// Its states at equal distances of γ.
     states: Vec<Start>,
-    /// Some of its nodes.
-    pub(super) places: Places,
+    /// Some of its places.
+    pub(super) sights: Sights,
 }
 
 /// An error along a run.
@@ -107,15 +107,16 @@ impl Along {
         &Extent { length, lost, .. }: &Extent,
         start: Start,
     ) -> Option<Self> {
+        let of = (case, setup);
         let mut setup = setup.in_f64();
         let place = Place { start: Arc::new(start), ..setup.rough.clone() };
         (setup.rough, setup.place, setup.carried) = (place.clone(), place, None);
         setup.limit = Limit::Length(length);
         setup.until.retain(|until| until.change.is_some());
         setup.settings.sensitivity = false;
-        let (mut states, mut places, from): (Vec<Start>, Places, f64) = (Vec::new(), Places::of(KEPT), setup.gamma_i);
+        let (mut states, mut sights, from): (Vec<Start>, Sights, f64) = (Vec::new(), Sights::of(KEPT), setup.gamma_i);
         let mut see = |part: &WorldLine, set: &[(usize, f64)]| {
-            places.see(part, set);
+            sights.see(of, part, set);
             let (mut sampler, before) = (Sampler::new(part), part.signed(part.gamma_i - from));
             // A run may begin again.
             if part.windows.len() == part.window_count {
@@ -134,7 +135,7 @@ impl Along {
             setup.settings.accuracy = Some(accuracy);
             solve_window_by_window(&setup, &mut |part| see(part, &setup.set)).ok()?;
         }
-        (states.len() > PLACES).then_some(Self { states, places })
+        (states.len() > PLACES).then_some(Self { states, sights })
     }
 }
 

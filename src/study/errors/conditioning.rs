@@ -4,27 +4,18 @@
 //! A coordinate that is far from 0 beside what it moves by, as a time in seconds of a calendar, is rounded itself, and
 //! so is all that formulas make of it: both are compared with what its motion makes of a rate, and not its value.
 
+use super::evaluated::{Evaluated, Losses, ORDINARY, ROUNDING};
 use super::finding::{Finding, of_coordinate, of_formula};
-use super::places::{Places, Seen};
+use super::places::Seen;
+use super::sights::Sights;
 use crate::case::Case;
-use crate::engine::Rates;
-use crate::geometry::{Geometry, GeometryText, Start, WrittenRates};
+use crate::geometry::Start;
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
 use crate::solve::{Lossy, NoSolution, Setup, Status};
 
-/// A rate may lose so many roundings of what its own numbers make of it: some tens of operations round by half a unit
-/// each, and functions by a few.
-pub(super) const ORDINARY: f64 = 64.0 * f64::EPSILON;
-/// The relative change of all numbers that shows what they make of a rate, 2^-80: with its square it is exact to the
-/// digits of a double.
-const CHANGE: f64 = 1.0 / (1_u128 << 80) as f64;
-/// Numbers are changed with so many patterns of signs, since in one of them changes may cancel.
-const PATTERNS: u32 = 8;
 /// A run to an accuracy is a march with a tolerance of about this share of it.
 const OF_TOLERANCE: f64 = 1e-2;
-/// Rounding moves a number by this share of it at most.
-const ROUNDING: f64 = 0.5 * f64::EPSILON;
 /// A coordinate is far from 0 if it is so many times what it moves by: its rounding is more than is ordinary then.
 pub(super) const FAR: f64 = ORDINARY / ROUNDING;
 
@@ -58,11 +49,11 @@ pub(crate) struct Lost {
 impl Formulas {
     /// Looks at the formulas of a run of `case` at these places. Returns also what rounding takes at most from
     /// what a run is certified with: the forces f_a + F_a of the Lagrangian, and K.
-    pub(super) fn new<S: Real>(case: &Case, setup: &Setup<S>, places: &Places) -> (Self, Vec<f64>) {
+    pub(super) fn new<S: Real>(case: &Case, setup: &Setup<S>, sights: &Sights) -> (Self, Vec<f64>) {
         if S::IS_EXTENDED {
             return (Self::Conditioned, Vec::new());
         }
-        let mut found = Largest::new(places.ranges());
+        let mut found = Largest::new(sights.places.ranges());
         let Start { q, p, q_dot } = &*setup.rough.start;
         let start = Seen { q: q.clone(), p: p.clone(), set: setup.set.clone(), part: 0.0 };
         let mut here = Evaluated::new(case, setup, &start);
@@ -73,7 +64,7 @@ impl Formulas {
                 found.see_velocities(here, &start, q_dot);
             }
         }
-        for seen in places.seen() {
+        for seen in sights.places.seen().iter().chain(sights.loudest.seen()) {
             let here = Evaluated::where_set(&mut here, (case, setup), seen);
             let Some(here) = here else { return (Self::Unknown, Vec::new()) };
             found.see(here, seen);
@@ -84,171 +75,20 @@ impl Formulas {
 
 /// The formula that may be why a run of `case`, of which these places were seen, is not solved: it loses more than its
 /// windows may be off by.
-pub(crate) fn lost_to<S: Real>(case: &Case, setup: &Setup<S>, mut places: Places, why: &NoSolution) -> Option<Lossy> {
+pub(crate) fn lost_to<S: Real>(case: &Case, setup: &Setup<S>, mut sights: Sights, why: &NoSolution) -> Option<Lossy> {
     use Status::{AccuracyNotReached, EvaluationLimit, Stalled, TooManyNodes};
     let is_short_of_it = matches!(why.status, AccuracyNotReached | EvaluationLimit | Stalled | TooManyNodes);
     let accuracy = setup.settings.accuracy.filter(|_| is_short_of_it)?.value();
     let place = |name: &String| setup.rough.geometry.names().iter().position(|other| other == name);
     let end: Vec<(usize, f64)> = why.point.iter().filter_map(|(name, value)| Some((place(name)?, *value))).collect();
-    places.see_ends(&setup.rough.start, &end);
-    match Formulas::new(case, setup, &places).0 {
+    sights.places.see_ends(&setup.rough.start, &end);
+    match Formulas::new(case, setup, &sights).0 {
         Formulas::Lost(Lost { finding: Finding { sentence, far, .. }, share, .. })
             if share > OF_TOLERANCE * accuracy =>
         {
             Some(Lossy { finding: sentence, is_far: far.is_some() })
         }
         _ => None,
-    }
-}
-
-/// The losses of rates to rounding at a place: of q̇^a and then of ṗ_a.
-pub(super) struct Losses {
-    pub(super) exact: Vec<Extended>,
-    /// The rates minus exact ones, in each way in which the run computes them.
-    pub(super) computed: Vec<Vec<f64>>,
-    /// The same in size of what a run is certified with: of the forces of the Lagrangian, and of K. As q̇^a is
-    /// g^ab p_b, what g^ab is off by makes Δq̇^a of velocities, and −p_a Δq̇^a of K.
-    certified: Vec<f64>,
-    /// By how much the rounding of a coordinate that is far from 0 may move each.
-    pub(super) rounded: Vec<f64>,
-}
-
-impl Losses {
-    fn largest(&self) -> Vec<f64> {
-        let mut all = self.rounded.clone();
-        for (k, all) in all.iter_mut().enumerate() {
-            *all += self.computed.iter().fold(0.0_f64, |most, off| most.max(off[k].abs()));
-        }
-        all
-    }
-}
-
-/// The rates of a case in both precisions, where events have set these parameters.
-pub(super) struct Evaluated {
-    set: Vec<(usize, f64)>,
-    text: GeometryText,
-    rough: Geometry,
-    windows: Rates,
-    exact: WrittenRates<Extended>,
-    /// True if a grid is given: its equations are those of the Lagrangian.
-    is_given: bool,
-    /// The number of coordinates that are results: not s of Newton's law.
-    count: usize,
-}
-
-impl Evaluated {
-    /// The rates where events have set parameters as at this place: `here`, or others if they were set anew.
-    pub(super) fn where_set<'h, S: Real>(
-        here: &'h mut Option<Self>,
-        (case, setup): (&Case, &Setup<S>),
-        seen: &Seen,
-    ) -> Option<&'h mut Self> {
-        if here.as_ref().is_none_or(|here| here.set != seen.set) {
-            *here = Self::new(case, setup, seen);
-        }
-        here.as_mut()
-    }
-
-    fn new<S: Real>(case: &Case, setup: &Setup<S>, Seen { q, set, .. }: &Seen) -> Option<Self> {
-        let changed = if set.is_empty() { None } else { Some(case.with_parameters(set, q)?) };
-        let rough = changed.as_ref().map_or_else(|| (*setup.rough.geometry).clone(), Case::geometry);
-        let text = changed.as_ref().unwrap_or(case).geometry_text.clone();
-        Some(Self {
-            set: set.clone(),
-            exact: WrittenRates::new(&text, setup.is_backward).ok()?,
-            text,
-            count: rough.dimension() - usize::from(case.is_lifted()),
-            windows: Rates::new(&rough),
-            rough,
-            is_given: setup.settings.accuracy.is_none(),
-        })
-    }
-
-    /// The formulas and the geometry that are talked of, with the number of coordinates that are results.
-    fn named(&self) -> (&GeometryText, &Geometry, usize) {
-        (&self.text, &self.rough, self.count)
-    }
-
-    /// The rates as windows compute them, in which products are rounded with sums, as they are computed at points, and
-    /// by the Lagrangian: q̇^a and then ṗ_a.
-    pub(super) fn computed(&mut self, Seen { q, p, .. }: &Seen) -> [Vec<f64>; 3] {
-        let (n, mut point) = (q.len(), self.rough.point());
-        let mut rates = vec![f64::NAN; 2 * n];
-        if point.evaluate(q, p).is_err() {
-            return [rates.clone(), rates.clone(), rates];
-        }
-        (0..n).for_each(|a| rates[a] = point.q_dot(a));
-        rates[n..].fill(0.0);
-        self.rough.active().iter().enumerate().for_each(|(place, &a)| rates[n + a] = point.p_dot(place));
-        let of_lagrangian = [&rates[..n], &self.rough.forces(q, &rates[..n])].concat();
-        let mut of_windows = self.windows.at(&self.rough, q, p);
-        // What leaves the range of numbers on its way is mended at points.
-        of_windows.iter_mut().zip(&rates).filter(|(own, _)| !own.is_finite()).for_each(|(own, rate)| *own = *rate);
-        [of_windows, rates, of_lagrangian]
-    }
-
-    /// The rates in 70 digits.
-    pub(super) fn exact(&mut self, seen: &Seen, changed: impl Fn(usize, f64) -> Extended) -> Vec<Extended> {
-        let all: Vec<Extended> =
-            seen.q.iter().chain(&seen.p).enumerate().map(|(k, &value)| changed(k, value)).collect();
-        let (q, p) = all.split_at(seen.q.len());
-        self.exact.at(q, p)
-    }
-
-    /// The losses of rates at a place, where a coordinate may be far from 0. `None` if this is no state in 70 digits.
-    pub(super) fn losses(&mut self, seen: &Seen, far: Option<usize>) -> Option<Losses> {
-        let exact = self.exact(seen, |_, value| Extended::from(value));
-        if !exact.iter().all(|rate| rate.is_finite()) {
-            return None;
-        }
-        let off = |(rate, exact): (f64, &Extended)| {
-            let off = (Extended::from(rate) - *exact).to_f64();
-            // What is not a number has lost all.
-            if off.is_nan() { exact.to_f64().abs() } else { off }
-        };
-        let mut computed: Vec<Vec<f64>> =
-            self.computed(seen).into_iter().map(|rates| rates.into_iter().zip(&exact).map(off).collect()).collect();
-        let n = seen.q.len();
-        let norm = computed[1][..n].iter().zip(&seen.p).map(|(off, p)| (off * p).abs()).sum();
-        let certified = computed[2][n..].iter().map(|off| off.abs()).chain([norm]).collect();
-        computed.truncate(if self.is_given { 3 } else { 2 });
-        let rounded = far.map_or_else(|| vec![0.0; exact.len()], |a| self.rounded(seen, &exact, a));
-        Some(Losses { exact, computed, certified, rounded })
-    }
-
-    /// By how much the rounding of a coordinate changes each rate: by its derivative, as a jump that is next to the
-    /// place is met by windows of its own.
-    fn rounded(&mut self, seen: &Seen, rates: &[Extended], coordinate: usize) -> Vec<f64> {
-        let changed = |k: usize, value: f64| {
-            let value = Extended::from(value);
-            if k == coordinate { value * (Extended::ONE + Extended::from(CHANGE)) } else { value }
-        };
-        let others = self.exact(seen, changed);
-        let change = |(&other, &rate): (&Extended, &Extended)| {
-            ((other - rate) / Extended::from(CHANGE)).to_f64().abs() * ROUNDING
-        };
-        others.iter().zip(rates).map(change).collect()
-    }
-
-    /// The size of each rate with all that changes of its numbers by a share of these `sizes` make of it: very small
-    /// ones, and such as rounding makes, which may pass a jump. The side of it that a place is on says nothing of a
-    /// formula.
-    fn scales(&mut self, seen: &Seen, rates: &[Extended], sizes: &[f64]) -> Vec<f64> {
-        let mut scales = vec![0.0_f64; rates.len()];
-        for (by, pattern) in
-            [CHANGE, ORDINARY].into_iter().flat_map(|by| (0..PATTERNS).map(move |pattern| (by, pattern)))
-        {
-            let changed = |k: usize, value: f64| {
-                // The bits of multiples of the golden ratio are as good as random.
-                let is_up = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (40 + pattern) & 1 == 1;
-                let change = Extended::from(sizes[k]) * Extended::from(by);
-                Extended::from(value) + if is_up { change } else { -change }
-            };
-            for ((scale, &rate), other) in scales.iter_mut().zip(rates).zip(self.exact(seen, changed)) {
-                *scale = scale.max(((other - rate) / Extended::from(by)).to_f64().abs());
-            }
-        }
-        scales.iter().zip(rates).map(|(scale, rate)| scale + rate.to_f64().abs()).collect()
     }
 }
 

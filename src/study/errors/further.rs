@@ -6,10 +6,11 @@ use std::cell::OnceCell;
 use super::added_up::added_up;
 use super::carried::{Along, Carried, Extent, rates_of_momenta};
 use super::compare::end_coordinate;
-use super::conditioning::{Formulas, Lost, ORDINARY};
+use super::conditioning::{Formulas, Lost};
+use super::evaluated::ORDINARY;
 use super::finding::Finding;
 use super::meetings::met;
-use super::places::Places;
+use super::sights::Sights;
 use super::{Noise, RunError};
 use crate::case::Case;
 use crate::diagnostics::verdict::{CoordinateError, Reason};
@@ -91,10 +92,10 @@ pub(crate) struct Further {
 }
 
 impl Further {
-    /// Those of a run of `case` that ends with `line`, of which `places` were seen.
-    pub(crate) fn new<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>, places: &Places) -> Self {
+    /// Those of a run of `case` that ends with `line`, of which this was seen.
+    pub(crate) fn new<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>, sights: &Sights) -> Self {
         let length = line.signed(line.gamma_f() - setup.gamma_i).to_f64();
-        let (formulas, certified) = Formulas::new(case, setup, places);
+        let (formulas, certified) = Formulas::new(case, setup, sights);
         let share = if let Formulas::Lost(Lost { share, .. }) = &formulas { *share } else { 0.0 };
         let extent = Extent { length, end_coordinate: end_coordinate(setup, line), lost: share };
         let again = OnceCell::new();
@@ -107,8 +108,8 @@ impl Further {
             Some(Some(off)) => Part::new(along(off), || Reason::new(NO_END, AGAIN).remaining()),
         };
         let n = setup.place.start.q.len();
-        let momenta = places.sizes_of_momenta(n);
-        let met = Met::new(&setup.rough.geometry, &met(case, setup, places), &momenta);
+        let momenta = sights.places.sizes_of_momenta(n);
+        let met = Met::new(&setup.rough.geometry, &met(case, setup, &sights.places), &momenta);
         let (lost, of_formula) = match (formulas, met) {
             (Formulas::Unknown, _) => (Part::Unknown(Reason::new(NO_VALUE, WELL)), Default::default()),
             (Formulas::Conditioned, None) => (Part::Nothing, Default::default()),
@@ -119,7 +120,7 @@ impl Further {
                 let mut of_formula = met.map(|Met { finding, remedy, .. }| [finding, remedy]);
                 if let Formulas::Lost(lost) = formulas {
                     let nodes = line.window_count * line.windows.last().map_or(1, |window| window.points() - 1);
-                    let sum = again().and_then(|again| added_up((case, setup), &lost, &again.places, (length, nodes)));
+                    let sum = again().and_then(|again| added_up((case, setup), &lost, &again.sights, (length, nodes)));
                     is_known = sum.is_some();
                     let Off { q, p } = sum.unwrap_or_else(|| Off::none(n));
                     sizes.q.iter_mut().zip(q).chain(sizes.p.iter_mut().zip(p)).for_each(|(size, off)| *size += off);

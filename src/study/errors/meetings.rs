@@ -4,7 +4,7 @@
 //! elsewhere: the place is rounded, and so is all that it is compared with, of which little may be left. What that
 //! makes of momenta is found here.
 
-use super::conditioning::Evaluated;
+use super::evaluated::Evaluated;
 use super::places::{Meeting, Places, Seen};
 use crate::case::Case;
 use crate::number::{Extended, Real};

@@ -13,17 +13,20 @@ mod between;
 mod carried;
 mod compare;
 mod conditioning;
+mod evaluated;
 mod events;
 mod finding;
 mod further;
+mod loudest;
 mod meetings;
 mod places;
+mod sights;
 
 pub(crate) use compare::{chain_error, sizes_of};
 pub(crate) use conditioning::lost_to;
 pub(crate) use events::{OfRun, events_of_chain, pair, passed};
 pub(crate) use further::Further;
-pub(crate) use places::Places;
+pub(crate) use sights::Sights;
 
 use self::between::own_windows;
 use self::carried::accuracy_beside;

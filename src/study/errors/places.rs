@@ -20,7 +20,7 @@ const SHORT: f64 = 1e-8;
 
 /// Some places of a run, inside its windows, with the parameters that events have set before them.
 #[derive(Debug)]
-pub(crate) struct Places {
+pub(super) struct Places {
     /// From so many to twice as many places are kept.
     kept: usize,
     /// Every so manieth candidate is kept, of [`OF_WINDOW`] in each window.
@@ -73,6 +73,15 @@ pub(super) struct Seen {
     pub(super) part: f64,
 }
 
+impl Seen {
+    /// A sample of this part of a run, as coordinates are counted in it.
+    pub(super) fn of<S: Real>(line: &WorldLine<S>, Sample { q, p, .. }: Sample<S>, set: &[(usize, f64)]) -> Self {
+        let q = q.iter().enumerate().map(|(a, &q)| (q - line.origin_of(a)).to_f64()).collect();
+        let p = p.into_iter().map(|p| line.signed(p).to_f64()).collect();
+        Self { q, p, set: set.to_vec(), part: 0.0 }
+    }
+}
+
 impl Default for Places {
     fn default() -> Self {
         Self::of(KEPT)
@@ -88,7 +97,7 @@ impl Places {
 
     /// Takes the next part of a run into account, where events have `set` parameters. A part that contains the first
     /// window begins the run again.
-    pub(crate) fn see<S: Real>(&mut self, part: &WorldLine<S>, set: &[(usize, f64)]) {
+    pub(super) fn see<S: Real>(&mut self, part: &WorldLine<S>, set: &[(usize, f64)]) {
         let first = part.window_count - part.windows.len();
         if first == 0 {
             let met = vec![0.0; part.geometry().dimension()];
@@ -106,11 +115,8 @@ impl Places {
             // A node inside of the window: between nodes a coarse run may be anywhere, and at ends formulas may jump.
             let node = (2 * place + 1) * (window.points() - 1) / (2 * OF_WINDOW);
             let gamma = part.gamma_at(window.gamma_at(node.clamp(1, window.points().max(3) - 2)));
-            if let Ok(Sample { q, p, .. }) = sampler.at_gamma(gamma) {
-                let q = q.iter().enumerate().map(|(a, &q)| (q - part.origin_of(a)).to_f64()).collect();
-                let p = p.into_iter().map(|p| part.signed(p).to_f64()).collect();
-                let [from, to] = window.gamma.map(S::to_f64);
-                self.seen.push(Seen { q, p, set: set.to_vec(), part: to - from });
+            if let Ok(sample) = sampler.at_gamma(gamma) {
+                self.seen.push(Seen { part: window.length().to_f64(), ..Seen::of(part, sample, set) });
             }
             self.next += self.stride;
             if self.seen.len() == 2 * self.kept {

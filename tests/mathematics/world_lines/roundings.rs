@@ -228,3 +228,50 @@ fn momenta_that_the_metric_has_rounded_are_in_the_error() {
         assert!(large != "1e8" || judged.verdict.grade == Grade::Doubtful, "{large}");
     }
 }
+
+/// The tails of a pulse move what rests at 0 by numbers that have lost digits, as they are too small for a double.
+#[test]
+fn what_is_too_small_for_its_digits_has_no_size() {
+    let (height, place, width, length) = (1e-11, 0.841, 1e-4, 5.0);
+    let k = 2.0_f64.sqrt();
+    let area = height * width * std::f64::consts::PI.sqrt() * (k * width / 2.0).powi(2).exp();
+    let rest = format!(
+        "solver.accuracy = 1e-10\npotential.formula = \"-x^2\"\n\
+         potential.force.x = \"{height:?}*exp(-((t - {place:?})/{width:?})^2)\""
+    );
+    let exact = area / k * (k * (length - place)).sinh();
+    let (run, judged) = judged(&particle([0.0, 0.0, length], &rest)).expect("it has an end");
+    assert_eq!(judged.verdict.grade, Grade::Trusted, "{:?}", judged.verdict.reasons);
+    assert!((end(&run.line, "x") - exact).abs() < 1e-10 * exact);
+}
+
+/// A bracket that is zero in decimals, times a large number, in a pulse that is a thousandth of the run. No place that
+/// is spread over the run need lie in it.
+#[test]
+fn what_formulas_lose_in_a_short_part_of_a_run_is_part_of_its_error() {
+    let (x, v, length) = (0.197, 0.867, 200.0_f64);
+    let exact = x * length.cos() + v * length.sin();
+    let grid = "grid = { gamma_f = 200, n_gamma = 20, windows = 400 }\nscheme = { sbp = \"GLL20\", form = \"weak\" }";
+    let march = "grid.gamma_f = 200\nsolver.tolerance = 1e-9";
+    let mut worse = 0;
+    for (k, zero) in ["(0.1*y - y*0.3/3)", "((y + 0.7)^2 - y^2 - 1.4*y - 0.49)", "(sin(y)^2 + cos(y)^2 - 1)"]
+        .into_iter()
+        .cycle()
+        .take(18)
+        .enumerate()
+    {
+        let (large, place) = (10.0_f64.powf(6.0 + 0.15 * k as f64), 20.0 + 9.37 * k as f64);
+        let width = [0.3, 0.1, 0.04][k % 3];
+        let scheme = if k % 6 == 5 { grid } else { march };
+        let pulse = format!("{large:e}*{zero}*exp(-((t - {place:?})/{width:?})^2)");
+        let text = format!(
+            "particle.law = \"newtonian\"\ninitial = {{ x = {x:?}, x_dot = {v:?}, y = -0.155, y_dot = -0.183 }}\n\
+             potential = {{ coordinates = [\"x\", \"y\"], formula = \"0\", force.x = \"-x + {pulse}\" }}\n{scheme}"
+        );
+        let (run, judged) = judged(&parsed(&text, &[])).expect("it has an end");
+        let (off, most) = ((end(&run.line, "x") - exact).abs(), judged.error.unwrap().at_most_at_end()[1]);
+        assert!(off <= most + 1e-13, "{text}: {off:e} of {most:e}");
+        worse += usize::from(off > 1e-10);
+    }
+    assert!(worse > 3, "rounding is to be seen: {worse}");
+}
