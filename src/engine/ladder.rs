@@ -5,11 +5,10 @@
 use std::sync::OnceLock;
 
 use super::between::Kink;
-use super::rule::{Order, Rule, Tables};
+use super::rule::{Continuation, Order, Rule, Tables};
 use super::tuning::{AIM, HIDDEN, LARGEST_CUT, LARGEST_GROWTH, MOST_IDLE, PATIENCE, UNSOLVED};
 use super::{MOST_POINTS, POINTS};
 use crate::number::Compensated;
-use crate::number::vector::Matrix;
 
 /// k runs from −REACH to REACH: at 2^−60 of the first length no place has digits for the nodes of a window.
 const REACH: i32 = 240;
@@ -31,8 +30,8 @@ pub(super) struct Ladder {
 
 struct Rung {
     tables: Tables<POINTS>,
-    /// The matrices of [`Rule::continuation`] from windows that are shorter by j = SHORTEST … LONGEST rungs.
-    continuations: [Option<Box<Matrix<POINTS>>>; CONTINUED],
+    /// Continuations from windows that are shorter by j = SHORTEST … LONGEST rungs.
+    continuations: [Option<Continuation<POINTS>>; CONTINUED],
 }
 
 impl Ladder {
@@ -53,13 +52,13 @@ impl Ladder {
         self.first * roots[k.rem_euclid(4) as usize] * power_of_two
     }
 
-    /// The tables of rung k, and the matrix that continues a window of rung `previous`, if that is near enough.
+    /// The tables of rung k, and the continuation of a window of rung `previous`, if that is near enough.
     pub(super) fn rung(
         &mut self,
         rule: &Rule<POINTS>,
         k: i32,
         previous: Option<i32>,
-    ) -> (&Tables<POINTS>, Option<&Matrix<POINTS>>) {
+    ) -> (&Tables<POINTS>, Option<&Continuation<POINTS>>) {
         let (order, is_exact, h) = (self.order, self.is_exact, self.length(k));
         let rung = self.rungs[(k + REACH) as usize].get_or_insert_with(|| {
             let tables = rule.tables(order, Compensated::from(h), is_exact);
@@ -68,8 +67,8 @@ impl Ladder {
         let longer = previous.map(|previous| k - previous).filter(|j| (SHORTEST..=LONGEST).contains(j));
         let continuation = longer.map(|j| {
             let place = (j - SHORTEST) as usize;
-            &**rung.continuations[place]
-                .get_or_insert_with(|| rule.matrix(order.power_of(h), continued(rule, order, j)))
+            &*rung.continuations[place]
+                .get_or_insert_with(|| rule.continuation(order.power_of(h), continued(rule, order, j)))
         });
         (&rung.tables, continuation)
     }
@@ -82,7 +81,7 @@ impl Ladder {
     }
 }
 
-/// A or A² after continuation by j rungs, for length 1, made once in the life of the program.
+/// The numbers of [`Rule::continued`] for a window that is longer by j rungs, made once in the life of the program.
 pub(super) fn continued<const N: usize>(rule: &Rule<N>, order: Order, j: i32) -> &'static [f64] {
     static TABLES: [OnceLock<Vec<f64>>; 4 * (MOST_POINTS + 1) * CONTINUED] =
         [const { OnceLock::new() }; 4 * (MOST_POINTS + 1) * CONTINUED];

@@ -1,20 +1,19 @@
 //! Windows of one length, one after the other.
 
 use super::ladder::continued;
-use super::rule::Tables;
+use super::rule::{Continuation, Tables};
 use super::view::Lent;
 use super::window::{Known, Solver};
 use super::{Failure, Handed, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
-use crate::number::vector::Matrix;
 use crate::sbp::collocation::Collocation;
 
 /// The windows of a run with a rule of up to N nodes.
 pub(super) struct March<'g, const N: usize> {
     lent: Lent<'g, N>,
     tables: Tables<N>,
-    continuation: Box<Matrix<N>>,
+    continuation: Continuation<N>,
     /// Sweeps leave no more, relative to sizes.
     tolerance: f64,
     /// Number of windows, and of those that were solved.
@@ -43,7 +42,7 @@ impl<'g, const N: usize> March<'g, N> {
         let (order, rule) = (solver.system.order, &solver.rule);
         Ok(Self {
             tables: rule.tables(order, h, true),
-            continuation: rule.matrix(order.power_of(h.high), continued(rule, order, 0)),
+            continuation: rule.continuation(order.power_of(h.high), continued(rule, order, 0)),
             tolerance,
             windows,
             solved: 0,
@@ -65,7 +64,7 @@ impl<const N: usize> Windows for March<'_, N> {
         if self.solved > 0 {
             solver.advance();
         }
-        let continuation = (self.solved > 0 || self.is_resumed).then_some(&*self.continuation);
+        let continuation = (self.solved > 0 || self.is_resumed).then_some(&self.continuation);
         // Sweeps to rounding go on until two changes in turn are no more than that: ended early, they leave an error of
         // one sign.
         let swept = match solver.solve(tables, continuation, *tolerance) {

@@ -5,10 +5,6 @@ use crate::number::vector::{Matrix, Nodes, Weights};
 use crate::sbp::collocation::Collocation;
 use crate::sbp::legendre::legendre;
 
-/// A guess continues the polynomials of the window before. Their higher modes are rounding errors where windows resolve
-/// the motion well, and grow like (3 + √8)^k up to the end of the next window.
-const CONTINUED_MODES: usize = 16;
-
 /// The order of the equations, which says how often slopes are integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
@@ -38,7 +34,9 @@ pub(super) struct Rule<const N: usize> {
     /// A.
     pub(super) integral: Box<Matrix<N>>,
     /// The weights of the value at each node in the Legendre coefficients.
-    modes: Vec<Nodes<N>>,
+    pub(super) modes: Box<Matrix<N>>,
+    /// Masks: 1 in the first 2k lanes, and in all of them behind the last one.
+    pub(super) first_pairs: Vec<Nodes<N>>,
 }
 
 impl<const N: usize> Rule<N> {
@@ -50,11 +48,13 @@ impl<const N: usize> Rule<N> {
         let node = |i: usize| operators.nodes[i.min(n - 1)];
         let nodes = [Nodes(std::array::from_fn(|i| node(i).high)), Nodes(std::array::from_fn(|i| node(i).low))];
         let integral = matrix(n, |i, j| operators.a[i * n + j].high);
-        let mut modes = vec![Nodes::ZERO; n];
+        let mut modes = vec![Nodes::ZERO; n.next_multiple_of(2)];
         for k in 0..n {
             modes.iter_mut().zip(operators.mode(k)).for_each(|(modes, weight)| modes.0[k] = weight);
         }
-        Self { operators, nodes, weights, integral, modes }
+        let lane = |k: usize, i: usize| f64::from(u8::from(i < 2 * k || k == n / 2));
+        let first_pairs = (0..=n / 2).map(|k| Nodes(std::array::from_fn(|i| lane(k, i)))).collect();
+        Self { operators, nodes, weights, integral, modes: modes.into(), first_pairs }
     }
 
     /// Number n of nodes.
@@ -93,23 +93,28 @@ impl<const N: usize> Rule<N> {
         }
     }
 
-    /// A or A² after continuation of the slopes of a window to the next one, which is `ratio` times as long, row by
-    /// row.
+    /// A or A² after the Legendre polynomials of a window on the nodes of the next one, which is `ratio` times as long,
+    /// row by row, and behind them these polynomials in the middle of that window.
     pub(super) fn continued(&self, order: Order, ratio: f64) -> Vec<f64> {
-        let (n, entries, continued) = (self.points(), self.entries(order), self.continuation(ratio));
-        let mut product = vec![0.0; n * n];
-        for (row, entries) in product.chunks_exact_mut(n).zip(entries.chunks_exact(n)) {
-            for (entry, by) in entries.iter().zip(continued.chunks_exact(n)) {
-                row.iter_mut().zip(by).for_each(|(sum, value)| *sum += entry.high * value);
+        let (n, entries) = (self.points(), self.entries(order));
+        let at = |c: f64| legendre(n - 1, 1.0 + 2.0 * ratio * c);
+        let values: Vec<Vec<f64>> = self.operators.nodes.iter().map(|c| at(c.high)).collect();
+        let mut all = vec![0.0; n * n];
+        for (row, entries) in all.chunks_exact_mut(n).zip(entries.chunks_exact(n)) {
+            for (entry, values) in entries.iter().zip(&values) {
+                row.iter_mut().zip(values).for_each(|(sum, value)| *sum += entry.high * value);
             }
         }
-        product
+        all.extend(at(0.5));
+        all
     }
 
-    /// The matrix of these entries, row by row, times a factor.
-    pub(super) fn matrix(&self, factor: f64, entries: &[f64]) -> Box<Matrix<N>> {
+    /// The continuation by these numbers, see [`Self::continued`], for a window of which h or h² is `factor`.
+    pub(super) fn continuation(&self, factor: f64, continued: &[f64]) -> Continuation<N> {
         let n = self.points();
-        matrix(n, |i, j| factor * entries[i * n + j])
+        let mut growth = Nodes::ZERO;
+        growth.0[..n].copy_from_slice(&continued[n * n..]);
+        Continuation { increments: matrix(n, |i, k| factor * continued[i * n + k]), growth }
     }
 
     /// A or A², row by row.
@@ -131,18 +136,14 @@ impl<const N: usize> Rule<N> {
         }
         modes
     }
+}
 
-    /// From values on the nodes of a window to those of their polynomial on the nodes of the next one, which is `ratio`
-    /// times as long, row by row.
-    fn continuation(&self, ratio: f64) -> Vec<f64> {
-        let modes = CONTINUED_MODES.min(self.points());
-        let row = |c: &Compensated| {
-            let values = legendre(modes - 1, 1.0 + 2.0 * ratio * c.high);
-            let entry = |weights: &Nodes<N>| values.iter().zip(&weights.0).map(|(p, mode)| p * mode).sum();
-            self.modes.iter().map(entry).collect::<Vec<f64>>()
-        };
-        self.operators.nodes.iter().flat_map(row).collect()
-    }
+/// The tables by which the polynomials of the window before are continued into the next one.
+pub(super) struct Continuation<const N: usize> {
+    /// From Legendre modes of the slopes in the window before to increments on the nodes of the next one.
+    pub(super) increments: Box<Matrix<N>>,
+    /// Legendre polynomials in the middle of the next one, 0 beyond the last mode.
+    pub(super) growth: Nodes<N>,
 }
 
 /// The tables of windows of one length.

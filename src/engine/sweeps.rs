@@ -5,7 +5,7 @@ use pulp::{Simd, WithSimd};
 use super::Failure;
 use super::kernel::{On, evaluate};
 use super::local::LocalErrors;
-use super::rule::{Order, Tables};
+use super::rule::{Continuation, Order, Rule, Tables};
 use super::sizes::Size;
 use super::system::System;
 use super::tuning::{FAST, NOISE_OF_SWEEPS, SLOWEST_UNSEEN, STALLED, UNSEEN_CHANGE};
@@ -27,14 +27,14 @@ pub(super) struct Swept {
 
 impl<'g, const N: usize> Solver<'g, N> {
     /// Solves the window with these tables until sweeps leave no more than `threshold`, relative to sizes. The first
-    /// guess continues the window before, if there is a matrix for that.
+    /// guess continues the window before, if there are tables for that.
     ///
     /// # Errors
     /// If the sweeps do not converge, or if a node is outside the domain.
     pub(super) fn solve(
         &mut self,
         tables: &Tables<N>,
-        continuation: Option<&Matrix<N>>,
+        continuation: Option<&Continuation<N>>,
         threshold: f64,
     ) -> Result<Swept, Failure> {
         if self.is_noisy {
@@ -55,7 +55,7 @@ impl<'g, const N: usize> Solver<'g, N> {
 }
 
 /// Solves the collocation equations of a window by repeated substitution, from a first guess.
-impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, &Tables<N>, Option<&Matrix<N>>, f64)> {
+impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, &Tables<N>, Option<&Continuation<N>>, f64)> {
     type Output = Option<Swept>;
 
     #[inline(always)]
@@ -77,11 +77,11 @@ impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, &Tables<N>, Option<&Ma
             }
             changes = [changes[1], changes[2], if begins { f64::INFINITY } else { change }];
             decay.follow(changes);
-            let is_noise = (was_small && is_rounding) || is_stalled(changes);
+            let is_noise = || (was_small && is_rounding) || is_stalled(changes);
             // Windows of one length have no other way out.
-            let is_over = !measures || decay.is_over();
-            let left = if is_noise && is_over { 0.0 } else { left(changes) };
-            if left <= threshold {
+            let is_over = || !measures || decay.is_over();
+            let is_done = || (is_noise() && is_over()) || left(changes) <= threshold;
+            if (was_small || !is_far(changes, threshold)) && is_done() {
                 // A guess may have gone further than the motion does.
                 if solver.take_sizes(s, tables.length) {
                     changes = [f64::INFINITY; 3];
@@ -89,7 +89,8 @@ impl<const N: usize> WithSimd for On<(&mut Solver<'_, N>, &Tables<N>, Option<&Ma
                 }
                 evaluate(s, &solver.system.others, &mut solver.system.registers, mended);
                 solver.take_ways(s, tables.length);
-                return Some(Swept { sweeps, local: solver.measure(s, tables.length) });
+                let local = solver.measure(s, tables.length);
+                return Some(Swept { sweeps, local });
             }
             // Where a window may be shorter, or Newton's method takes over, that is better than many sweeps.
             let is_slow = !(changes[2] <= 0.5 * changes[1] || changes[2] <= STALLED);
@@ -150,7 +151,7 @@ impl<const N: usize> Solver<'_, N> {
 
     /// The motion without forces, and on top of it the slopes of the window before, continued.
     #[inline(always)]
-    fn guess<S: Simd>(&mut self, s: S, length: f64, continuation: Option<&Matrix<N>>) {
+    fn guess<S: Simd>(&mut self, s: S, length: f64, continuation: Option<&Continuation<N>>) {
         let Self { system: System { registers, passes, order, .. }, rows, rule, .. } = self;
         let m = rows.len() / 2;
         for pass in &*passes {
@@ -166,13 +167,36 @@ impl<const N: usize> Solver<'_, N> {
                 }
                 row.offset = offset.nodes();
                 let increments = match continuation {
-                    Some(matrix) => multiply(s, matrix, &row.slopes_before, [offset, Lanes::splat(s, 0.0)]),
+                    Some(Continuation { increments, growth }) => {
+                        let modes = continued(s, rule, &row.slopes_before, growth);
+                        multiply(s, increments, &modes, [offset, Lanes::splat(s, 0.0)])
+                    }
                     None => offset,
                 };
                 registers[unknown] = (increments + row.start.high).nodes();
             }
         }
     }
+}
+
+/// The Legendre modes of these slopes that say something of the next window: those before the least of the terms that
+/// they make in the middle of it. From there on terms grow, as those of a series that is asymptotic, or as rounding.
+#[inline(always)]
+fn continued<S: Simd, const N: usize>(s: S, rule: &Rule<N>, slopes: &Nodes<N>, growth: &Nodes<N>) -> Nodes<N> {
+    let modes = multiply(s, &rule.modes, slopes, [Lanes::splat(s, 0.0); 2]);
+    let terms = (modes * Lanes::new(s, growth)).abs().nodes().0;
+    // An even and an odd one together, as one of them may be 0 by a symmetry.
+    let pairs = rule.points() / 2;
+    let (mut least, mut place) = (f64::INFINITY, pairs);
+    for (k, pair) in terms.as_chunks::<2>().0[..pairs].iter().enumerate().skip(1) {
+        let term = if pair[0] > pair[1] { pair[0] } else { pair[1] };
+        let is_less = term <= least;
+        least = if is_less { term } else { least };
+        place = if is_less { k } else { place };
+    }
+    // Those that fall up to the last one are all good.
+    let place = if place + 1 == pairs { pairs } else { place };
+    (modes * Lanes::new(s, &rule.first_pairs[place])).nodes()
 }
 
 impl<const N: usize> Row<N> {
@@ -219,6 +243,13 @@ impl Decay {
     fn is_over(&self) -> bool {
         self.contraction <= FAST || self.change <= UNSEEN_CHANGE * NOISE_OF_SWEEPS
     }
+}
+
+/// True if more than the threshold is left, and no change is noise, as can be seen without a division: what is left is
+/// no less than the last change, or that times its contraction.
+#[inline(always)]
+fn is_far([_, before, last]: [f64; 3], threshold: f64) -> bool {
+    last > STALLED && 0.99 * last > threshold && 0.99 * last * last > threshold * before
 }
 
 /// The error that is left after three changes, the last one last: a geometric series with the slower one of their two
