@@ -22,6 +22,9 @@ use crate::geometry::{Geometry, OutsideGeometry, Start};
 /// it has that many: by the order of windows a hundredth of the tolerance costs 1.4 times as many.
 const FUTILE: usize = 4;
 const FUTILE_FROM: usize = 200;
+/// What begins to move grows by itself for a while, as in the tail of a pulse, and what both marches differ by there is
+/// nothing beside what it grows to: it is too much if it still is so many windows behind.
+const PATIENCE: usize = 16;
 /// The nodes of a window of the finer march at which both are compared, evenly over the window and at its end.
 const PLACES: [usize; 4] = [4, 7, 11, POINTS - 1];
 
@@ -49,6 +52,8 @@ struct Seen {
     /// The largest distance in a coordinate, relative to its size, and absolute.
     largest: f64,
     most: Vec<f64>,
+    /// The number of windows in turn in which the distance was too large for the sizes that they have.
+    too_large: usize,
     /// The largest absolute one in the last window.
     here: Vec<f64>,
     /// The largest way of the finer march from its start.
@@ -106,7 +111,8 @@ impl<'g> Companion<'g> {
         (seen.place, seen.is_followed) = (0, true);
         seen.add(finer);
         if is_last {
-            seen.end(finer);
+            // On the way sizes were what was expected of them.
+            seen.largest = seen.by_sizes(finer);
         }
         let error = self.round.error(seen.largest);
         let reached = finer.gamma_at_end();
@@ -122,7 +128,9 @@ impl<'g> Companion<'g> {
             }
             return Ok(true);
         }
-        self.refuse(is_last).map(|()| true)
+        let is_too_large = !self.round.allows(self.round.error(self.seen.by_sizes(&self.finer)));
+        self.seen.too_large = if is_too_large { self.seen.too_large + 1 } else { 0 };
+        if is_last || self.seen.too_large > PATIENCE { self.refuse(is_last).map(|()| true) } else { Ok(true) }
     }
 
     /// Stops where the marches differ by more than the accuracy, if they can do so again with smaller tolerances. If
@@ -174,10 +182,11 @@ impl Seen {
         }
     }
 
-    /// Takes the sizes that are known at the end of the run: on the way they were what was expected of them.
-    fn end(&mut self, finer: &Adaptive<'_>) {
-        let shares = self.most.iter().enumerate().map(|(a, most)| most * finer.inverse_for_sums(a, 1.0));
-        self.largest = shares.fold(0.0, larger);
+    /// The largest distance so far, relative to the sizes that are known here.
+    fn by_sizes(&self, finer: &Adaptive<'_>) -> f64 {
+        let done = finer.done();
+        let shares = self.most.iter().enumerate().map(|(a, most)| most * finer.inverse_for_sums(a, done));
+        shares.fold(0.0, larger)
     }
 }
 

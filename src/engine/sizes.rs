@@ -88,12 +88,12 @@ impl Size {
     }
 }
 
-/// Below this a number, or one that is smaller by rounding, has not all digits of a double: it is no size.
+/// Numbers below this have lost digits, or are rounded to such as have.
 const LEAST: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 
-/// 1/size, or 0.
+/// 1/size, or 0. What is smaller than numbers with all digits has their size.
 pub(super) fn inverse(size: f64) -> f64 {
-    if size >= LEAST { 1.0 / size } else { 0.0 }
+    if size > 0.0 { 1.0 / size.max(LEAST) } else { 0.0 }
 }
 
 /// The time scale of a motion at its start, and what is known of sizes before it begins.

@@ -9,7 +9,7 @@ use csv::{ByteRecord, Writer, WriterBuilder};
 use crate::diagnostics::Diagnostics;
 use crate::engine::{Growth, Sensitivity};
 use crate::number::{DecimalRoom, Real};
-use crate::solve::WorldLine;
+use crate::solve::{Window, WorldLine};
 use crate::trajectory::{Crossing, Sample};
 
 /// The tables are written in blocks of this many bytes.
@@ -174,7 +174,7 @@ pub fn branches<'c, S: Real>(run: &'c WorldLine<S>, _: &'c Diagnostics<S>) -> Ve
 
 /// The columns of `residuals.csv`: for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A`
 /// for every coordinate; delta_k or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the
-/// user.
+/// user; and `error_A` for every result, if two marches judge each other: their largest distance so far.
 pub fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
     let coordinates = run.geometry().names();
     let mut rows: Vec<(String, &[S])> = Vec::new();
@@ -189,7 +189,18 @@ pub fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S
         None => ("delta_k".to_owned(), &*measured.norm.delta),
     });
     rows.extend(measured.invariants.iter().map(|(name, each)| (format!("delta_{name}"), &*each.delta)));
-    rows.into_iter().map(|(name, row)| -> Column<'_, S> { (name, Box::new(row.iter().copied())) }).collect()
+    let rows = rows.into_iter().map(|(name, row)| -> Column<'_, S> { (name, Box::new(row.iter().copied())) });
+    rows.chain(errors(run)).collect()
+}
+
+/// By how much each result may be off, if that is known of every window.
+fn errors<S: Real>(run: &WorldLine<S>) -> impl Iterator<Item = Column<'_, S>> {
+    let is_known = run.windows.iter().all(|window| !window.errors.is_empty());
+    let results = if is_known { run.geometry().results() } else { 0 };
+    run.geometry().names()[..results].iter().enumerate().map(|(a, name)| -> Column<'_, S> {
+        let of_window = move |window: &'_ Window<S>| std::iter::repeat_n(S::from(window.errors[a]), window.points());
+        (format!("error_{name}"), Box::new(run.windows.iter().flat_map(of_window)))
+    })
 }
 
 fn everything<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {

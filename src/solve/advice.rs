@@ -11,6 +11,9 @@ const NARROW: &str = concat!(
     "solver.tolerance in its place, which goes to the end",
 );
 
+/// No unit makes a coordinate so small that a user means it.
+const AS_NOTHING: f64 = 1e-100;
+
 /// A residual below this is rounding where units are of the order of 1.
 const AT_ROUNDING: f64 = 1e-13;
 
@@ -35,6 +38,11 @@ impl NoSolution {
             _ if self.adaptive => self.advice_to_an_accuracy(),
             _ => self.advice_on_a_grid(),
         }
+    }
+
+    /// True if a coordinate has begun to move, and is as good as 0 yet.
+    fn begins_as_nothing(&self) -> bool {
+        self.point.iter().any(|(_, value)| value.abs() < AS_NOTHING && *value != 0.0)
     }
 
     /// The remedy where the program chooses the windows, so that there is no n_gamma to raise.
@@ -65,6 +73,10 @@ impl NoSolution {
             }
             EndTimeNotReached if is_of_x => "give gamma_f or an earlier t_f: t hardly grows any more, or jumps over it",
             EndTimeNotReached => "give gamma_f or an end that is reached earlier",
+            AccuracyNotReached | TooManyNodes | EvaluationLimit if self.begins_as_nothing() => {
+                "what begins to move there, as by the tail of a pulse, is nothing to what it may grow to: solver.floor \
+                 gives a size below which the accuracy of a coordinate is absolute"
+            }
             AccuracyNotReached if reasons.narrow.is_some() => NARROW,
             AccuracyNotReached => {
                 "ask for a larger solver.accuracy, or a shorter run; solver.tolerance in its place goes to the end, \

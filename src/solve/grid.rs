@@ -42,6 +42,9 @@ pub struct Window<S = f64> {
     pub gamma: [S; 2],
     /// The multipliers of its action, in the order of [`Layout`](crate::action::Layout); the weak form has none.
     pub multipliers: Vec<S>,
+    /// By how much each result may be off in it: the largest distance so far of the two marches that judge each other.
+    /// Empty where there are none.
+    pub errors: Vec<f64>,
     /// Index of its first node in the rows of the world-line.
     pub(super) first_node: usize,
     pub(super) form: Form,

@@ -25,6 +25,8 @@ pub(super) struct Run<'o, S> {
     /// The rounding errors of its q^a: ignorable coordinates are summed so that nothing is lost over a million windows.
     lows: Vec<S>,
     observer: Option<Observer<'o, S>>,
+    /// True while the window that was begun last is not shown.
+    is_open: bool,
 }
 
 impl<'o, S: Real> Run<'o, S> {
@@ -65,7 +67,7 @@ impl<'o, S: Real> Run<'o, S> {
         };
         let mut lows = setup.carried.as_ref().map_or_else(Vec::new, |carried| carried.sums.clone());
         lows.resize(n, S::ZERO);
-        let mut run = Self { here: (*place.start).clone(), line, lows, observer };
+        let mut run = Self { here: (*place.start).clone(), line, lows, observer, is_open: false };
         run.clear();
         run
     }
@@ -88,6 +90,7 @@ impl<'o, S: Real> Run<'o, S> {
         joints.clear();
         joints.extend(start.q.iter().chain(&start.p));
         (self.line.window_count, self.line.gradient_norm) = (0, S::ZERO);
+        self.is_open = false;
     }
 
     /// γ − γ_i where the next window starts.
@@ -192,19 +195,29 @@ impl<'o, S: Real> Run<'o, S> {
             line.windows.clear();
         }
         let (first_node, operator) = (line.q[0].len(), Arc::clone(operator));
-        let multipliers = multipliers.to_vec();
-        line.windows.push(Window { gamma: [begin, gamma], multipliers, first_node, form: line.form, operator });
+        let (multipliers, errors) = (multipliers.to_vec(), Vec::new());
+        line.windows.push(Window { gamma: [begin, gamma], multipliers, errors, first_node, form: line.form, operator });
         line.joints.extend(q.iter().chain(p));
         line.window_count += 1;
         line.gradient_norm = line.gradient_norm.max(gradient_norm);
+        self.is_open = true;
         true
     }
 
-    /// Shows the window that was begun last to the observer.
+    /// Shows the window that was begun last to the observer, unless it has seen it.
     pub(super) fn end_window(&mut self) {
-        if let Some(observer) = &mut self.observer {
+        if let Some(observer) = self.observer.as_mut().filter(|_| self.is_open) {
             observer(&self.line);
         }
+        self.is_open = false;
+    }
+
+    /// The same, where so much is known of the errors of coordinates up to its end.
+    pub(super) fn judge_window(&mut self, errors: Vec<f64>) {
+        if let Some(window) = self.line.windows.last_mut().filter(|_| self.is_open) {
+            window.errors = errors;
+        }
+        self.end_window();
     }
 }
 

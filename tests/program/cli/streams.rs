@@ -71,3 +71,31 @@ fn output_that_nobody_wants_is_no_error() {
     assert!(succeeded(&output).starts_with("gamma,t,x,"));
     assert_eq!(stderr(&output), "0\n");
 }
+
+/// Two marches part as the run goes on. A stream shows a window when both have passed it.
+#[test]
+fn the_error_of_every_node_grows_to_that_of_the_run() {
+    let folder = Folder::new();
+    for case in [
+        "henon-heiles --set solver.accuracy=1e-6 --set grid.gamma_f=50.0",
+        "kepler --set solver.tolerance=1e-8",
+        "kerr-inclined --set solver.accuracy=1e-9",
+    ] {
+        folder.succeeds(&format!("run {case} --quiet --out out --force"));
+        let (table, summary) = (folder.table("out/residuals.csv"), folder.summary("out"));
+        let names: Vec<String> = table.columns.iter().filter(|name| name.starts_with("error_")).cloned().collect();
+        assert!(names.len() >= 2 && !names.contains(&"error_s".to_owned()), "{names:?}");
+        for name in &names {
+            let column = table.numbers(name);
+            // In the end sizes are known, which were expected before.
+            let before = &column[..column.len() - 16];
+            assert!(before.is_sorted() && column[0] > 0.0, "{case}: {name}");
+            let (last, most) = (column[column.len() - 1], summary["error_max"][&name[6..]].as_f64().unwrap());
+            assert!(last <= most * (1.0 + 1e-12) && last >= 0.5 * most, "{case}: {name} {last:e} {most:e}");
+        }
+        let piped = folder.succeeds(&format!("run {case} --quiet --stdout"));
+        assert!(piped.lines().next().unwrap().contains(&names.join(",")));
+    }
+    folder.succeeds("run quartic --set solver.tolerance=1e-8 --no-error --quiet --out out --force");
+    assert!(!folder.first_line("out/residuals.csv").contains("error_"));
+}
