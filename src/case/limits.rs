@@ -3,6 +3,7 @@
 use super::reader::Field;
 use super::{CaseError, SbpName};
 use crate::action::Form;
+use crate::engine::Handed;
 use crate::number::Real;
 use crate::solve::{Limit, Settings, Setup};
 
@@ -77,6 +78,7 @@ pub fn on_grid<S: Real>(
     Ok(Setup {
         gamma_i: S::ZERO,
         carried: None,
+        dropped: Handed::default(),
         limit: Limit::Length(length),
         until: Vec::new(),
         sides: Vec::new(),

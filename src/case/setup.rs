@@ -3,9 +3,11 @@
 use std::any::Any;
 use std::sync::Arc;
 
+use super::start_data::{Rate, StartData};
 use super::{Case, Event, scenery};
+use crate::engine::{Handed, Marched};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
-use crate::number::Real;
+use crate::number::{Extended, Real};
 use crate::solve::{Change, Continuation, Limit, Place, Quantity, Setup, Until};
 use crate::trajectory::Watch;
 
@@ -140,6 +142,33 @@ impl Case {
         until.collect()
     }
 
+    /// The part of the start that its doubles lack.
+    fn dropped(&self, rough: &Place) -> Handed {
+        let is_double = |number: &String| {
+            let value = self.value::<Extended>(number);
+            value == Extended::from(value.to_f64())
+        };
+        let StartData { q, rates, .. } = &self.initial;
+        let is_rounded = |rate: &Rate| match rate {
+            Rate::Velocity(number) | Rate::Momentum(number) => !is_double(number),
+            Rate::VelocityFromNorm(_) | Rate::MomentumFromNorm(_) => true,
+        };
+        if q.iter().all(is_double) && !rates.iter().any(is_rounded) {
+            return Handed::default();
+        }
+        let (start, exact) = (&rough.start, self.place::<Extended>().start);
+        let low = |(double, exact): (&f64, &Extended)| (*exact - Extended::from(*double)).to_f64();
+        let lows = |doubles: &[f64], exact: &[Extended]| doubles.iter().zip(exact).map(low).collect::<Vec<f64>>();
+        let [q_low, p_low, q_dot_low] =
+            [(&start.q, &exact.q), (&start.p, &exact.p), (&start.q_dot, &exact.q_dot)].map(|(a, b)| lows(a, b));
+        let active = rough.geometry.active();
+        let velocities = active.iter().map(|&a| [start.q_dot[a], q_dot_low[a]]).collect();
+        let is_finite = q_low.iter().chain(&p_low).chain(&q_dot_low).all(|low| low.is_finite());
+        let march = Some(Marched { velocities, ..Marched::default() });
+        let p_low = active.iter().map(|&a| p_low[a]).collect();
+        if is_finite { Handed { q_low, p_low, march } } else { Handed::default() }
+    }
+
     /// The settings of a solver.
     pub fn setup<S: Real>(&self) -> Setup<S> {
         let place: Place<S> = self.place();
@@ -147,12 +176,14 @@ impl Case {
         let origin = self.from.as_ref().and_then(Continuation::origin);
         // In f64 both are the same.
         let same = (&place as &dyn Any).downcast_ref::<Place>().cloned();
+        let rough = same.unwrap_or_else(|| self.place());
         Setup {
-            rough: same.unwrap_or_else(|| self.place()),
             place,
             // A shift of t changes no other digit. Formulas of the case see the coordinates themselves.
             origin: self.is_of_x.then(|| (0, origin.unwrap_or_else(|| self.value(&self.initial.q[0])))),
+            dropped: if carried.is_some() { Handed::default() } else { self.dropped(&rough) },
             carried,
+            rough,
             gamma_i: self.gamma_i(),
             is_backward: self.is_backward(),
             limit: self.limit(),

@@ -184,15 +184,19 @@ impl<const N: usize> Solver<'_, N> {
         if !is_second {
             self.rows[m..].iter_mut().zip(&self.end.p).for_each(|(row, &p)| row.end = p);
         }
-        let fits = |march: &&Marched| march.slopes.len() == self.system.iterated();
+        let fits = |march: &&Marched| march.slopes.is_empty() || march.slopes.len() == self.system.iterated();
         let Some(march) = handed.march.as_ref().filter(fits) else {
             self.advance();
             return false;
         };
-        for (row, &[high, low]) in self.rows[m..].iter_mut().zip(&march.velocities) {
-            row.end = Compensated { high, low };
+        if is_second {
+            for (row, &[high, low]) in self.rows[m..].iter_mut().zip(&march.velocities) {
+                row.end = Compensated { high, low };
+            }
         }
-        let is_same = march.length == length && march.slopes.iter().all(|row| row.len() == self.rule.points());
+        let is_same = !march.slopes.is_empty()
+            && march.length == length
+            && march.slopes.iter().all(|row| row.len() == self.rule.points());
         if is_same {
             for (k, (slopes, sizes)) in march.slopes.iter().zip(&march.inverse_sizes).enumerate() {
                 self.rows[k].size.inverse = sizes[0];

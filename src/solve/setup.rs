@@ -6,7 +6,7 @@ use super::acting::Change;
 use super::continuation::Carried;
 use super::world_line::{Place, origin_of};
 use crate::action::Form;
-use crate::engine::Accuracy;
+use crate::engine::{Accuracy, Handed};
 use crate::geometry::{Direction, Observable};
 use crate::number::Real;
 use crate::sbp::SbpName;
@@ -111,6 +111,9 @@ pub struct Setup<S: Real = f64> {
     pub is_backward: bool,
     /// The state that the run takes over from the one that it continues, if it does.
     pub carried: Option<Carried<S>>,
+    /// The part of the start that its doubles lack, as few decimals are doubles: where small changes grow, it would be
+    /// an error of the run.
+    pub dropped: Handed,
     /// Where the run ends at the latest.
     pub limit: Limit<S>,
     /// Formulas at whose first change of sign it ends before that.
@@ -158,6 +161,7 @@ impl<S: Real> Setup<S> {
             gamma_i: self.gamma_i.to_f64(),
             is_backward: self.is_backward,
             carried: self.carried.as_ref().map(carried),
+            dropped: self.dropped.clone(),
             limit: match self.limit {
                 Limit::Length(length) => Limit::Length(length.to_f64()),
                 Limit::Value { coordinate, value } => Limit::Value { coordinate, value: value.to_f64() },
@@ -168,6 +172,11 @@ impl<S: Real> Setup<S> {
             floors: self.floors.clone(),
             settings: self.settings.within::<f64>(),
         }
+    }
+
+    /// The state that the engine begins with besides the start.
+    pub(crate) fn handed(&self) -> &Handed {
+        self.carried.as_ref().map_or(&self.dropped, |carried| &carried.handed)
     }
 
     /// Returns true if a coordinate is the one that counts from an origin.

@@ -1,6 +1,7 @@
 //! Cases, scenes and starts that several of these tests use.
 
 use geodesic_ivp::case::builtin;
+use geodesic_ivp::engine::Handed;
 use geodesic_ivp::geometry::{FormulaError, Geometry, GeometryError, GeometryText, Law, Preset, Source, Start};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -244,6 +245,7 @@ pub(crate) fn setup_of(line: &WorldLine) -> Setup {
         gamma_i: line.gamma_i,
         is_backward: line.is_backward,
         carried: None,
+        dropped: Handed::default(),
         limit,
         until: Vec::new(),
         sides: Vec::new(),

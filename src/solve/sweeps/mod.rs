@@ -74,9 +74,7 @@ pub(super) fn equal<S: Real>(setup: &Setup<S>, length: S, observer: Option<Obser
     }
     let Place { geometry, start } = &setup.rough;
     let mut engine = Engine::equal(geometry, start, length.to_f64(), windows, points).ok()?;
-    if let Some(carried) = &setup.carried {
-        engine.resume(&carried.handed);
-    }
+    engine.resume(setup.handed());
     let mut run = Run::new(setup, &setup.settings, observer);
     run.expect(windows, points);
     run.line.length = length;
@@ -184,9 +182,7 @@ impl<'s, S: Real> March<'s, S> {
         };
         let mut engine = engine.expect("a run begins inside the domain");
         engine.set_floors(&setup.floors);
-        if let Some(carried) = &setup.carried {
-            engine.resume(&carried.handed);
-        }
+        engine.resume(setup.handed());
         Self { setup, wanted, engine, extremes: Extremes::default(), before: 0 }
     }
 

@@ -122,8 +122,8 @@ fn beyond(losses: Vec<f64>, sizes: &[f64]) -> Vec<f64> {
 }
 
 /// By how much a coordinate is off at the start, as its decimals have no double. A run that is continued has begun at
-/// doubles.
+/// doubles, and the engine begins with all digits.
 fn off_at_start<S: Real>(case: &Case, setup: &Setup<S>, a: usize) -> f64 {
     let off = || (case.start::<Extended>().q[a] - Extended::from(setup.rough.start.q[a])).to_f64().abs();
-    if setup.carried.is_some() { 0.0 } else { off() }
+    if setup.carried.is_some() || setup.settings.accuracy.is_some() { 0.0 } else { off() }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::sights::Sights;
 use crate::case::Case;
-use crate::engine::Accuracy;
+use crate::engine::{Accuracy, Handed};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
@@ -111,6 +111,7 @@ impl Along {
         let mut setup = setup.in_f64();
         let place = Place { start: Arc::new(start), ..setup.rough.clone() };
         (setup.rough, setup.place, setup.carried) = (place.clone(), place, None);
+        setup.dropped = Handed::default();
         setup.limit = Limit::Length(length);
         setup.until.retain(|until| until.change.is_some());
         setup.settings.sensitivity = false;

@@ -5,7 +5,7 @@ use super::between::{Between, PROBES, middles, own_windows};
 use super::carried::rates_of_momenta;
 use super::{Judge, RunError};
 use crate::diagnostics::{Extent, origin};
-use crate::engine::{Accuracy, Engine, GOOD_DIGITS, Rounds};
+use crate::engine::{Accuracy, Engine, GOOD_DIGITS, Handed, Rounds};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
@@ -112,11 +112,17 @@ impl<'l, S: Real> Points<'l, S> {
     }
 
     /// Compares with a second solve from `place`. `None` if that does not reach the end.
-    pub(super) fn with_second_solve(&self, place: &Place, accuracy: f64, lost: f64) -> Option<RunError> {
+    pub(super) fn with_second_solve(
+        &self,
+        place: &Place,
+        handed: &Handed,
+        [accuracy, lost]: [f64; 2],
+    ) -> Option<RunError> {
         let (geometry, start) = (&*place.geometry, &*place.start);
         let (most, last) = (WINDOWS.1.max(WINDOWS.0 * self.gamma.len()), self.gamma.len() - 1);
         let length = self.gamma[last].to_f64();
         let mut engine = Engine::accurate(geometry, start, length, Accuracy::Estimated(accuracy)).ok()?;
+        engine.resume(handed);
         let (mut found, mut next) = (RunError::none(start.q.len()), 0);
         let mut between = Between::new(geometry, start, length, lost);
         let (mut q, mut p) = (vec![Vec::new(); start.q.len()], vec![Vec::new(); geometry.active().len()]);

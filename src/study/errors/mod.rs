@@ -159,10 +159,10 @@ pub(crate) fn own_error<S: Real>(
         return Some(RunError { stepped_over: own_windows(setup, line, norm), ..found });
     }
     let points = Points::new(line, samples, end_coordinate);
-    let found = points.with_second_solve(&setup.rough, ACCURACY, norm);
+    let found = points.with_second_solve(&setup.rough, setup.handed(), [ACCURACY, norm]);
     // Rounding, of V say, may let no window be short enough for that.
     let coarser = larger(accuracy_beside(share), COARSER);
-    let found = found.or_else(|| points.with_second_solve(&setup.rough, coarser, norm));
+    let found = found.or_else(|| points.with_second_solve(&setup.rough, setup.handed(), [coarser, norm]));
     let is_beyond = |error: &RunError| {
         let sizes = points.sizes();
         error.at_most().iter().zip(&sizes).all(|(most, size)| *most <= BEYOND_F64 * size)

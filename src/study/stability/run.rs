@@ -8,6 +8,7 @@ use super::{Cell, CellStatus, Method, Numbers, WINDOW};
 use crate::case::{Form, SbpName, on_grid};
 use crate::diagnostics::{Diagnostics, energy_off, sawtooth};
 use crate::engine::Accuracy;
+use crate::engine::Handed;
 use crate::geometry::Start;
 use crate::methods::{Failure, Output, Peer, Problem, Setting, Trajectory};
 use crate::number::norm::{larger, max_abs};
@@ -102,7 +103,8 @@ impl Job {
         let wanted = (self.length / self.setting).round().max(1.0) as usize;
         let is_of_x = arena.geometry().c_squared.is_some();
         let whole = |nodes: usize| (wanted as f64 / nodes as f64).round().max(1.0) as usize;
-        let mut setup = Setup { place: place.clone(), rough: place, ..subject.plain.clone() };
+        let dropped = Handed::default();
+        let mut setup = Setup { place: place.clone(), rough: place, dropped, ..subject.plain.clone() };
         let solved = |setup: Setup| {
             let is_affordable = is_of_x || bytes_needed(&setup, false, 0) <= MOST_BYTES;
             is_affordable.then(|| solved(&setup, subject.is_lifted))

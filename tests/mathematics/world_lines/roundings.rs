@@ -280,3 +280,27 @@ fn what_formulas_lose_in_a_short_part_of_a_run_is_part_of_its_error() {
     }
     assert!(worse > 3, "rounding is to be seen: {worse}");
 }
+
+/// A motion that would come to rest beside a hill is left by all of its neighbours: what the doubles of the start lack
+/// grows by 4e8. The decimals of the start are those of the motion that does not.
+#[test]
+fn a_start_has_all_digits_of_its_decimals() {
+    for (k, [x, v], length, accuracy) in [
+        (1.0_f64, [0.0013, -0.5013], 19.9_f64, "1e-8"),
+        (1.0, [0.0013, -0.5013], 19.9, "1e-6"),
+        (7.0, [0.7, -5.04], 2.23, "1e-9"),
+    ] {
+        let forced = -1.0 / (1.0 + k * k);
+        let rest = format!(
+            "solver.accuracy = {accuracy}\npotential.formula = \"-{k:?}^2*x^2/2\"\npotential.force.x = \"cos(t)\""
+        );
+        let exact = forced * length.cos() + (x - forced) * (-k * length).exp();
+        is_trusted(&particle([x, v, length], &rest), exact);
+    }
+    // On a given grid, too.
+    let rest = "grid = { gamma_f = 19.9, n_gamma = 16, windows = 40 }\nscheme = { sbp = \"GLL16\", form = \"weak\" }\n\
+                potential = { coordinates = [\"x\"], formula = \"-x^2/2\", force.x = \"cos(t)\" }\n\
+                particle.law = \"newtonian\"\ninitial = { x = 0.0013, x_dot = -0.5013 }";
+    let length = 19.9_f64;
+    is_trusted(&parsed(rest, &[]), -0.5 * length.cos() + 0.5013 * (-length).exp());
+}
