@@ -96,8 +96,24 @@ impl<const N: usize> Rule<N> {
     /// A or A² after the Legendre polynomials of a window on the nodes of the next one, which is `ratio` times as long,
     /// row by row, and behind them these polynomials in the middle of that window.
     pub(super) fn continued(&self, order: Order, ratio: f64) -> Vec<f64> {
+        let at = |c: f64| legendre(self.points() - 1, 1.0 + 2.0 * ratio * c);
+        let mut all = self.integrated(order, at);
+        all.extend(at(0.5));
+        all
+    }
+
+    /// The continuation of a window into one of this length that begins with it, and is `ratio` times as long.
+    pub(super) fn within(&self, order: Order, length: f64, ratio: f64) -> Continuation<N> {
+        let at = |c: f64| legendre(self.points() - 1, 2.0 * ratio * c - 1.0);
+        let mut all = self.integrated(order, at);
+        // Inside of the window no polynomial is larger than 1.
+        all.extend(at(1.0).into_iter().map(|value| value.abs().max(1.0)));
+        self.continuation(order.power_of(length), &all)
+    }
+
+    /// A or A² after Legendre polynomials, whose values at a node are given by this function, row by row.
+    fn integrated(&self, order: Order, at: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
         let (n, entries) = (self.points(), self.entries(order));
-        let at = |c: f64| legendre(n - 1, 1.0 + 2.0 * ratio * c);
         let values: Vec<Vec<f64>> = self.operators.nodes.iter().map(|c| at(c.high)).collect();
         let mut all = vec![0.0; n * n];
         for (row, entries) in all.chunks_exact_mut(n).zip(entries.chunks_exact(n)) {
@@ -105,7 +121,6 @@ impl<const N: usize> Rule<N> {
                 row.iter_mut().zip(values).for_each(|(sum, value)| *sum += entry.high * value);
             }
         }
-        all.extend(at(0.5));
         all
     }
 

@@ -169,7 +169,10 @@ impl<'g> Adaptive<'g> {
         let tables = self.ladder.odd(&self.lent.solver.rule, length);
         let share = self.share();
         self.lent.solver.is_patient = true;
-        let swept = self.lent.solver.solve(&tables, None, LEFT * share);
+        // Sweeps over a window that is as long as the motion allows need a good guess.
+        let Solver { system, rule, length: before, .. } = &self.lent.solver;
+        let within = rule.within(system.order, length, length / before);
+        let swept = self.lent.solver.solve(&tables, Some(&within), LEFT * share);
         self.lent.solver.is_patient = false;
         let swept = swept?;
         self.sweeps += swept.sweeps;

@@ -211,10 +211,10 @@ impl<'s, S: Real> March<'s, S> {
                 watches.begin();
                 (run.line.ended_by, run.line.ended_at) = (None, None);
             }
-            if !setup.until.is_empty() {
-                if let Err(failure) = cut(&mut self.engine, &mut watches, &mut run.line.ended_by) {
-                    return Err(self.failed(failure));
-                }
+            if !setup.until.is_empty()
+                && let Err(failure) = cut(&mut self.engine, &mut watches, &mut run.line.ended_by)
+            {
+                return Err(self.failed(failure));
             }
             let mut window = self.engine.window();
             watches.accept();

@@ -6,9 +6,9 @@ use std::cell::OnceCell;
 use super::added_up::added_up;
 use super::carried::{Along, Carried, Extent, rates_of_momenta};
 use super::compare::end_coordinate;
-use super::conditioning::{Formulas, Lost};
+use super::conditioning::{FAR, Formulas, Lost};
 use super::evaluated::ORDINARY;
-use super::finding::Finding;
+use super::finding::{Finding, of_coordinate};
 use super::meetings::met;
 use super::sights::Sights;
 use super::{Noise, RunError};
@@ -44,6 +44,22 @@ impl Part {
     /// What a start that is off by `off` makes of the run, or the reason why that is not known.
     fn new(carried: Option<Carried>, reason: impl FnOnce() -> Reason) -> Self {
         carried.map_or_else(|| Self::Unknown(reason()), Self::Known)
+    }
+
+    /// The same, if the end of the run is off by this, too.
+    fn with(self, Off { q, p }: Off) -> Self {
+        let add = |to: &mut [f64], off: &[f64]| to.iter_mut().zip(off).for_each(|(to, off)| *to += off.abs());
+        match self {
+            Self::Nothing => Self::Known(Carried { largest: q.clone(), end: q.clone(), off: Off { q, p } }),
+            Self::Known(Carried { off: mut all, mut largest, mut end }) => {
+                for to in [&mut largest, &mut end, &mut all.q] {
+                    add(to, &q);
+                }
+                add(&mut all.p, &p);
+                Self::Known(Carried { off: all, largest, end })
+            }
+            Self::Unknown(_) => self,
+        }
     }
 
     fn known(&self) -> Option<&Carried> {
@@ -132,7 +148,17 @@ impl Further {
                 (Part::new(found, || Reason::new(&finding, &remedy)), [finding, remedy])
             }
         };
-        Self { inherited, lost, of_formula, momenta, share, certified }
+        let further = Self { inherited, lost, of_formula, momenta, share, certified };
+        match of_far_end(setup, line) {
+            None => further,
+            Some((off, finding)) => further.with(off, told(case, finding, setup.settings.accuracy)),
+        }
+    }
+
+    /// The same, if the end of the run is off by this, too.
+    fn with(self, off: Off, of_end: [String; 2]) -> Self {
+        let of_formula = if self.lost == Part::Nothing { of_end } else { self.of_formula };
+        Self { lost: self.lost.with(off), of_formula, ..self }
     }
 
     /// True if there are no such errors.
@@ -253,6 +279,24 @@ fn told(case: &Case, Finding { sentence, is_all, far }: Finding, accuracy: Optio
         Some(_) => format!("{well}, or take solver.digits = 32 with a scheme and a grid"),
     };
     [sentence, remedy]
+}
+
+/// By how much a run is off at the end if a value of a coordinate ends it that is far from 0 beside what that moves by:
+/// the value is rounded, and the place where it is reached.
+fn of_far_end<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<(Off, Finding)> {
+    let (coordinate, value) = line.ended_at.filter(|_| !S::IS_EXTENDED)?;
+    let start = setup.rough.start.q[coordinate] + setup.origin_of(coordinate).to_f64();
+    let (value, state) = (value.to_f64(), line.end().in_f64());
+    let (way, rounding) = ((value - start).abs(), f64::EPSILON * value.abs());
+    if way == 0.0 || value.abs() <= FAR * way {
+        return None;
+    }
+    let late = rounding / state.q_dot[coordinate].abs();
+    let off = |rates: Vec<f64>| rates.into_iter().map(|rate| late * rate.abs()).collect::<Vec<f64>>();
+    let mut q = off(state.q_dot.clone());
+    q[coordinate] = 0.0;
+    let p = off(rates_of_momenta(&setup.rough.geometry, &state));
+    Some((Off { q, p }, of_coordinate(&setup.rough.geometry.names()[coordinate], value, rounding / way)))
 }
 
 /// What is uncertain since forces jump at places that are rounded.

@@ -304,3 +304,38 @@ fn a_start_has_all_digits_of_its_decimals() {
     let length = 11.9_f64;
     is_trusted(&parsed(rest, &[]), -0.5 * length.cos() + 0.5013 * (-length).exp());
 }
+
+/// A time of ten million has no double next to it that is nearer than 2e-9: what the motion does until then is part of
+/// the error of a run that ends there.
+#[test]
+fn an_end_at_a_far_time_is_as_uncertain_as_that_is() {
+    for (start, way, w) in [(1e7, 0.3, 1e3), (1e4, 3.7, 10.0), (1e5, 0.3, 40.0)] {
+        let text = format!(
+            "particle.law = \"newtonian\"\npotential = {{ coordinates = [\"x\"], formula = \"{w:?}^2*x^2/2\" }}\n\
+             initial = {{ t = {start:?}, x = 1.0, x_dot = 0.0 }}\ngrid.t_f = \"{start:?} + {way:?}\"\n\
+             solver.tolerance = 1e-12"
+        );
+        let (run, judged) = judged(&parsed(&text, &[])).expect("it has an end");
+        let (off, most) = ((end(&run.line, "x") - (w * way).cos()).abs(), judged.error.unwrap().at_most_at_end()[1]);
+        assert!(off <= most && most < 1e-5, "{start}: {off:e} of {most:e}");
+    }
+}
+
+/// Around a circle windows may be so long that substitution does not converge from a straight line. The end of a run in
+/// such a window is guessed from that.
+#[test]
+fn a_run_ends_in_a_window_that_is_as_long_as_the_motion_allows() {
+    for accuracy in ["1e-4", "1e-5", "1e-6", "1e-7", "1e-8", "1e-10"] {
+        for t_f in [3.0_f64, 4.2, 5.0, 6.0, 7.0] {
+            for factor in ["1/(x^2 + y^2)", "1/sqrt(x^2 + y^2)"] {
+                let text = format!(
+                    "potential.coordinates = [\"x\", \"y\"]\npotential.formula = \"-1/sqrt(x^2 + y^2)\"\n\
+                     potential.conformal = \"{factor}\"\nparticle.law = \"newtonian\"\n\
+                     initial = {{ x = 1.0, y = 0.0, x_dot = 0.0, y_dot = 1.0 }}\ngrid.t_f = {t_f:?}\n\
+                     solver.accuracy = {accuracy}"
+                );
+                is_trusted(&parsed(&text, &[]), t_f.cos());
+            }
+        }
+    }
+}
