@@ -16,8 +16,8 @@ use crate::case::Case;
 use crate::diagnostics::verdict::{CoordinateError, Reason};
 use crate::engine::{Accuracy, GOOD_DIGITS};
 use crate::geometry::{Geometry, Start};
-use crate::number::Real;
 use crate::number::norm::larger;
+use crate::number::{Extended, Real};
 use crate::solve::{Off, Setup, WorldLine};
 
 /// Findings where nothing is known, and remedies.
@@ -149,7 +149,7 @@ impl Further {
             }
         };
         let further = Self { inherited, lost, of_formula, momenta, share, certified };
-        match of_far_end(setup, line) {
+        match of_far_end(case, setup, line) {
             None => further,
             Some((off, finding)) => further.with(off, told(case, finding, setup.settings.accuracy)),
         }
@@ -281,14 +281,15 @@ fn told(case: &Case, Finding { sentence, is_all, far }: Finding, accuracy: Optio
     [sentence, remedy]
 }
 
-/// By how much a run is off at the end if a value of a coordinate ends it that is far from 0 beside what that moves by:
-/// the value is rounded, and the place where it is reached.
-fn of_far_end<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<(Off, Finding)> {
+/// By how much a run is off at the end if it ends at a time that is far from 0 beside the way there: few decimals are
+/// doubles.
+fn of_far_end<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>) -> Option<(Off, Finding)> {
     let (coordinate, value) = line.ended_at.filter(|_| !S::IS_EXTENDED)?;
     let start = setup.rough.start.q[coordinate] + setup.origin_of(coordinate).to_f64();
     let (value, state) = (value.to_f64(), line.end().in_f64());
-    let (way, rounding) = ((value - start).abs(), f64::EPSILON * value.abs());
-    if way == 0.0 || value.abs() <= FAR * way {
+    let rounding = (case.t_f::<Extended>()? - Extended::from(value)).to_f64().abs();
+    let way = (value - start).abs();
+    if way == 0.0 || value.abs() <= FAR * way || rounding == 0.0 {
         return None;
     }
     let late = rounding / state.q_dot[coordinate].abs();
