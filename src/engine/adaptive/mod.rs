@@ -20,6 +20,7 @@ use super::window::{Known, Solver};
 use super::{Accuracy, Failure, Handed, OfState, POINTS, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
+use crate::number::vector::Nodes;
 use crate::sbp::collocation::Collocation;
 use crate::sbp::legendre::Family;
 
@@ -84,6 +85,12 @@ impl Target {
         let done = (q - self.from) / (self.value - self.from);
         if done > 0.0 { gamma / done.min(1.0) } else { f64::INFINITY }
     }
+}
+
+/// A window with its slopes, from which shorter ones with the same start are guessed.
+struct Whole {
+    length: f64,
+    slopes: Vec<Nodes<POINTS>>,
 }
 
 /// A window that was accepted.
@@ -165,13 +172,14 @@ impl<'g> Adaptive<'g> {
     ///
     /// # Errors
     /// If it has no solution, or if a kink is in it that was not.
-    pub(super) fn again(&mut self, length: f64, is_last: bool) -> Result<(), Failure> {
+    fn again(&mut self, whole: &Whole, length: f64, is_last: bool) -> Result<(), Failure> {
         let tables = self.ladder.odd(&self.lent.solver.rule, length);
         let share = self.share();
         self.lent.solver.is_patient = true;
         // Sweeps over a window that is as long as the motion allows need a good guess.
-        let Solver { system, rule, length: before, .. } = &self.lent.solver;
-        let within = rule.within(system.order, length, length / before);
+        let Solver { system, rule, rows, .. } = &mut self.lent.solver;
+        rows.iter_mut().zip(&whole.slopes).for_each(|(row, slopes)| row.slopes_before = *slopes);
+        let within = rule.within(system.order, length, length / whole.length);
         let swept = self.lent.solver.solve(&tables, Some(&within), LEFT * share);
         self.lent.solver.is_patient = false;
         let swept = swept?;
@@ -240,8 +248,10 @@ impl Windows for Adaptive<'_> {
 
     fn end_where(&mut self, between: [f64; 2], side: f64, value: OfState<'_>) -> Result<bool, Failure> {
         let (before, gamma) = (self.attempt.accepted, self.attempt.gamma.high);
+        let slopes = self.lent.solver.rows.iter().map(|row| row.slopes_before).collect();
+        let whole = Whole { length: before.length, slopes };
         let mut failure = None;
-        let found = root_between(between, side, gamma, before.length, |h| match self.again(h, true) {
+        let found = root_between(between, side, gamma, before.length, |h| match self.again(&whole, h, true) {
             Ok(()) => Some(value(&self.lent.solver.end)),
             Err(error) => {
                 failure = Some(error);
@@ -253,7 +263,7 @@ impl Windows for Adaptive<'_> {
         }
         let Accepted { length, is_last, .. } = before;
         let (length, is_last) = found.map_or((length, is_last), |h| (h, true));
-        self.again(length, is_last)?;
+        self.again(&whole, length, is_last)?;
         Ok(found.is_some())
     }
 
