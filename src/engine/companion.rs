@@ -22,7 +22,7 @@ use crate::geometry::{Geometry, OutsideGeometry, Start};
 /// it has that many: by the order of windows a hundredth of the tolerance costs 1.4 times as many.
 const FUTILE: usize = 4;
 const FUTILE_FROM: usize = 200;
-/// What begins to move grows by itself for a while, as in the tail of a pulse, and what both marches differ by there is
+/// A coordinate that begins to move may grow for a while, as in the tail of a pulse, and a distance of both marches is
 /// nothing beside what it grows to: it is too much if it still is so many windows behind.
 const PATIENCE: usize = 16;
 /// The nodes of a window of the finer march at which both are compared, evenly over the window and at its end.

@@ -211,7 +211,7 @@ impl Largest {
     }
 
     fn told(self) -> (Formulas, Vec<f64>) {
-        // Of what moves and is pushed later, the rounding at the start is one of many.
+        // Where a coordinate moves and is pushed later, the rounding at the start is one of many.
         let n = self.at_start.len();
         let mut at_start = self.at_start;
         for (a, loss) in at_start.iter_mut().enumerate() {

@@ -101,7 +101,7 @@ impl Evaluated {
         self.rough.active().iter().enumerate().for_each(|(place, &a)| rates[n + a] = point.p_dot(place));
         let of_lagrangian = [&rates[..n], &self.rough.forces(q, &rates[..n])].concat();
         let mut of_windows = self.windows.at(&self.rough, q, p);
-        // What leaves the range of numbers on its way is mended at points.
+        // Rates that leave the range of numbers on their way are mended at points.
         of_windows.iter_mut().zip(&rates).filter(|(own, _)| !own.is_finite()).for_each(|(own, rate)| *own = *rate);
         [of_windows, rates, of_lagrangian]
     }
@@ -134,7 +134,7 @@ impl Evaluated {
         }
         let off = |(rate, exact): (f64, &Extended)| {
             let off = (Extended::from(rate) - *exact).to_f64();
-            // What is not a number has lost all.
+            // A rate that is not a number has lost all.
             if off.is_nan() { exact.to_f64().abs() } else { off }
         };
         let mut computed: Vec<Vec<f64>> =
