@@ -89,7 +89,8 @@ impl<const N: usize> Solver<'_, N> {
                 rows[pass.first + k].foreseen = unseen + size.noise + ROUNDING_OF_SLOPES * largest;
                 let weight = order.power_of(h) * inverse;
                 if pass.first + k < m {
-                    let first_node = (registers[pass.unknowns[k]].0[0] - start.high).abs();
+                    // The start has more digits than a node, and of a run's its first part need not be the nearest.
+                    let first_node = (registers[pass.unknowns[k]].0[0] - (start.high + start.low)).abs();
                     let first_node = beyond(first_node, order.power_of(h) * size.noise) * inverse;
                     let expected = if is_second { tail / (2.0 * (2.0 * n - 3.0)) } else { next };
                     inside = larger(inside, larger(first_node, 0.5 * weight * expected / (n - 1.0)));

@@ -172,8 +172,10 @@ impl Adaptive<'_> {
         let is_one_place = hidden.has_kink && (kink == Kink::Met || self.is_one_place(length, ONE_PLACE) || is_left);
         // A pole at the place is none of what a jump is off by.
         let is_harmless = is_one_place && hidden.is_kink_alone;
-        // What kinks do in a gap is less in a shorter one, until rounding hides where they are.
-        let is_shrinking = hidden.has_kink && hidden.change.is_finite() && !is_one_place;
+        // What kinks do in a gap is less in a shorter one, until rounding hides where they are. For what begins to move
+        // there everything is too much, and it has no size to divide by.
+        let has_end = hidden.change.is_finite() || hidden.is_kink_alone;
+        let is_shrinking = hidden.has_kink && has_end && !is_one_place;
         // Where numbers overflow, intervals can tell nothing of windows of any length.
         let is_known = hidden.change.is_finite() || !self.lent.solver.is_mended;
         let can_be_shorter = !is_harmless && (length > least || is_shrinking) && is_known;

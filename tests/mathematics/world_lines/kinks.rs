@@ -96,3 +96,26 @@ fn what_rests_against_friction_rests() {
         assert_eq!(line.end().q[1..3], [0.0, 0.681], "{friction}");
     }
 }
+
+/// A force (x − c)² behind x = c moves what rests there. No window with the kink in it resolves the first of that
+/// motion, which has no size yet, so that they become as short as the rounding of the place.
+#[test]
+fn a_kink_that_moves_what_rests_is_met() {
+    for (k, mass) in [1.0, 2.0, 10.0, 2.0, 7.0_f64].into_iter().enumerate() {
+        let number = k as f64;
+        let (c, u, force, t_f) = (1.428 + 1.1 * number, 0.611 + 0.2 * number, 0.058 + 0.3 * number, 17.4 - number);
+        for accuracy in [1e-6, 1.43e-9, 1e-11] {
+            let line = text_solved(&format!(
+                "potential = {{ coordinates = [\"x\", \"y\"], formula = \"y^2/2\",\n\
+                 force.y = \"{force:?}*max(0, x - {c:?})^2\" }}\nparticle.law = \"newtonian\"\n\
+                 particle.masses = {{ x = 1, y = {mass:?} }}\ngrid.t_f = {t_f:?}\nsolver.accuracy = {accuracy:e}\n\
+                 initial = {{ x = 0, y = 0, x_dot = {u:?}, y_dot = 0 }}"
+            ));
+            let since = t_f - c / u;
+            let exact = force * u * u * (since * since - 2.0 * mass * (1.0 - (since / mass.sqrt()).cos()));
+            let (off, size) = ((line.end().q[2] - exact).abs(), exact.abs());
+            assert!(since > 0.0 && off <= accuracy * size, "{c} {accuracy:e}: {off:e} of {size:e}");
+            assert_eq!(line.windows_unproved, Some(0), "{c} {accuracy:e}");
+        }
+    }
+}

@@ -5,7 +5,7 @@ use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::study::run::{Judged, NoRun, Run, Wanted, run};
 use geodesic_ivp::{Case, solve};
 
-use crate::common::{end, parsed};
+use crate::common::{end, line_of, parsed};
 
 /// A particle of Newton's law that begins at x with ẋ = v, to a γ.
 fn particle([x, v, length]: [f64; 3], rest: &str) -> Case {
@@ -338,4 +338,28 @@ fn a_run_ends_in_a_window_that_is_as_long_as_the_motion_allows() {
             }
         }
     }
+}
+
+/// What a formula of the start comes to in doubles need not be the double next to its decimals. Windows begin at what
+/// the decimals are, and the tightest tolerance takes no difference of both for an error.
+#[test]
+fn a_start_is_what_its_decimals_are() {
+    let mut away = 0;
+    for k in 0..60_u32 {
+        let unit = 1.484_264_036_198_753_2e-7 * 1.37_f64.powi(k.cast_signed());
+        let [x, v] = [-0.865_219_253_229_735_1 + 0.017 * f64::from(k), 0.552_619_774_728_163_4];
+        let text = format!(
+            "potential = {{ coordinates = [\"x\"], formula = \"-cos(x/L)\", parameters.L = {unit:?} }}\n\
+             particle = {{ law = \"newtonian\", masses.x = \"1/L^2\" }}\n\
+             initial = {{ x = \"L*({x:?})\", x_dot = \"L*{v:?}\" }}\ngrid.gamma_f = 3.1\n\
+             solver = {{ tolerance = 1e-15, error = false }}"
+        );
+        let case = parsed(&text, &[]);
+        let start = case.setup::<f64>().place.start.q[1];
+        let decimal = |number: f64| <Extended as Real>::from_decimal(&format!("{number:?}")).expect("it is a number");
+        let exact = decimal(unit) * decimal(x);
+        away += u32::from(exact.to_f64() != start);
+        line_of::<f64>(&case);
+    }
+    assert!(away > 5, "{away}");
 }
