@@ -84,8 +84,10 @@ def tested(wheel, arguments):
     environment |= {"MPLBACKEND": "Agg", "PYTHONWARNINGS": "default"}
     with tempfile.TemporaryDirectory() as folder:
 
-        def call(*line, **options):
-            subprocess.run([str(part) for part in line], check=True, env=environment, cwd=folder, **options)
+        def call(*line):
+            done = subprocess.run([str(part) for part in line], env=environment, cwd=folder)
+            if done.returncode != 0:
+                sys.exit(f"failed: {' '.join(map(str, line))}")
 
         home = Path(folder, "environment")
         call(arguments.python, "-m", "venv", home)
