@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import subprocess
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -92,6 +92,7 @@ def program() -> Path:
     )
 
 
+@cache
 def _installed() -> Path | None:
     """The program that was installed together with this very package, if it was."""
     try:
@@ -128,7 +129,7 @@ def failure(done: subprocess.CompletedProcess[str], result: Run | Sweep | None =
     _, mark, message = f"\n{done.stderr}".partition("\nerror: ")
     message = message.strip() if mark else done.stderr.strip()
     if code < 0:
-        message = f"the program was ended by {signal.Signals(-code).name}\n{message}".strip()
+        message = f"the program was ended by signal {-code}\n{message}".strip()
     return _OF_CODE.get(code, GeodesicError)(message or "the program printed no message", code, result)
 
 

@@ -231,6 +231,16 @@ class Failures(InAFolder):
                 geodesic_ivp.run("no-such-case")
         self.assertTrue(str(caught.exception).startswith("cannot read the case file no-such-case"))
 
+    @unittest.skipIf(os.name == "nt", "there are no signals")
+    def test_a_program_that_is_killed_is_an_exception(self):
+        Path("killed").write_text("#!/bin/sh\nkill -9 $$\n")
+        Path("killed").chmod(0o755)
+        with mock.patch.object(_program, "_installed", lambda: None):
+            with mock.patch.dict(os.environ, {"GEODESIC_IVP": os.path.abspath("killed")}):
+                with self.assertRaisesRegex(geodesic_ivp.GeodesicError, "ended by signal 9") as caught:
+                    geodesic_ivp.run("quartic")
+        self.assertEqual(caught.exception.exit_code, -9)
+
     def test_a_run_is_ended_after_a_time(self):
         long = {"grid.t_f": 1e9, "solver.tolerance": 1e-10}
         case = {key: value for key, value in AS_A_DICT.items() if key != "solver"}
