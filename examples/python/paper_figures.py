@@ -1,6 +1,9 @@
 # /// script
-# requires-python = ">=3.11"
-# dependencies = ["matplotlib", "pandas"]
+# requires-python = ">=3.10"
+# dependencies = ["geodesic-ivp", "matplotlib", "pandas"]
+#
+# [tool.uv.sources]
+# geodesic-ivp = { path = "../.." }
 # ///
 # %% [markdown]
 # # The figures of the paper from CSV
@@ -11,38 +14,40 @@
 # examples/python/paper_figures.py`), or open it in an editor that knows cells. Pictures go into `results/paper`.
 
 # %%
-import subprocess
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pandas as pd
 
+import geodesic_ivp
+
 FOLDER = Path("results/paper")
+FOLDER.mkdir(parents=True, exist_ok=True)
 CASES = {"linear": ["SBP21", "SBP42"], "quartic": ["SBP21", "SBP42"]}
 
 
-def tables(command, *arguments, files):
-    """Tables that a command writes."""
-    out = FOLDER / "-".join([command, *arguments]).replace("=", "-")
-    line = ["geodesic-ivp", command, *arguments, "--out", out, "--force", "--quiet"]
-    subprocess.run(line, check=True)
-    return [pd.read_csv(out / name) for name in files]
+def converged(name):
+    """Errors on many grids, and the slopes fitted to them. Commands other than `run` are called by their names."""
+    out = FOLDER / f"converge-{name}"
+    geodesic_ivp.command("converge", name, "--out", out, "--force", "--quiet")
+    return [pd.DataFrame(geodesic_ivp.read_table(out / f"{table}.csv")) for table in ("convergence", "slopes")]
 
 
 def drawn(name, title, columns, logarithmic=False):
     """One picture of a case, a panel for each operator; `columns` are pairs of a column and its label."""
     figure, panels = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
     for panel, sbp in zip(panels, CASES[name]):
-        run = ["run", name, "--set", f"scheme.sbp={sbp}", "--set", "solver.system=doubled"]
-        table = pd.concat(tables(*run, files=["trajectory.csv", "residuals.csv", "branches.csv"]), axis=1)
-        gamma = table["gamma"].iloc[:, 0]
+        run = geodesic_ivp.run(name, set={"scheme.sbp": sbp, "solver.system": "doubled"})
+        table = pd.concat([run.to_pandas(of) for of in ("trajectory", "residuals", "branches")], axis=1)
+        gamma = run.trajectory.gamma
         for column, label in columns:
             values = table[column].abs() if logarithmic else table[column]
             panel.plot(gamma, values, "o", markersize=4, label=label)
         panel.set(title=sbp, xlabel="γ", yscale="log" if logarithmic else "linear")
         panel.legend()
     figure.suptitle(f"{title}, {name} potential")
-    figure.savefig(FOLDER / f"{name}-{title.split()[0].strip(":").lower()}.svg")
+    word = title.split()[0].strip(":").lower()
+    figure.savefig(FOLDER / f"{name}-{word}.svg")
 
 
 # %% [markdown]
@@ -65,7 +70,7 @@ for name in CASES:
 # %%
 figure, panels = plt.subplots(1, 2, figsize=(10, 4), sharey=True, layout="constrained")
 for panel, name in zip(panels, CASES):
-    points, slopes = tables("converge", name, files=["convergence.csv", "slopes.csv"])
+    points, slopes = converged(name)
     for (sbp, rows), quantity in ((group, q) for group in points.groupby("sbp") for q in ("eps_t_l2", "eps_x_l2")):
         slope = slopes[(slopes["sbp"] == sbp) & (slopes["quantity"] == quantity)]["slope"].iloc[0]
         panel.loglog(rows["delta_gamma"], rows[quantity], "o-", label=f"{sbp} {quantity}, slope {slope:.2f}")
