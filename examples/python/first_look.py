@@ -67,7 +67,7 @@ nodes = [16, 32, 64, 128, 256]
 figure, axes = plt.subplots()
 for sbp in ["SBP21", "SBP42"]:
     runs = [geodesic_ivp.run("quartic", set={"scheme.sbp": sbp, "grid.n_gamma": n}) for n in nodes]
-    errors = [run.summary["error_t_final"] for run in runs]
+    errors = [run.summary["error_final"]["t"] for run in runs]
     slope = np.polyfit(np.log(1 / (np.array(nodes) - 1)), np.log(errors), 1)[0]
     axes.loglog(nodes, errors, "o-", label=f"{sbp}, slope {slope:.2f}")
     print(f"{sbp}: the error of t falls like Δγ^{slope:.2f}")

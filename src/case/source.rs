@@ -66,15 +66,14 @@ impl Source {
     }
 }
 
-/// Returns true if the tables are those of the paper's particle, which no formula of the case's own looks at.
+/// Returns true if the motion is that of the paper's particle. What looks at it, or ends it, is another matter.
 fn is_of_x(root: &Table) -> bool {
     let table = |name: &str| root.get(name).and_then(Item::as_table_like);
     let has =
         |name: &str, keys: &[&str]| table(name).is_some_and(|table| keys.iter().any(|key| table.contains_key(key)));
-    !(["metric", "body", "force", "events", "invariants", "plot"].iter().any(|key| root.contains_key(key))
+    !(["metric", "body", "force"].iter().any(|key| root.contains_key(key))
         || has("potential", &["coordinates", "one_form", "force", "definitions", "conformal"])
         || has("particle", &["masses", "law"])
-        || has("grid", &["until"])
         || table("potential").is_some_and(is_of_time))
 }
 

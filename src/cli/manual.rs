@@ -1,4 +1,4 @@
-//! `man`, one page with all commands, the keys of a case, files, exit codes and examples, and `completions SHELL`.
+//! `man`, one page with all commands, the keys of a case, files, exit codes and examples.
 
 use std::process::ExitCode;
 
@@ -62,15 +62,6 @@ pub(super) fn man() -> anyhow::Result<ExitCode> {
         section.to_writer(&mut page)?;
     }
     out::write_data(&page)?;
-    Ok(ExitCode::SUCCESS)
-}
-
-/// Prints the script. It is generated in memory first, because the generator would panic on a closed pipe.
-pub(super) fn completions(shell: clap_complete::Shell) -> anyhow::Result<ExitCode> {
-    let (mut script, mut command) = (Vec::new(), Cli::command());
-    let name = command.get_name().to_owned();
-    clap_complete::generate(shell, &mut command, name, &mut script);
-    out::write_data(&script)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -2,6 +2,7 @@
 
 mod base_cases;
 mod check;
+mod complete;
 mod converge;
 mod init;
 mod input;
@@ -27,11 +28,13 @@ use std::process::ExitCode;
 
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 use clap::{Arg, Args, CommandFactory, Parser, Subcommand, ValueHint};
+use clap_complete::engine::ArgValueCompleter;
 use geodesic_ivp::formula::similar::nearest;
 
 /// Reads the command line, executes the command and returns its exit code. A mistake in the command line ends the
 /// program with exit code 2; help and version end it with 0.
 pub fn main() -> ExitCode {
+    complete::answer();
     let cli = Cli::try_parse().unwrap_or_else(|error| explained(error).exit());
     execute(cli.command).unwrap_or_else(|error| report::explain(&error).into())
 }
@@ -113,7 +116,12 @@ enum Command {
     #[command(after_help = "Example:\n  geodesic-ivp init pendulum > mine.toml")]
     Init(init::InitArgs),
     /// Print a shell completion script
-    #[command(after_help = "Example:\n  geodesic-ivp completions bash > geodesic-ivp.bash")]
+    ///
+    /// With it a shell offers commands, options, names of cases, and keys behind --set and --vary.
+    #[command(
+        after_help = "Examples:\n  source <(geodesic-ivp completions bash)  # in ~/.bashrc, or with zsh in ~/.zshrc\n  \
+                      geodesic-ivp completions fish > ~/.config/fish/completions/geodesic-ivp.fish"
+    )]
     Completions {
         /// The shell
         shell: clap_complete::Shell,
@@ -137,13 +145,24 @@ struct CaseArgs {
     /// A file, - for stdin, or a built-in case
     ///
     /// `init --list` names the built-in cases. A file, which is TOML, takes precedence over one of the same name.
-    #[arg(index = 1, value_name = "CASE", value_hint = ValueHint::FilePath, display_order = 0)]
+    #[arg(
+        index = 1,
+        value_name = "CASE",
+        value_hint = ValueHint::FilePath,
+        add = ArgValueCompleter::new(complete::cases),
+        display_order = 0
+    )]
     case: Option<PathBuf>,
 
     /// Override a key of the case, e.g. --set grid.n_gamma=64
     ///
     /// May be given several times. VALUE is a value of TOML; words and formulas need no quotes.
-    #[arg(long = "set", value_name = "KEY=VALUE", display_order = 2)]
+    #[arg(
+        long = "set",
+        value_name = "KEY=VALUE",
+        add = ArgValueCompleter::new(complete::settings),
+        display_order = 2
+    )]
     set: Vec<String>,
 
     /// Print neither summary nor progress; warnings remain
@@ -170,7 +189,7 @@ fn execute(command: Command) -> anyhow::Result<ExitCode> {
         Command::Merge(args) => merge::merge(&args),
         Command::Check(args) => check::check(&args),
         Command::Init(args) => init::init(&args),
-        Command::Completions { shell } => manual::completions(shell),
+        Command::Completions { shell } => complete::completions(shell),
         Command::Man => manual::man(),
     }
 }

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
+use clap_complete::engine::ArgValueCompleter;
 use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
@@ -27,7 +28,7 @@ use super::out::{OutArgs, RESULTS};
 use super::samples::SampleArgs;
 use super::share::VaryArgs;
 use super::told::Told;
-use super::{CaseArgs, memory, out, report};
+use super::{CaseArgs, complete, memory, out, report};
 
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
@@ -48,6 +49,7 @@ pub(super) struct RunArgs {
         index = 2,
         value_name = "CASE",
         value_hint = ValueHint::FilePath,
+        add = ArgValueCompleter::new(complete::cases),
         conflicts_with_all = ["stdout", "json"],
         help_heading = "Case",
         display_order = 1
@@ -81,7 +83,7 @@ pub(super) struct RunArgs {
 
     /// Write one table with all columns to standard output, and no files
     #[arg(long, conflicts_with_all = ["out", "force", "json"], help_heading = RESULTS)]
-    stdout: bool,
+    pub(super) stdout: bool,
 
     #[command(flatten)]
     pub(super) output: OutArgs,

@@ -1,7 +1,10 @@
 //! The arguments of many runs: what varies, and the share of the rows that a job computes.
 
 use clap::Args;
+use clap_complete::engine::ArgValueCompleter;
 use geodesic_ivp::study::many::Axis;
+
+use super::complete;
 
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Many runs")]
@@ -13,7 +16,8 @@ pub(super) struct VaryArgs {
     #[arg(
         long,
         value_name = "KEY=VALUES",
-        conflicts_with_all = ["more", "stdout", "sample_t", "sample_gamma", "samples_only"]
+        add = ArgValueCompleter::new(complete::settings),
+        conflicts_with_all = ["more", "sample_t", "sample_gamma", "samples_only"]
     )]
     pub(super) vary: Vec<Axis>,
 
@@ -21,12 +25,13 @@ pub(super) struct VaryArgs {
     ///
     /// These are the rows K, K + N, K + 2N and so on. In a job array of SLURM, PBS or SGE `auto` is the share of the
     /// job.
-    #[arg(long, value_name = "K/N", value_parser = share, requires_all = ["vary", "out"])]
+    #[arg(long, value_name = "K/N", value_parser = share, requires = "vary")]
     pub(super) part: Option<Share>,
 
-    /// The column that the map of --plot shows
+    /// The column that --plot shows
     ///
-    /// The map is one over two keys that vary. Without this option it shows the end of the first coordinate but t.
+    /// Over one key that varies it is a line, over two a map. Without this option it is the end of the first coordinate
+    /// but t.
     #[arg(long, value_name = "COLUMN", requires_all = ["vary", "plot"])]
     pub(super) column: Option<String>,
 }

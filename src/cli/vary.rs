@@ -3,8 +3,10 @@
 //! Rows are computed by as many workers as there are cores, and each takes the next row when it has finished one. The
 //! main thread keeps every row in a journal as soon as it is there. When all are, they are sorted into the table, which
 //! appears as the files of every command do, and the journal is removed. A table that is interrupted, or killed, is
-//! continued by the same command.
+//! continued by the same command. With --stdout rows go into a pipe, in their order, and nothing is kept.
 
+use std::collections::BTreeMap;
+use std::io::Write;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -25,8 +27,12 @@ use super::share::{Share, VaryArgs};
 use super::study::{self, Placed};
 use super::{memory, out};
 
-/// The picture of `--plot`.
+/// The pictures of `--plot`: of a column over one key, over two, and of the events of all rows.
+const LINE: &str = "line.svg";
 const MAP: &str = "map.svg";
+const SECTION: &str = "section.svg";
+/// The events of more values of a key than this have one colour.
+const MOST_COLOURS: usize = 7;
 
 /// The statuses of runs that are not begun.
 const INVALID: &str = "invalid-case";
@@ -38,6 +44,9 @@ const FEW_NODES: usize = 100_000;
 pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let VaryArgs { vary: axes, part, .. } = &args.vary;
     check_keys(axes, &args.case.set)?;
+    if part.is_some() && args.output.out.is_none() && !args.stdout {
+        return Err(refused("--part writes one of several tables", "give each part a folder, with --out"));
+    }
     interrupt::start_threads();
     let (name, text, set) = (args.case.name(), args.case.read_text()?, &args.case.set);
     let runs = ManyRuns::new(&name, &text, set, axes.clone()).map_err(|error| args.case.of_another_kind(error))?;
@@ -47,23 +56,26 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     runs.first().warnings().iter().for_each(|warning| report::warn(warning));
 
     let columns = Columns::new(&runs);
+    let Share { k, n } = part.unwrap_or(Share { k: 1, n: 1 });
+    let share = (k - 1..runs.len()).step_by(n);
+    if args.stdout {
+        return piped(&Arc::new((runs, columns)), share.collect(), args.case.quiet);
+    }
     let column = if args.plot { Some(column(&args.vary, &runs, &columns)?) } else { None };
     let target = args.output.target(&args.case, out::VARY)?;
     out::keep_source(runs.first(), &target)?;
     let force = target.force;
-    let (tables, pictures): (_, &[&str]) = (&TABLES[..columns.headers.len()], if args.plot { &[MAP] } else { &[] });
-    let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE], pictures].concat())?;
+    let tables = &TABLES[..columns.headers.len()];
+    let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE], &pictures(args, &runs)].concat())?;
     let mut journal = Journal::open(files.folder(), &identity, &columns.headers, force)?;
 
-    let Share { k, n } = part.unwrap_or(Share { k: 1, n: 1 });
-    let share = (k - 1..runs.len()).step_by(n);
     let (all, there) = (share.len(), journal.count());
     let todo: Vec<usize> = share.filter(|run| !journal.has(run + 1)).collect();
     if there > 0 && !args.case.quiet {
         report::note(&format!("{there} of {all} rows are there already"));
     }
     let table = Arc::new((runs, columns));
-    let interrupted = compute(&table, todo, &mut journal, args.case.quiet)?;
+    let interrupted = compute(&table, todo, args.case.quiet, |row| journal.keep(&row))?;
     let runs = &table.0;
     if interrupted {
         let (there, path) = (journal.count(), journal.path().display());
@@ -76,10 +88,9 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let mut summary = RunsSummary::new(runs.first().title.as_deref(), &identity, runs.len());
     let tables = tables.iter().map(|name| files.writer(name)).collect();
     let cells = journal.write(tables, &mut summary, column.as_deref())?;
-    if let (Some(column), [x, y]) = (&column, runs.axes.as_slice()) {
-        let of = runs.first().title.as_deref().unwrap_or(&name);
-        let varied = [x, y].map(|axis| (axis.key.as_str(), axis.values.as_slice()));
-        files.write_text(MAP, &pictures::scan(of, column, varied, &cells).to_svg())?;
+    if let Some(column) = &column {
+        let title = args.case.headed(runs.first().title.as_deref());
+        draw(&files, runs, &title, (column, &cells), &mut journal)?;
     }
     files.write_text(CASE, &identity.case)?;
     let text = summary_text(&args.case.headed(runs.first().title.as_deref()), &summary, &varied(runs));
@@ -103,11 +114,69 @@ pub(super) fn ending(summary: &RunsSummary) -> u8 {
     0
 }
 
-/// The column that a map shows.
+/// The names of the pictures.
+fn pictures(args: &RunArgs, runs: &ManyRuns) -> Vec<&'static str> {
+    let of_column = if runs.axes.len() == 1 { LINE } else { MAP };
+    let section = (!runs.first().events.is_empty()).then_some(SECTION);
+    if args.plot { [of_column].into_iter().chain(section).collect() } else { Vec::new() }
+}
+
+/// Draws the cells of a column over the keys that vary, and the events.
+fn draw(
+    files: &OutputSet,
+    runs: &ManyRuns,
+    title: &str,
+    (column, cells): (&str, &[String]),
+    journal: &mut Journal,
+) -> anyhow::Result<()> {
+    let varied = |axis| pictures::Varied::from(axis);
+    match runs.axes.as_slice() {
+        [axis] => files.write_text(LINE, &pictures::line(title, column, varied(axis), cells))?,
+        [x, y] => files.write_text(MAP, &pictures::scan(title, column, [x, y].map(varied), cells).to_svg())?,
+        _ => {}
+    }
+    if runs.first().events.is_empty() {
+        return Ok(());
+    }
+    let first = &runs.axes[0];
+    let mut named: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    for (run, events) in journal.events()? {
+        let Ok(case) = runs.case(run) else { continue };
+        let value = runs.values(run)[0];
+        for (event, place) in pictures::places_of_events(&case, &events) {
+            let name = if first.values.len() > MOST_COLOURS { event } else { format!("{} = {value}", first.key) };
+            match named.iter_mut().find(|(other, _)| *other == name) {
+                Some((_, places)) => places.push(place),
+                None => named.push((name, vec![place])),
+            }
+        }
+    }
+    files.write_text(SECTION, &pictures::section_of_runs(title, runs.first(), named).to_svg())
+}
+
+/// Prints the table without its events, row by row in their order. Returns the exit code.
+fn piped(table: &Arc<(ManyRuns, Columns)>, todo: Vec<usize>, is_quiet: bool) -> anyhow::Result<ExitCode> {
+    let mut out = out::for_data()?;
+    out.write_all(&table.1.header_line())?;
+    let (mut summary, mut waiting) = (RunsSummary::of_rows(), BTreeMap::new());
+    let mut order = todo.clone().into_iter().map(|run| run + 1).peekable();
+    let interrupted = compute(table, todo, is_quiet, |row| {
+        waiting.insert(row.row, row);
+        while let Some(RunRow { record, .. }) = order.peek().and_then(|next| waiting.remove(next)) {
+            order.next();
+            summary.see(&table.1.headers[0], &record);
+            out.write_all(&record)?;
+        }
+        Ok(out.flush()?)
+    })?;
+    Ok(ExitCode::from(if interrupted { INTERRUPTED } else { ending(&summary) }))
+}
+
+/// The column that a picture shows.
 fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result<String> {
-    if args.vary.len() != 2 || args.part.is_some() {
-        let message = "--plot draws a map of a whole table over two keys that vary";
-        return Err(refused(message, "give --vary twice, without --part, or leave out --plot"));
+    if args.vary.len() > 2 || args.part.is_some() {
+        let message = "--plot draws a whole table over one or two keys that vary";
+        return Err(refused(message, "give --vary once or twice, without --part, or leave out --plot"));
     }
     let header = &columns.headers[0];
     let default = || runs.first().coordinates().into_iter().find(|name| name != "t");
@@ -134,15 +203,15 @@ fn check_keys(axes: &[Axis], set: &[String]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Computes the rows `todo`, which count from 0, with a progress bar if standard error is a terminal, and keeps them.
-/// Returns whether it was interrupted.
+/// Computes the rows `todo`, which count from 0, with a progress bar if standard error is a terminal, and lets each be
+/// kept. Returns whether it was interrupted.
 fn compute(
     table: &Arc<(ManyRuns, Columns)>,
     todo: Vec<usize>,
-    journal: &mut Journal,
-    quiet: bool,
+    is_quiet: bool,
+    mut keep: impl FnMut(RunRow) -> anyhow::Result<()>,
 ) -> anyhow::Result<bool> {
-    let bar = study::bar(quiet, todo.len(), "{bar:30} {pos}/{len} runs, {eta} left");
+    let bar = study::bar(is_quiet, todo.len(), "{bar:30} {pos}/{len} runs, {eta} left");
     let (next, end) = (Arc::new(AtomicUsize::new(0)), todo.len());
     let work = {
         let next = Arc::clone(&next);
@@ -158,7 +227,7 @@ fn compute(
     let interrupted = study::computed(&bar, table, work, |row| {
         bar.inc(1);
         if kept.is_ok() {
-            kept = journal.keep(&row);
+            kept = keep(row);
             if kept.is_err() {
                 // What cannot be kept need not be computed.
                 next.store(end, Ordering::Relaxed);

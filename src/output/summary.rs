@@ -26,10 +26,7 @@ pub fn run_summary<S: Real>(
 ) -> String {
     let Run { line, diagnostics, .. } = run;
     let error = judged.error.as_ref();
-    let numbers = match &diagnostics.of_x {
-        Some(of_x) => numbers_of_x(line, diagnostics, of_x, error),
-        None => numbers_by_name(run, &case.events, error),
-    };
+    let of_x = diagnostics.of_x.as_ref().map(|of_x| numbers_of_x(line, diagnostics, of_x));
     let growth = line.sensitivity.as_ref().map(Sensitivity::growth);
     let further = json!({
         "error_estimate": line.error_estimate,
@@ -58,7 +55,8 @@ pub fn run_summary<S: Real>(
         json!(judged.verdict),
         problem(case, line.geometry(), settings, &line.iterations),
         json!({"iterations": line.iterations.count, "solve_seconds": solve_seconds}),
-        numbers,
+        numbers(run, &case.events, error),
+        json!(of_x),
         end,
         present(further),
         json!(judged.gaps),
@@ -76,10 +74,10 @@ pub fn failure_summary<S: Real>(
     failure: &NoSolution,
     solve_seconds: f64,
 ) -> String {
-    let point = || failure.point.iter().cloned().collect::<BTreeMap<_, _>>();
-    let place = match failure.domain {
-        Domain::G00(g00) | Domain::Overflow(g00) => json!({"x": failure.point.first().map(|(_, x)| x), "g00": g00}),
-        Domain::Determinant { .. } | Domain::Scene => json!({"point": point()}),
+    let point: BTreeMap<_, _> = failure.point.iter().cloned().collect();
+    let g00 = match failure.domain {
+        Domain::G00(g00) | Domain::Overflow(g00) => json!({"g00": g00}),
+        Domain::Determinant { .. } | Domain::Scene => json!({}),
     };
     let accuracy = (failure.status == Status::AccuracyNotReached)
         .then(|| json!({"accuracy_asked": failure.asked, "accuracy_estimated": failure.residual}));
@@ -92,7 +90,8 @@ pub fn failure_summary<S: Real>(
         problem(case, geometry, case.settings, &failure.iterations),
         json!({"iterations": count, "solve_seconds": solve_seconds}),
         json!({"message": failure.to_string(), "advice": failure.advice(), "gamma": failure.gamma}),
-        place,
+        json!({"point": point}),
+        g00,
         json!({"residual": failure.residual}),
         json!(accuracy),
         json!({"warnings": case.warnings(), "history": history}),
@@ -104,17 +103,15 @@ fn problem<S: Real>(case: &Case, geometry: &Geometry<S>, settings: Settings, ite
     let Settings { sbp, form, regularised, n_gamma, windows, system, digits, accuracy, .. } = settings;
     let names = geometry.names();
     let some = |indices: &mut dyn Iterator<Item = usize>| indices.map(|a| &names[a]).collect::<Vec<_>>();
-    let coordinates = (!case.is_of_x).then(|| {
-        json!({
-            "coordinates": names,
-            "ignorable": some(&mut geometry.ignorable()),
-            "active": some(&mut geometry.active().iter().copied()),
-        })
+    let coordinates = json!({
+        "coordinates": names,
+        "ignorable": some(&mut geometry.ignorable()),
+        "active": some(&mut geometry.active().iter().copied()),
     });
     merged([
         json!({"version": env!("CARGO_PKG_VERSION")}),
         present(json!({"title": case.title.as_deref()})),
-        json!(coordinates),
+        coordinates,
         json!({
             "sbp": sbp.to_string(),
             "form": form,
@@ -140,60 +137,36 @@ fn good_until<S: Real>(line: &WorldLine<S>) -> Option<BTreeMap<String, f64>> {
     has_tolerance.then(|| until.map(|(digits, until)| (digits.to_string(), gamma(until))).collect())
 }
 
-/// The numbers of a run in a potential of x alone, by the paper's names.
-fn numbers_of_x<S: Real>(
-    line: &WorldLine<S>,
-    diagnostics: &Diagnostics<S>,
-    of_x: &OfX<S>,
-    error: Option<&RunError>,
-) -> Value {
+/// What the paper calls some numbers of a run in a potential of x alone, and what only such a motion has.
+fn numbers_of_x<S: Real>(line: &WorldLine<S>, diagnostics: &Diagnostics<S>, of_x: &OfX<S>) -> Value {
     let number = |value: S| json::number(value, line.digits);
-    let (charge, norm, end) = (&diagnostics.charges[0], &diagnostics.norm, line.end_state());
-    let errors = error.map(|error| {
-        let (at_end, largest) = (error.at_most_at_end(), error.at_most());
-        json!({
-            "error_t_final": at_end[0],
-            "error_x_final": at_end[1],
-            "error_t_max": largest[0],
-            "error_x_max": largest[1],
-            "error_from": error.judge.describe(),
-        })
-    });
+    let (charge, end) = (&diagnostics.charges[0], line.end_state());
     merged([
-        json!({"gradient_norm": number(line.gradient_norm)}),
         present(json!({"multipliers": line.multipliers().map(|lambda| lambda.map(number))})),
         json!({
-            "gamma_final": number(line.gamma_f()),
             "t_final": number(end.t),
             "x_final": number(end.x),
             "x_dot_final": number(end.x_dot),
             "q_t": number(line.q_t()),
-            "k": number(line.norm()),
             "max_abs_delta_q_t_interior": number(charge.max_interior),
             "delta_q_t_last": number(charge.last),
             "max_abs_delta_q_t_corrected": number(charge.max_corrected),
-            "max_abs_delta_g_interior": number(diagnostics.max_delta_g),
-            "max_abs_delta_k": number(norm.max_interior),
-            "max_abs_delta_k_ends": number(norm.max_ends),
-            "sawtooth": diagnostics.sawtooth[0].1.amplitude.map(number),
             "h_bvp": number(of_x.h_bvp),
             "h_bvp_bound": number(of_x.h_bvp_bound),
             "h_bvp_bound_kept": of_x.is_kept(),
             "h_bvp_defect": number(of_x.defect()),
         }),
         present(json!({
-            "branch_distance": diagnostics.branch_distance.map(number),
             "max_abs_delta_q_x": of_x.free_particle.map(|[q_x, _]| number(q_x)),
             "max_abs_delta_q_eta": of_x.free_particle.map(|[_, q_eta]| number(q_eta)),
         })),
-        json!(errors),
         json!({"newtonian_deviation": of_x.deviation}),
         present(json!({"newtonian_c": of_x.c()})),
     ])
 }
 
-/// The numbers of a run in any other space-time, by the names of its coordinates.
-fn numbers_by_name<S: Real>(run: &Run<S>, events: &[Event], error: Option<&RunError>) -> Value {
+/// The numbers of a run, by the names of its coordinates.
+fn numbers<S: Real>(run: &Run<S>, events: &[Event], error: Option<&RunError>) -> Value {
     let Run { line, diagnostics, sums, .. } = run;
     let names = line.geometry().names();
     let number = |value: S| json::number(value, line.digits);

@@ -6,6 +6,7 @@ use std::io::{Seek, Write};
 
 use csv::{ByteRecord, Writer, WriterBuilder};
 
+use crate::action::Form;
 use crate::diagnostics::Diagnostics;
 use crate::engine::{Growth, Sensitivity};
 use crate::number::{DecimalRoom, Real};
@@ -174,7 +175,8 @@ pub fn branches<'c, S: Real>(run: &'c WorldLine<S>, _: &'c Diagnostics<S>) -> Ve
 
 /// The columns of `residuals.csv`: for every ignorable coordinate `delta_q_A` and `delta_q_A_corrected`; `delta_g_A`
 /// for every coordinate; delta_k or, in the lift of Newton's law, delta_energy; `delta_NAME` for every invariant of the
-/// user; and `error_A` for every result, if two marches judge each other: their largest distance so far.
+/// user; in the strong form `d_A`, which is Dq^A at every node, at the last one of a window, too, where `A_dot` is what
+/// is handed on; and `error_A` for every result, if two marches judge each other: their largest distance so far.
 pub fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
     let coordinates = run.geometry().names();
     let mut rows: Vec<(String, &[S])> = Vec::new();
@@ -190,7 +192,18 @@ pub fn residuals<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S
     });
     rows.extend(measured.invariants.iter().map(|(name, each)| (format!("delta_{name}"), &*each.delta)));
     let rows = rows.into_iter().map(|(name, row)| -> Column<'_, S> { (name, Box::new(row.iter().copied())) });
-    rows.chain(errors(run)).collect()
+    rows.chain(derivatives(run, measured)).chain(errors(run)).collect()
+}
+
+/// Dq^A at every node, where the last one of a window has another tangent.
+fn derivatives<'c, S: Real>(
+    run: &'c WorldLine<S>,
+    measured: &'c Diagnostics<S>,
+) -> impl Iterator<Item = Column<'c, S>> {
+    let rows = run.geometry().names().iter().zip(&measured.q_dot).filter(|_| run.form == Form::Strong);
+    rows.map(|(name, row)| -> Column<'_, S> {
+        (format!("d_{name}"), Box::new(row.iter().map(|&rate| run.signed(rate))))
+    })
 }
 
 /// By how much each result may be off, if that is known of every window.

@@ -65,7 +65,7 @@ impl Axis {
     }
 
     /// A linear axis over this range.
-    fn even(low: f64, high: f64) -> Self {
+    pub(super) fn even(low: f64, high: f64) -> Self {
         let rough = (high - low) / 7.0 * (1.0 - 1e-9);
         let power = 10_f64.powi(decade(rough));
         let step = power * [1.0, 2.0, 5.0].into_iter().find(|m| m * power >= rough).unwrap_or(10.0);

@@ -1,11 +1,13 @@
 //! Curves and points on linear or logarithmic axes, as SVG.
 
 mod axis;
+mod bar;
 mod map;
 mod page;
 mod series;
 mod thin;
 
+pub(crate) use bar::{Bar, ticks_of_cells};
 pub use map::{Kind, Map, Panel, Sign};
 pub use series::{Mark, Series, Shape, Style};
 

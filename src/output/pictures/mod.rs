@@ -9,7 +9,7 @@ mod stability;
 mod work_precision;
 
 pub use convergence::errors;
-pub use run::{names_of_run, of_run};
-pub use scan::{Varied, scan};
+pub use run::{names_of_run, of_run, places_of_events, section_of_runs};
+pub use scan::{Varied, line, scan};
 pub use stability::{last_node, sawtooth_onset, stability_map};
 pub use work_precision::{Work, drift, work_precision};

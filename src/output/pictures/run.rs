@@ -1,9 +1,11 @@
 //! The pictures of a run.
 
+use csv::StringRecord;
+
 use super::of_x::{deviation, deviations, pictures_of_x};
 use crate::case::{Axes, Case, Form};
 use crate::diagnostics::{Diagnostics, Extent};
-use crate::geometry::{ConservedSum, Observable};
+use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
 use crate::output::chart::{Chart, Mark, Scale, Series, Shape, Style};
 use crate::output::tables::Part;
@@ -39,13 +41,7 @@ pub fn of_run<S: Real>(title: &str, case: &Case, run: &Run<S>) -> Vec<Chart> {
     let (line, parts) = (&run.line, &run.parts()[..]);
     let windows = if line.window_count > 1 { format!(", {} windows", line.window_count) } else { String::new() };
     let of = &format!("{title} ({}, N = {}{windows})", line.sbp_name, line.sbp().points());
-    let axes = |(name, Axes { x, y }): (String, Axes)| {
-        let (formulas, is_lone) = ([&x, &y].map(|formula| case.axis(formula)), name.is_empty());
-        let labels = if is_lone { [x, y] } else { ["x", "y"].map(str::to_owned) };
-        // The parameter of Newton's law is t, but for a factor.
-        (name, PlotAxes { formulas, labels, parameter: if case.is_lifted() { "t" } else { "γ" } })
-    };
-    let orbits: Vec<(String, PlotAxes<S>)> = case.orbits(line.geometry()).into_iter().map(axes).collect();
+    let orbits = orbits_of(case, line.geometry());
     let mut drawn = vec![orbit(of, parts, &orbits), charges(of, parts, &run.sums), mesh(of, parts)];
     if !case.events.is_empty() {
         drawn.push(section(of, parts, &orbits[0].1, &case.event_names(), &run.events));
@@ -64,6 +60,40 @@ struct PlotAxes<S> {
     labels: [String; 2],
     /// The symbol of what velocities are derivatives by.
     parameter: &'static str,
+}
+
+/// The axes of the orbits of a case, and their names.
+fn orbits_of<S: Real>(case: &Case, geometry: &Geometry<S>) -> Vec<(String, PlotAxes<S>)> {
+    let axes = |(name, Axes { x, y }): (String, Axes)| {
+        let (formulas, is_lone) = ([&x, &y].map(|formula| case.axis(formula)), name.is_empty());
+        let labels = if is_lone { [x, y] } else { ["x", "y"].map(str::to_owned) };
+        // The parameter of Newton's law is t, but for a factor.
+        (name, PlotAxes { formulas, labels, parameter: if case.is_lifted() { "t" } else { "γ" } })
+    };
+    case.orbits(geometry).into_iter().map(axes).collect()
+}
+
+/// The events of a row of many runs: their names, and their places on the axes of its case, by their records in
+/// `runs-events.csv`.
+pub fn places_of_events(case: &Case, events: &[StringRecord]) -> Vec<(String, (f64, f64))> {
+    let geometry: Geometry = case.geometry();
+    let (mut axes, n) = (orbits_of(case, &geometry).swap_remove(0).1, geometry.dimension());
+    let place = |record: &StringRecord| {
+        // Behind the number of the row and the name are γ, q and q̇.
+        let numbers: Vec<f64> = record.iter().skip(2).filter_map(|cell| cell.parse().ok()).collect();
+        let [q, q_dot] = [numbers.get(1..=n)?, numbers.get(n + 1..=2 * n)?].map(<[f64]>::to_vec);
+        let (p, norm) = (geometry.momenta(&q, &q_dot), geometry.norm(&q, &q_dot));
+        let sample = Sample { gamma: numbers[0], q, q_dot, p };
+        Some((record.get(1)?.to_owned(), axes.point(&sample, norm)))
+    };
+    events.iter().filter_map(place).collect()
+}
+
+/// The events of many runs, which differ from this case by the keys that vary: the points of each series with its name.
+pub fn section_of_runs(of: &str, case: &Case, named: Vec<(String, Vec<(f64, f64)>)>) -> Chart {
+    let axes = orbits_of(case, &case.geometry::<f64>()).swap_remove(0).1;
+    let series = named.into_iter().map(|(name, places)| Series::new(name, Mark::POINTS, places)).collect();
+    axes.chart("Where the events of all rows are", of, series)
 }
 
 impl<S: Real> PlotAxes<S> {

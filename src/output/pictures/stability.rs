@@ -101,7 +101,9 @@ pub fn stability_map(of: &str, arena: &Arena, methods: &[Method], cells: &[Cell]
             }
         ),
         y_label: "length γ_f − γ_i".to_owned(),
-        rows: lengths.iter().map(|&length| short(length)).collect(),
+        rows: lengths.len(),
+        row_ticks: lengths.iter().enumerate().map(|(k, &length)| (k as f64 + 0.5, short(length))).collect(),
+        bar: None,
         kinds: CellStatus::ALL.map(kind).to_vec(),
         absent: Kind { label: "no such grid".to_owned(), fill: [255; 3], sign: Sign::DOT },
         panels: methods.iter().map(panel).collect(),

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use csv::{ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
 use super::super::files::{refused, refused_by_system};
@@ -175,6 +176,23 @@ impl Journal {
     ) -> anyhow::Result<Vec<String>> {
         let order: Vec<(usize, usize)> = self.tables[0].numbers().map(|row| (row, 0)).collect();
         rows::write(&mut [&mut self.tables], order.into_iter(), tables, summary, column)
+    }
+
+    /// The events of its rows in their order: the number of the run, which counts from 0, and their records.
+    ///
+    /// # Errors
+    /// If they cannot be read.
+    pub fn events(&mut self) -> anyhow::Result<Vec<(usize, Vec<StringRecord>)>> {
+        let Some(table) = self.tables.get_mut(1) else { return Ok(Vec::new()) };
+        let rows: Vec<usize> = table.numbers().collect();
+        let of_row = |row: usize| {
+            let records = table.row(row)?;
+            let mut reader = ReaderBuilder::new().has_headers(false).from_reader(&*records);
+            let cannot = || format!("cannot read {}", table.path.display());
+            let events = reader.records().collect::<Result<_, _>>().with_context(cannot)?;
+            Ok((row - 1, events))
+        };
+        rows.into_iter().map(of_row).collect()
     }
 
     /// Removes it, as its rows are in a table now.

@@ -43,6 +43,11 @@ impl Columns {
         Self { headers: [row].into_iter().chain(event).collect(), maxima }
     }
 
+    /// The header of `runs.csv` as a line.
+    pub fn header_line(&self) -> Vec<u8> {
+        line_of(self.headers[0].iter().map(String::as_str))
+    }
+
     /// The row of a run, which counts from 0, from its end or else the status in a word, the exit code that a single
     /// run would have, and why it has none. Cells of what it does not have are empty.
     pub fn row(&self, runs: &ManyRuns, run: usize, outcome: Result<&End, (&str, u8, &str)>) -> RunRow {

@@ -148,19 +148,18 @@ pub(super) fn write<W: Write>(
     for ((out, name), table) in tables.iter_mut().zip(&*sources[0]) {
         out.write_all(&line_of(&table.header)).with_context(|| cannot(name))?;
     }
-    let place = |name: &str| sources[0][0].header.iter().position(|cell| cell == name);
-    let ([status, verdict], column, mut wanted) = (["status", "verdict"].map(place), column.map(place), Vec::new());
+    let header: Vec<String> = sources[0][0].header.iter().map(str::to_owned).collect();
+    let place = column.map(|name| header.iter().position(|cell| cell == name));
+    let mut wanted = Vec::new();
     for (row, source) in order {
         for ((out, name), table) in tables.iter_mut().zip(sources[source].iter_mut()) {
             let records = table.row(row)?;
             out.write_all(&records).with_context(|| cannot(name))?;
             if *name == RUNS {
-                let mut cells = StringRecord::new();
-                let mut reader = ReaderBuilder::new().has_headers(false).from_reader(&*records);
-                let is_read = reader.read_record(&mut cells).unwrap_or(false);
-                let cell = |place: Option<usize>| place.filter(|_| is_read).and_then(|place| cells.get(place));
-                summary.count(cell(status).unwrap_or_default(), cell(verdict).unwrap_or_default());
-                wanted.extend(column.map(|place| cell(place).unwrap_or_default().to_owned()));
+                let cells = summary.see(&header, &records);
+                let cell =
+                    |place: Option<usize>| place.and_then(|place| cells.get(place)).unwrap_or_default().to_owned();
+                wanted.extend(place.map(cell));
             }
         }
     }

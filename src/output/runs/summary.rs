@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use csv::{ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
 use super::super::json::json;
@@ -61,13 +62,39 @@ impl RunsSummary {
         }
     }
 
+    /// The count of rows of a table that has no other summary.
+    pub fn of_rows() -> Self {
+        Self::new(None, &Identity::new(String::new(), Vec::new(), None), 0)
+    }
+
     /// The same table without rows.
     pub(super) fn without_rows(&self) -> Self {
         Self { rows: 0, solved: 0, doubtful: 0, proved: 0, statuses: BTreeMap::new(), ..self.clone() }
     }
 
+    /// Counts a row, which is a line of the table with this header. Returns its cells.
+    pub fn see<'h>(
+        &mut self,
+        header: impl IntoIterator<Item = &'h (impl AsRef<str> + 'h)>,
+        line: &[u8],
+    ) -> StringRecord {
+        let mut cells = StringRecord::new();
+        let mut reader = ReaderBuilder::new().has_headers(false).from_reader(line);
+        let is_read = reader.read_record(&mut cells).unwrap_or(false);
+        let (mut status, mut verdict) = ("", "");
+        for (name, cell) in header.into_iter().zip(&cells).filter(|_| is_read) {
+            match name.as_ref() {
+                "status" => status = cell,
+                "verdict" => verdict = cell,
+                _ => {}
+            }
+        }
+        self.count(status, verdict);
+        cells
+    }
+
     /// Counts a row with this status and verdict.
-    pub(super) fn count(&mut self, status: &str, verdict: &str) {
+    fn count(&mut self, status: &str, verdict: &str) {
         self.rows += 1;
         self.solved += usize::from(status == Status::Converged.as_str());
         self.doubtful += usize::from(verdict == Grade::Doubtful.as_str());

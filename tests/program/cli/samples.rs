@@ -65,7 +65,7 @@ fn errors_are_those_of_all_samples() {
                 --set grid.n_gamma=4 --sample-gamma 0:99:0.5";
     folder.succeeds(&format!("run {case} --out all"));
     folder.succeeds(&format!("run {case} --samples-only --out few"));
-    let [nodes, samples, end] = [("all", "error_x_max"), ("few", "error_x_max"), ("few", "error_x_final")]
-        .map(|(out, key)| folder.summary(out)[key].as_f64().unwrap());
+    let [nodes, samples, end] = [("all", "error_max"), ("few", "error_max"), ("few", "error_final")]
+        .map(|(out, key)| folder.summary(out)[key]["x"].as_f64().unwrap());
     assert!(samples > 0.9 * nodes && samples < 1.1 * nodes && end < 0.1 * nodes, "{nodes:e}, {samples:e}, {end:e}");
 }

@@ -21,7 +21,7 @@ fn a_scene_is_warned_of_its_sawtooth_as_one_coordinate_is() {
     folder.succeeds("run quartic --out one --quiet --set grid.gamma_f=100 --set grid.n_gamma=2001");
     let [scene, one] = ["scene", "one"].map(|name| folder.summary(name));
     let of = |value: &serde_json::Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));
-    let (x, alone) = (&scene["sawtooth"]["x"], &one["sawtooth"]);
+    let (x, alone) = (&scene["sawtooth"]["x"], &one["sawtooth"]["x"]);
     assert!((of(x) / of(alone) - 1.0).abs() < 1e-3, "{x} {alone}");
     // y is not active.
     assert!(scene["sawtooth"].as_object().unwrap().len() == 1 && of(&scene["write_seconds"]) > 0.0);
@@ -126,4 +126,44 @@ fn many_runs_have_the_growth_of_each_in_columns() {
     let words = "solver.sensitivity needs solver.accuracy or solver.tolerance … \
                  give solver.tolerance in place of scheme and grid";
     folder.refuses(&[("run henon-heiles --set solver.sensitivity=true", 2, words)]);
+}
+
+/// Events, invariants, pictures and an end are no other motion, so that they take nothing from what is said of it.
+#[test]
+fn what_looks_at_a_run_takes_no_key_away() {
+    let folder = Folder::new();
+    folder.succeeds("run quartic --quiet --out plain");
+    let plain = folder.summary("plain");
+    let keys = |summary: &serde_json::Value| summary.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    for (more, of) in [
+        ("--set events.zero.when=x", vec!["events"]),
+        ("--set events.zero.when=x-0.5 --set events.zero.set.x_dot=-x_dot", vec!["acting_events", "events"]),
+        ("--set invariants.square=x^2", vec!["invariants", "max_abs_delta_invariant", "max_abs_delta_invariant_ends"]),
+        ("--set grid.until=x-0.5", vec!["events"]),
+    ] {
+        folder.succeeds(&format!("run quartic --quiet --force --out more {more}"));
+        let summary = folder.summary("more");
+        let mut further: Vec<String> = keys(&summary);
+        further.retain(|key| plain.get(key).is_none());
+        further.sort();
+        assert_eq!(further, of, "{more}");
+        let missing: Vec<String> = keys(&plain).into_iter().filter(|key| summary.get(key).is_none()).collect();
+        assert!(missing.is_empty(), "{more}: {missing:?}");
+    }
+}
+
+/// The paper's numbers at the last node, 2.06 and 0.0593, are in the tables: there the operator takes up its defect.
+#[test]
+fn the_last_row_of_the_operator_is_in_a_table() {
+    let folder = Folder::new();
+    folder.succeeds("run quartic --quiet --out strong");
+    let residuals = folder.table("strong/residuals.csv");
+    let last = |name: &str| *residuals.numbers(name).last().unwrap();
+    assert!((last("d_t") - 2.058).abs() < 5e-4 && (last("delta_q_t") - 0.0593).abs() < 5e-5);
+    let (summary, x) = (folder.summary("strong"), *folder.table("strong/trajectory.csv").numbers("x").last().unwrap());
+    // V = x⁴/2 and g00 = 1 + 2V with c = m = 1.
+    let charge = (1.0 + x.powi(4)) * last("d_t") - summary["q_t"].as_f64().unwrap();
+    assert!((charge - last("delta_q_t")).abs() < 1e-14, "{charge}");
+    folder.succeeds("run quartic-weak --quiet --out weak");
+    assert!(!folder.first_line("weak/residuals.csv").contains("d_t"));
 }

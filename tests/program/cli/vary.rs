@@ -286,3 +286,43 @@ fn two_keys_make_a_map() {
         (format!("{keys} --part auto --out none"), 2, "no variables of a job array are set"),
     ]);
 }
+
+#[test]
+fn one_key_makes_a_line_and_events_a_section_of_all_rows() {
+    let folder = Folder::new();
+    folder.succeeds("run kepler --vary initial.y_dot=0.9,1,1.1 --plot --column y_dot --out out");
+    let tables = ["case.toml", "line.svg", "runs-events.csv", "runs.csv", "section.svg", "summary.json"];
+    assert_eq!(folder.names("out"), tables);
+    let [line, section] = ["line", "section"].map(|name| folder.read(&format!("out/{name}.svg")));
+    assert!(line.contains("y_dot over initial.y_dot"), "{line}");
+    for words in ["initial.y_dot = 0.9", "initial.y_dot = 1.1", "events of all rows"] {
+        assert!(section.contains(words), "{words} is not in\n{section}");
+    }
+    // Words have a row of cells.
+    folder.succeeds("run quartic --vary grid.n_gamma=2,16,32 --plot --column verdict --out words");
+    let words = folder.read("words/line.svg");
+    assert!(words.contains("verdict over grid.n_gamma<") && words.contains("refused"), "{words}");
+    folder.refuses(&[(
+        "run quartic --vary initial.x=1,2 --vary grid.n_gamma=16,32 --vary particle.c=1,2 --plot --out none",
+        2,
+        "one or two keys",
+    )]);
+}
+
+#[test]
+fn a_pipe_takes_the_rows_in_their_order() {
+    let folder = Folder::new();
+    let keys = "run quartic --vary initial.x=0.5:1:11 --vary grid.n_gamma=2,16";
+    folder.succeeds(&format!("{keys} --out out --quiet"));
+    let piped = folder.run(&format!("{keys} --stdout --quiet"));
+    assert_eq!(String::from_utf8(piped.stdout).unwrap(), folder.read("out/runs.csv"));
+    assert!(piped.status.success() && !folder.has("results"));
+    let none = folder.run("run quartic --vary grid.n_gamma=2 --stdout");
+    assert_eq!(none.status.code(), Some(3));
+    let part = folder.run(&format!("{keys} --stdout --quiet --part 2/2"));
+    assert_eq!(String::from_utf8(part.stdout).unwrap().lines().count(), 12);
+    folder.refuses(&[
+        (format!("{keys} --part 1/2"), 2, "give each part a folder"),
+        (format!("{keys} --stdout --plot"), 2, "cannot be used"),
+    ]);
+}

@@ -131,8 +131,8 @@ fn columns_keys_and_files_are_those_that_the_pages_list() {
                 let header = if name == "residuals.csv" { header.replace(",delta_energy", ",delta_k") } else { header };
                 let places = [("<q>", names), ("<c>", ignorable), ("<name>", invariants)];
                 let is_header = |row: &Vec<String>| expanded(&row[1], &places).join(",") == header;
-                let kinds =
-                    ["", " of a scene", " to an accuracy or with a tolerance"].map(|kind| format!("{name}{kind}"));
+                let kinds = ["", " of a scene", " of the strong form", " to an accuracy or with a tolerance"]
+                    .map(|kind| format!("{name}{kind}"));
                 let mut of_table = rows.iter().filter(|row| row.len() == 2 && kinds.contains(&row[0]));
                 assert!(of_table.any(is_header), "{command}: {name} has {header}");
                 tables.insert(name);

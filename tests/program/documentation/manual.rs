@@ -1,13 +1,15 @@
 //! The manual page and the completions have all that the program has.
 
 use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::process::Command;
 
 use geodesic_ivp::case::SCENE_KEYS;
 use geodesic_ivp::case::builtin::NAMES;
 
 use super::commands;
 use super::lists::keys;
-use crate::common::Folder;
+use crate::common::{Folder, succeeded};
 
 fn printed(arguments: &str) -> String {
     Folder::new().succeeds(arguments)
@@ -67,28 +69,72 @@ fn the_manual_page_has_every_command_and_option() {
     assert!(section(&page, "OPTIONS").contains("--version"));
 }
 
+/// What is offered for the last of these words. Fish asks so; all shells get the same.
+fn completed(folder: &Folder, words: &str) -> Vec<String> {
+    let mut program = folder.program("--");
+    program.env("GEODESIC_IVP_COMPLETE", "fish").arg("geodesic-ivp").args(words.split(' '));
+    let lines = succeeded(&program.output().unwrap());
+    lines.lines().map(|line| line.split('\t').next().unwrap().to_owned()).collect()
+}
+
 #[test]
 fn completions_have_every_command_and_option() {
-    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
-        let script = printed(&format!("completions {shell}"));
-        for (name, options) in commands() {
-            assert!(script.contains(&name), "{shell}: {name}");
-            for option in options {
-                // Fish writes them without the dashes.
-                let option = if shell == "fish" { format!("-l {}", &option[2..]) } else { option };
-                assert!(script.contains(&option), "{shell}: {name} {option}");
-            }
+    let folder = Folder::new();
+    let all = completed(&folder, "");
+    for (name, options) in commands() {
+        assert!(all.contains(&name), "{name}");
+        let offered = completed(&folder, &format!("{name} --"));
+        for option in options {
+            assert!(offered.contains(&option), "{name} {option}: {offered:?}");
         }
     }
 }
 
 #[test]
-fn completions_know_cases_folders_and_files() {
-    let bash = printed("completions bash");
-    assert!(bash.lines().any(|line| NAMES.iter().all(|name| line.split([' ', '"']).any(|word| word == *name))));
-    let zsh = printed("completions zsh");
-    let of = |option: &str| zsh.lines().find(|line| line.contains(option)).unwrap_or_else(|| panic!("{option}"));
-    assert!(of("--out=").contains("_files -/") && of("--rows=").contains("_files"));
+fn completions_know_cases_keys_and_values() {
+    let folder = Folder::new();
+    for command in ["run", "check", "converge", "stability", "work-precision"] {
+        let cases = completed(&folder, &format!("{command} "));
+        assert!(NAMES.iter().all(|name| cases.iter().any(|case| case == name)), "{command}: {cases:?}");
+    }
+    folder.write("quarter.toml", "");
+    folder.write("quarter.csv", "");
+    let [cases, keys, values, shells, of_sweep] = [
+        "run qua",
+        "run quartic --set grid.",
+        "run quartic --set scheme.sbp=SBP",
+        "completions f",
+        "run quartic --vary solver.pr",
+    ]
+    .map(|words| completed(&folder, words));
+    let has = |words: &[String], word: &str| words.iter().any(|other| other == word);
+    assert!(has(&cases, "quartic-weak") && has(&cases, "quarter.toml") && !has(&cases, "quarter.csv"), "{cases:?}");
+    assert!(has(&keys, "grid.n_gamma=") && has(&keys, "grid.t_f=") && keys.iter().all(|key| key.starts_with("grid.")));
+    assert_eq!(values, ["scheme.sbp=SBP21", "scheme.sbp=SBP42", "scheme.sbp=SBP63", "scheme.sbp=SBP84"]);
+    assert_eq!((shells, of_sweep), (vec!["fish".to_owned()], vec!["solver.proof=".to_owned()]));
+}
+
+/// The scripts of all shells are there, and that of bash is tried in it.
+#[test]
+fn a_shell_offers_what_the_program_answers() {
+    for shell in ["bash", "elvish", "fish", "powershell", "zsh"] {
+        assert!(printed(&format!("completions {shell}")).contains("GEODESIC_IVP_COMPLETE"), "{shell}");
+    }
+    let folder = Folder::new();
+    let program = PathBuf::from(folder.program("").get_program());
+    folder.write("script", printed("completions bash"));
+    for (words, offered) in
+        [("wo", "work-precision"), ("run units", "units"), ("run units --set grid.wi", "grid.windows=")]
+    {
+        let word = words.split(' ').next_back().unwrap();
+        let line = format!(
+            "PATH={}:$PATH; source script; COMP_WORDS=(geodesic-ivp {words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); \
+             _clap_complete_geodesic_ivp geodesic-ivp {word} 2>/dev/null; echo \"${{COMPREPLY[@]}}\"",
+            program.parent().unwrap().display()
+        );
+        let bash = Command::new("bash").arg("-c").arg(line).current_dir(folder.path("")).output().unwrap();
+        assert_eq!(succeeded(&bash).trim(), offered);
+    }
 }
 
 #[test]
