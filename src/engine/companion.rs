@@ -8,7 +8,8 @@
 //! If they differ by more than an accuracy, they begin again with smaller tolerances, see [`rounds`](super::rounds).
 //! Before the last round they stop at once where they do.
 //!
-//! Windows of both have other ends, as two runs in the same windows can be wrong alike.
+//! Windows of both have other ends, as two runs in the same windows can be wrong alike. The coarse one begins off by the
+//! last digits of the start, see [`shaken`](super::shaken).
 
 use super::adaptive::{Adaptive, Target};
 use super::local::larger;
@@ -72,7 +73,14 @@ impl<'g> Companion<'g> {
     ) -> Result<Self, OutsideGeometry> {
         let round = Rounds::new(wanted);
         let [coarser, finer] = round.marches().map(|march| Adaptive::new(geometry, start, (length, target), march));
-        Ok(Self { finer: finer?, coarser: coarser?, round, refused: None, sweeps: 0, seen: Seen::new(geometry) })
+        Ok(Self {
+            finer: finer?,
+            coarser: coarser?.shaken(),
+            round,
+            refused: None,
+            sweeps: 0,
+            seen: Seen::new(geometry),
+        })
     }
 
     /// Goes back to the start, with the tolerances of a round.

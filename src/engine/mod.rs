@@ -60,6 +60,7 @@ mod rates;
 mod rounds;
 mod rule;
 mod sensitivity;
+mod shaken;
 mod sizes;
 mod solved;
 mod stop;

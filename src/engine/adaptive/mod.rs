@@ -36,6 +36,8 @@ pub(super) struct Adaptive<'g> {
     /// The accuracy that is asked of the run: what may hide between the nodes changes its end by less.
     accuracy: f64,
     handed: Option<Handed>,
+    /// True if it begins off by the last digits of its start.
+    is_shaken: bool,
     /// The length of the run; an estimate, if it ends at a target.
     pub(super) length: f64,
     pub(super) target: Option<Target>,
@@ -120,6 +122,7 @@ impl<'g> Adaptive<'g> {
             defect: Defect::new(&solver),
             barycentric: places::barycentric(&solver.rule),
             handed: None,
+            is_shaken: false,
             length: if length.is_finite() || target.is_none() { length } else { solver.scales.time },
             lent: solver.into(),
             tolerance,
@@ -128,6 +131,23 @@ impl<'g> Adaptive<'g> {
             sweeps: 0,
             attempt: Attempt::default(),
         })
+    }
+
+    /// The same run from a start that is off by its last digits.
+    pub(super) fn shaken(mut self) -> Self {
+        self.is_shaken = true;
+        self.settle();
+        self
+    }
+
+    /// Puts the solver at the start.
+    fn settle(&mut self) {
+        let solver = &mut self.lent.solver;
+        solver.begin();
+        self.handed.iter().for_each(|handed| _ = solver.resume(handed, 0.0));
+        if self.is_shaken {
+            solver.shake();
+        }
     }
 
     /// Goes back to the start, with another tolerance.
@@ -270,7 +290,7 @@ impl Windows for Adaptive<'_> {
     fn set_floors(&mut self, floors: &[(usize, f64)]) {
         let solver = &mut self.lent.solver;
         solver.scales.raise(solver.geometry, &solver.initial, floors);
-        solver.begin();
+        self.settle();
     }
 
     fn window(&mut self) -> Window<'_> {
@@ -284,15 +304,14 @@ impl Windows for Adaptive<'_> {
     }
 
     fn rewind(&mut self) {
-        self.lent.solver.begin();
-        self.handed.iter().for_each(|handed| _ = self.lent.solver.resume(handed, 0.0));
+        self.settle();
         self.target = self.target.map(|it| Target::new(it.coordinate, it.value, it.from));
         (self.attempt, self.sweeps) = (Attempt::default(), 0);
     }
 
     fn resume(&mut self, handed: &Handed) {
-        self.lent.solver.resume(handed, 0.0);
         self.handed = Some(handed.clone());
+        self.settle();
     }
 
     fn sizes(&self) -> Vec<f64> {
