@@ -2,9 +2,9 @@
 
 use super::CaseError;
 use super::initial::Initial;
+use super::keys::{EXCLUSIVE, Exclusion};
 use super::reader::Field;
 use super::scenery::{self, Scenery};
-use super::source::EXCLUSIVE;
 use super::start::{self, NoStart};
 use super::{Case, bodies, metric, potential};
 use crate::geometry::{Geometry, Jump, Law, Observable, OutsideGeometry, Place, Start, Tau, jumps, value_of};
@@ -17,9 +17,8 @@ pub(super) fn excluded(root: &Field<'_>) -> Result<(), CaseError> {
         Some((table, key)) => root.get(table)?.get(key),
         None => root.get(path),
     };
-    let both = |&(one, other, message, help): &(&str, &str, &str, &str)| {
-        Some(find(one).and(find(other))?.key_error(message).with_help(help))
-    };
+    let both =
+        |pair: &Exclusion| Some(find(pair.one).and(find(pair.other))?.key_error(pair.message).with_help(pair.help));
     EXCLUSIVE.iter().find_map(both).map_or(Ok(()), Err)
 }
 

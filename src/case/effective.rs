@@ -3,7 +3,7 @@
 use toml_edit::{DocumentMut, InlineTable, Item, Value, value};
 
 use super::tables::absolute;
-use super::{Case, Rate};
+use super::{Case, Key, Rate, keys};
 use crate::geometry::Law;
 
 impl Case {
@@ -20,13 +20,13 @@ impl Case {
         if let Some(law) = text.law().filter(|_| self.bodies.is_empty()) {
             let is_relativistic = law == Law::Relativistic;
             if !has(table(root, "particle"), "masses") {
-                fill(root, &["particle", "mass"], 1.0);
+                fill_defaults(root, ["particle.mass"]);
             }
             if is_relativistic {
-                fill(root, &["particle", "c"], 1.0);
+                fill_defaults(root, ["particle.c"]);
             }
             if is_relativistic && !self.is_of_x {
-                fill(root, &["particle", "law"], "relativistic");
+                fill_defaults(root, ["particle.law"]);
             }
         }
         for (name, _) in &text.tables {
@@ -44,24 +44,18 @@ impl Case {
         }
         if !chooses_windows {
             fill(root, &["grid", "n_gamma"], self.settings.n_gamma as i64);
-            fill(root, &["grid", "windows"], self.settings.windows as i64);
-            fill(root, &["scheme", "form"], self.settings.form.as_str());
-            fill(root, &["scheme", "regularised"], true);
+            fill_defaults(root, ["grid.windows", "scheme.form", "scheme.regularised"]);
         }
-        fill(root, &["solver", "system"], "physical-limit");
-        fill(root, &["solver", "digits"], i64::from(self.settings.digits));
-        fill(root, &["solver", "max_iterations"], self.settings.max_iterations as i64);
+        fill_defaults(root, ["solver.system", "solver.digits", "solver.max_iterations"]);
         if chooses_windows {
-            fill(root, &["solver", "sensitivity"], false);
+            fill_defaults(root, ["solver.sensitivity"]);
         }
-        fill(root, &["solver", "error"], true);
-        fill(root, &["solver", "proof"], false);
+        fill_defaults(root, ["solver.error", "solver.proof"]);
         for event in &self.events {
-            fill(root, &["events", &event.name, "direction"], event.direction.as_str());
-            fill(root, &["events", &event.name, "until"], event.until);
+            fill_defaults(root, ["direction", "until"].map(|key| format!("events.{}.{key}", event.name)));
         }
         if self.expect.is_some() {
-            fill(root, &["expect", "status"], "converged");
+            fill_defaults(root, ["expect.status"]);
         }
         document.to_string()
     }
@@ -117,6 +111,15 @@ fn fill(root: &mut Item, path: &[&str], default: impl Into<Value>) {
     within.as_table_like_mut().expect("a valid case has a table there").insert(last, value(default));
     if let Some(inline) = within.as_inline_table_mut() {
         inline.fmt();
+    }
+}
+
+/// Gives these keys what holds without them.
+fn fill_defaults<const N: usize>(root: &mut Item, keys: [impl AsRef<str>; N]) {
+    for dotted in keys.each_ref().map(AsRef::as_ref) {
+        let default = keys::of(dotted).and_then(Key::written_default).and_then(|text| text.parse::<Value>().ok());
+        let path: Vec<&str> = dotted.split('.').collect();
+        fill(root, &path, default.expect("what may be left out has a default"));
     }
 }
 

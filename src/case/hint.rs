@@ -1,13 +1,14 @@
 //! Advice for mistakes in the keys of a case.
 
-use super::keys::{KEYS, SCENE_KEYS};
+use super::keys::{Cases, KEYS, Key};
 use crate::formula::similar::nearest;
 
-/// The dotted names of the keys that stand in the tables of a case file; what stands deeper belongs to a potential, and
-/// names of coordinates and of the case's own are not among them.
+/// The dotted names of the keys that stand in the tables of a case file, those of all cases first; what stands deeper
+/// belongs to a potential, and names of coordinates and of the case's own are not among them.
 fn known() -> impl Iterator<Item = &'static str> + Clone {
-    let is_fixed = |name: &&str| !name.contains("NAME") && !["q", "q_dot", "p_q", "q_final"].contains(&last(name));
-    let keys = KEYS.iter().chain(SCENE_KEYS.iter()).flat_map(|key| key.name.split(", ")).filter(is_fixed);
+    let is_general = |key: &Key| matches!(key.cases, Cases::All | Cases::OfX);
+    let keys = KEYS.iter().filter(move |key| is_general(key)).chain(KEYS.iter().filter(move |key| !is_general(key)));
+    let keys = keys.filter(|key| key.is_fixed()).map(|key| key.name);
     keys.chain(["events", "invariants", "plot"]).filter(|name| name.matches('.').count() < 2)
 }
 

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use serde::Deserialize;
 
 use super::CaseError;
+use super::keys;
 use super::reader::Field;
 use super::scenery::{Scenery, known};
 use super::start_data::{Given, Rate, Sign, StartData};
@@ -41,8 +42,8 @@ pub(super) fn read<'t>(
         from = Some((end, path));
         given
     } else if scenery.start.is_empty() {
-        let keys = ["norm", "solve"].map(str::to_owned).into_iter().chain(keys(names, section.source.is_of_x));
-        section.finish(&keys.collect::<Vec<_>>()).map_err(|error| explain_velocity(error, names))?;
+        let own = own_keys(names, section.source.is_of_x);
+        section.finish(&keys::named_in("initial", &own)).map_err(|error| explain_velocity(error, names))?;
         check_positions(&section, geometry, has_time)?;
         names.iter().map(|name| self::given(&section, name)).collect::<Result<_, _>>()?
     } else {
@@ -83,7 +84,7 @@ fn continued<'t>(field: &Field<'t>, geometry: &Geometry) -> Result<(Continuation
 }
 
 /// The keys of positions and rates.
-pub(super) fn keys(coordinates: &[String], is_of_x: bool) -> Vec<String> {
+pub(super) fn own_keys(coordinates: &[String], is_of_x: bool) -> Vec<String> {
     let velocities = coordinates.iter().map(|name| format!("{name}_dot"));
     let momenta = coordinates.iter().map(|name| format!("p_{name}"));
     let velocity = is_of_x.then(|| "velocity".to_owned());

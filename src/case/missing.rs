@@ -2,7 +2,8 @@
 
 use super::CaseError;
 use super::hint::last;
-use super::potential::{KINDS, POTENTIALS, key_of_kind};
+use super::keys;
+use super::potential::POTENTIALS;
 use super::reader::Field;
 
 /// The mistake of a case of the paper that lacks required keys, with its place and what to do; it names all of them.
@@ -23,22 +24,23 @@ pub(super) fn missing(root: &Field<'_>) -> Option<CaseError> {
         ("grid", "n_gamma", !is_chosen && !sbp.is_some_and(|sbp| sbp.starts_with("GLL"))),
     ];
     // As dotted keys, with the tables that they belong to.
-    let mut keys: Vec<(String, Field<'_>)> = Vec::new();
+    let mut lacking: Vec<(String, Field<'_>)> = Vec::new();
     for (name, key, _) in needed.into_iter().filter(|(.., is_needed)| *is_needed) {
         match root.get(name) {
-            None => keys.push((name.to_owned(), root.clone())),
-            Some(table) if !key.is_empty() && table.get(key).is_none() => keys.push((format!("{name}.{key}"), table)),
+            None => lacking.push((name.to_owned(), root.clone())),
+            Some(table) if !key.is_empty() && table.get(key).is_none() => {
+                lacking.push((format!("{name}.{key}"), table));
+            }
             Some(_) => {}
         }
     }
-    for kind in KINDS.iter().filter_map(|kind| root.table("potential").get(kind)).filter(Field::is_table) {
-        let key = key_of_kind(&kind.key);
-        if !key.is_empty() && kind.get(key).is_none() {
-            keys.push((format!("{}.{key}", kind.path), kind));
+    for kind in keys::potentials().filter_map(|kind| root.table("potential").get(kind)).filter(Field::is_table) {
+        if let Some(key) = keys::of_potential(&kind.key).filter(|key| kind.get(key).is_none()) {
+            lacking.push((format!("{}.{key}", kind.path), kind));
         }
     }
-    let (_, table) = keys.first()?;
-    let message = match keys.as_slice() {
+    let (_, table) = lacking.first()?;
+    let message = match lacking.as_slice() {
         [(key, _)] if key == "initial.x_dot" => "neither x_dot nor velocity is given".to_owned(),
         [(key, _)] => format!("missing field `{}`", last(key)),
         keys => {
@@ -46,7 +48,7 @@ pub(super) fn missing(root: &Field<'_>) -> Option<CaseError> {
             format!("missing fields {}", dotted.collect::<Vec<_>>().join(", "))
         }
     };
-    let needed = REMEDIES.iter().filter(|(of, _)| keys.iter().any(|(key, _)| of.contains(&key.as_str())));
+    let needed = REMEDIES.iter().filter(|(of, _)| lacking.iter().any(|(key, _)| of.contains(&key.as_str())));
     let needed: Vec<String> = needed.map(|(_, help)| help.replace("POTENTIALS", POTENTIALS)).collect();
     Some(table.error(message).with_hint((!needed.is_empty()).then(|| needed.join("\n"))))
 }

@@ -3,106 +3,41 @@
 
 use super::check::title;
 use super::initial::{self, norm_value};
+use super::keys::{self, Kind, Words};
 use super::observables::direction;
 use super::potential::{self, law};
 use super::reader::Field;
 use super::settings::{at_least_one, chosen, digits};
-use super::tables::{explain_table, kind, outside};
-use super::{CaseError, Form, SbpName, System, names};
+use super::{CaseError, Form, SbpName, System, names, tables};
 use crate::geometry::{Law, Preset, Tau};
 use crate::solve::Status;
 
-/// Refuses a value that a key does not take.
-type Check = fn(&Field<'_>) -> Result<(), CaseError>;
-
-const TEXT: Check = |field| field.string().map(drop);
-const TEXTS: Check = |field| field.strings().map(drop);
-const NUMBER: Check = |field| field.number().map(drop);
-const NUMBERS: Check = |field| field.numbers().map(drop);
-const FORMULAS: Check = |field| field.formulas().map(drop);
-const FORMULA: Check = |field| field.formula().map(drop);
-const WHOLE: Check = |field| field.whole().map(drop);
-const FLAG: Check = |field| field.is_true().map(drop);
-const ANY: Check = |_| Ok(());
-
-/// The keys and what they take, in the order in which messages list them. A star stands for any name.
-const KINDS: &[(&str, Check)] = &[
-    ("title", |field| title(field).map(drop)),
-    ("metric.coordinates", TEXTS),
-    ("metric.components.*", FORMULA),
-    ("metric.definitions.*", FORMULA),
-    ("metric.parameters.*", FORMULA),
-    ("metric.one_form.*", FORMULA),
-    ("metric.force.*", FORMULA),
-    ("metric.conformal", FORMULA),
-    ("metric.preset", TEXT),
-    ("potential.coordinates", TEXTS),
-    ("potential.free.", ANY),
-    ("potential.linear.alpha", NUMBER),
-    ("potential.quartic.kappa", NUMBER),
-    ("potential.polynomial.coefficients", NUMBERS),
-    ("potential.formula", TEXT),
-    ("potential.formula.expression", TEXT),
-    ("potential.formula.parameters.*", FORMULA),
-    ("potential.one_form.*", FORMULA),
-    ("potential.definitions.*", FORMULA),
-    ("potential.force.*", FORMULA),
-    ("potential.conformal", FORMULA),
-    ("potential.parameters.*", FORMULA),
-    ("force.*", FORMULA),
-    ("body.name", TEXT),
-    ("body.mass", FORMULA),
-    ("body.position", FORMULAS),
-    ("body.velocity", FORMULAS),
-    ("pair.formula", TEXT),
-    ("pair.parameters.*", FORMULA),
-    ("particle.mass", FORMULA),
-    ("particle.masses.*", FORMULA),
-    ("particle.c", FORMULA),
-    ("particle.law", |field| law(field).map(drop)),
-    ("initial.from", TEXT),
-    ("initial.norm", |field| norm_value(field).map(drop)),
-    ("initial.solve.*", TEXT),
-    ("initial.*", FORMULA),
-    ("grid.gamma_i", FORMULA),
-    ("grid.gamma_f", FORMULA),
-    ("grid.t_f", FORMULA),
-    ("grid.n_gamma", WHOLE),
-    ("grid.windows", |field| at_least_one(field).map(drop)),
-    ("grid.until", FORMULA),
-    ("scheme.sbp", |field| field.word::<SbpName>().map(drop)),
-    ("scheme.form", |field| field.word::<Form>().map(drop)),
-    ("scheme.regularised", FLAG),
-    ("solver.system", |field| field.word::<System>().map(drop)),
-    ("solver.digits", |field| digits(field).map(drop)),
-    ("solver.max_iterations", |field| at_least_one(field).map(drop)),
-    ("solver.accuracy", |field| chosen(field).map(drop)),
-    ("solver.tolerance", |field| chosen(field).map(drop)),
-    ("solver.floor.*", FORMULA),
-    ("solver.sensitivity", FLAG),
-    ("solver.error", FLAG),
-    ("solver.proof", FLAG),
-    ("expect.status", |field| field.word::<Status>().map(drop)),
-    ("expect.gamma_final", FORMULA),
-    ("expect.tolerance", FORMULA),
-    ("expect.*", FORMULA),
-    ("invariants.*", FORMULA),
-    ("events.*.when", FORMULA),
-    ("events.*.direction", |field| direction(field).map(drop)),
-    ("events.*.until", FLAG),
-    ("events.*.set.*", FORMULA),
-    ("plot.x", FORMULA),
-    ("plot.y", FORMULA),
-    ("tables.*.file", TEXT),
-    ("tables.*.x", ANY),
-    ("tables.*.y", ANY),
-    ("tables.*.spline", |field| kind(field).map(drop)),
-    ("tables.*.outside", |field| outside(field).map(drop)),
-];
-
-/// The part of a dotted key below the table `path`, if it is there.
-fn below<'k>(key: &'k str, path: &str) -> Option<&'k str> {
-    if path.is_empty() { Some(key) } else { key.strip_prefix(path)?.strip_prefix('.') }
+/// Refuses a value that is not of a kind.
+fn check(field: &Field<'_>, kind: Kind) -> Result<(), CaseError> {
+    match kind {
+        Kind::Line => title(field).map(drop),
+        Kind::Text | Kind::Expression | Kind::Word(Words::Preset | Words::Sign) => field.string().map(drop),
+        Kind::Names => field.strings().map(drop),
+        Kind::Number => field.number().map(drop),
+        Kind::Numbers => field.numbers().map(drop),
+        Kind::Value | Kind::Positive | Kind::Formula => field.formula().map(drop),
+        Kind::Values => field.formulas().map(drop),
+        Kind::Whole => field.whole().map(drop),
+        Kind::Count => at_least_one(field).map(drop),
+        Kind::Digits => digits(field).map(drop),
+        Kind::Share => chosen(field).map(drop),
+        Kind::Flag => field.is_true().map(drop),
+        Kind::Norm => norm_value(field).map(drop),
+        Kind::Word(Words::Law) => law(field).map(drop),
+        Kind::Word(Words::Operator) => field.word::<SbpName>().map(drop),
+        Kind::Word(Words::Form) => field.word::<Form>().map(drop),
+        Kind::Word(Words::System) => field.word::<System>().map(drop),
+        Kind::Word(Words::Status) => field.word::<Status>().map(drop),
+        Kind::Word(Words::Direction) => direction(field).map(drop),
+        Kind::Word(Words::Spline) => tables::kind(field).map(drop),
+        Kind::Word(Words::Outside) => tables::outside(field).map(drop),
+        Kind::Column | Kind::Table | Kind::Named(_) => Ok(()),
+    }
 }
 
 /// The first mistake in the text, with the others; `None` if there is none. Where they may have one cause, the mistake
@@ -147,7 +82,7 @@ fn names_of(root: &Field<'_>) -> Option<Names> {
             None => (names::coordinates(&metric.get("coordinates")?, &[]).ok()?, metric),
         },
         None => {
-            let law = root.table("particle").read("law", law).ok().flatten().unwrap_or_default();
+            let law = root.table("particle").given("law", law).unwrap_or_default();
             let lift = (law == Law::Newtonian).then(|| "s".to_owned());
             let names = potential::coordinates(root, law).ok()??;
             let start: Vec<String> = std::iter::once("t".to_owned()).chain(names).chain(lift).collect();
@@ -158,44 +93,38 @@ fn names_of(root: &Field<'_>) -> Option<Names> {
     Some([start.clone(), start.into_iter().chain(tau).collect()])
 }
 
-/// Looks at the keys of a table, which is called `path` in [`KINDS`].
+/// Looks at the keys of a table, which is called `path` in the table of keys.
 fn look(table: &Field<'_>, path: &str, names: Option<&Names>, found: &mut Found) {
-    let mut keys: Vec<String> = Vec::new();
-    for key in KINDS.iter().filter_map(|(key, _)| below(key, path)?.split('.').next()) {
-        if !key.is_empty() && !keys.iter().any(|other| other == key) {
-            keys.push(key.to_owned());
-        }
-    }
-    let has_star = keys.iter().any(|key| key == "*");
-    keys.retain(|key| key != "*");
-    let named = keys.clone();
-    match (names, path) {
-        (Some([start, _]), "initial") => keys.extend(initial::keys(start, table.source.is_of_x)),
-        (Some([_, end]), "expect") => keys.extend(end.iter().map(|name| format!("{name}_final"))),
-        _ => {}
-    }
-    let is_open = has_star && keys.len() == named.len();
+    let (named, open) = keys::named_and_open(path);
+    let of_coordinates = match (names, path) {
+        (Some([start, _]), "initial") => initial::own_keys(start, table.source.is_of_x),
+        (Some([_, end]), "expect") => end.iter().map(|name| format!("{name}_final")).collect(),
+        _ => Vec::new(),
+    };
+    let known = keys::named_in(path, &of_coordinates);
+    let is_open = open.is_some() && of_coordinates.is_empty();
     if !is_open {
-        let unknown = table.unknown(&keys).into_iter();
+        let unknown = table.unknown(&known).into_iter();
         match (names, path) {
             (Some([start, _]), "initial") => {
                 found.all.extend(unknown.map(|error| initial::explain_velocity(error, start)));
             }
             (Some(_), "expect") => found.all.extend(unknown),
-            (_, "potential") => found.add(unknown.map(explain_table)),
+            (_, "potential") => found.add(unknown.map(tables::explain_table)),
             _ => found.add(unknown),
         }
     }
-    for field in table.fields().into_iter().filter(|field| is_open || keys.contains(&field.key)) {
-        let name = if named.contains(&field.key) { &field.key } else { "*" };
+    for field in table.fields().into_iter().filter(|field| is_open || known.contains(&&*field.key)) {
+        let name = named.iter().find(|name| **name == field.key).copied().or(open).unwrap_or_default();
         let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
-        let check = KINDS.iter().find(|(key, _)| *key == path).map(|(_, check)| check);
-        let has_keys = KINDS.iter().any(|(key, _)| below(key, &path).is_some());
-        match check.filter(|_| !(has_keys && field.is_table())) {
-            Some(check) => found.add(check(&field).err()),
-            None => match field.tables(path == "body") {
-                Ok(tables) => tables.iter().for_each(|table| look(table, &path, names, found)),
-                Err(error) => found.add([error]),
+        let kind = keys::named(&path).map_or(Kind::Table, |key| key.kind);
+        let has_keys = field.is_table() && !keys::below(&path).is_empty();
+        match field.tables(path == "body") {
+            _ if !has_keys && !matches!(kind, Kind::Table | Kind::Named(_)) => found.add(check(&field, kind).err()),
+            Err(error) => found.add([error]),
+            Ok(tables) => match kind {
+                Kind::Named(&each) => found.add(field.fields().iter().filter_map(|field| check(field, each).err())),
+                _ => tables.iter().for_each(|table| look(table, &path, names, found)),
             },
         }
     }

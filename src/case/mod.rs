@@ -38,6 +38,7 @@ mod parse;
 mod potential;
 mod reader;
 mod scenery;
+mod schema;
 mod settings;
 mod setup;
 mod source;
@@ -54,21 +55,17 @@ pub use crate::geometry::Direction;
 pub use crate::sbp::SbpName;
 pub use crate::solve::System;
 pub use error::CaseError;
-pub use keys::{KEYS, Key, SCENE_KEYS, rows};
+pub use keys::{Cases, KEYS, Key};
 pub use limits::on_grid;
 pub use observables::{Axes, Event};
-pub use settings::{Expect, Grid};
+pub use schema::{choices, schema};
+pub use settings::{Expect, Grid, default_iterations};
 pub use source::{key_of, overridden};
 pub use start_data::{Rate, Sign, StartData};
 
 use crate::geometry::{Geometry, GeometryText, Start, value_of};
 use crate::number::{Extended, Real};
 use crate::solve::{Carried, Continuation, Limit, Settings};
-
-/// The most Newton iterations of a window, where a case does not say.
-pub const MAX_ITERATIONS: usize = 50;
-/// γ_f of a case that gives neither γ_f nor t_f.
-const DEFAULT_GAMMA_F: f64 = 1.0;
 
 /// A whole case file.
 #[derive(Debug, Clone)]

@@ -10,6 +10,9 @@ use crate::geometry::{Direction, Geometry, GeometryText, observed, value_of};
 use crate::number::Real;
 use crate::solve::Quantity;
 
+/// All directions.
+pub(super) const DIRECTIONS: [Direction; 3] = [Direction::Up, Direction::Down, Direction::Both];
+
 /// An entry of `[events]`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Event {
@@ -95,8 +98,8 @@ impl Formulas<'_> {
         let name = event.key.clone();
         let when = event.read("when", |field| self.of_velocities(field))?;
         let when = when.ok_or_else(|| event.error(format!("the event '{name}' has no `when`")))?;
-        let direction = event.read("direction", direction)?.unwrap_or_default();
-        let until = event.read("until", Field::is_true)?.unwrap_or(false);
+        let direction = event.given("direction", direction)?;
+        let until = event.given("until", Field::is_true)?;
         if let Some(set) = event.get("set").filter(|_| until) {
             let help = "leave one of them out: an event ends the run, or the run goes on from what it sets";
             return Err(set.key_error(format!("the event '{name}' has both until and set")).with_help(help));
@@ -191,6 +194,5 @@ impl Case {
 
 /// A direction of sign changes.
 pub(super) fn direction(field: &Field<'_>) -> Result<Direction, CaseError> {
-    let all = [Direction::Up, Direction::Down, Direction::Both];
-    field.one_of("direction", "up, down or both", &all.map(|direction| (direction.as_str(), direction)))
+    field.one_of("direction", "up, down or both", &DIRECTIONS.map(|direction| (direction.as_str(), direction)))
 }

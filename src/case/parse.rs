@@ -54,7 +54,7 @@ impl Case {
         let (start, compiled) = check::placed(&scenery, &initial, compiled, rounding, is_double)?;
         let names = scenery.text.names();
         let formulas = Formulas { coordinates: &names, scene: &scenery.text };
-        let gamma_i = initial.from.as_ref().map_or_else(|| "0".to_owned(), |(from, _)| from.gamma());
+        let gamma_i = initial.from.as_ref().map(|(from, _)| from.gamma());
         let floors = settings::floor(root, &settings, &formulas)?;
         let invariants = root.table("invariants").fields();
         let case = Self {
@@ -77,7 +77,7 @@ impl Case {
             is_double,
             ignores_scheme: settings.accuracy.is_some() && root.get("scheme").is_some(),
             settings,
-            proof: root.table("solver").read("proof", Field::is_true)?.unwrap_or(false),
+            proof: root.table("solver").given("proof", Field::is_true)?,
             floors,
             folder: root.source.folder.clone(),
             text: root.source.text.clone(),

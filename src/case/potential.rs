@@ -1,13 +1,14 @@
 //! `[potential]` and `[particle]`.
 
 use super::CaseError;
+use super::keys;
 use super::names::{self, NameTable};
 use super::reader::Field;
 use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
 use crate::geometry::{GeometryText, Law, Place, Potential};
 
-/// The keys that say what the potential is.
-pub(super) const KINDS: [&str; 5] = ["free", "linear", "quartic", "polynomial", "formula"];
+/// The words for a law of motion.
+pub(super) const LAWS: [(&str, Law); 2] = [("relativistic", Law::Relativistic), ("newtonian", Law::Newtonian)];
 pub(super) const POTENTIALS: &str = "give formula = \"expression\" or { expression, parameters } or, with one \
                                      coordinate, one of free = {}, linear = { alpha }, quartic = { kappa }, \
                                      polynomial = { coefficients }";
@@ -15,8 +16,8 @@ pub(super) const POTENTIALS: &str = "give formula = \"expression\" or { expressi
 /// Reads `[potential]` and `[particle]`, and `[force]`, which stands for `[potential]` with this force.
 pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
     let (section, particle) = (root.table("potential"), root.table("particle"));
-    let mut kinds: Vec<Field<'t>> = KINDS.into_iter().filter_map(|kind| section.get(kind)).collect();
-    let law = particle.read("law", law)?.unwrap_or(Law::Relativistic);
+    let mut kinds: Vec<Field<'t>> = keys::potentials().filter_map(|kind| section.get(kind)).collect();
+    let law = particle.given("law", law)?;
     check_particle(&particle, law)?;
     let names = coordinates(root, law)?.unwrap_or_else(|| vec!["x".to_owned()]);
     if let [first, second, ..] = kinds.as_slice() {
@@ -60,7 +61,7 @@ pub(super) fn added(law: Law) -> &'static [&'static str] {
 /// The coordinates of V or, without V, those of the force; `None` if there is neither.
 pub(super) fn coordinates(root: &Field<'_>, law: Law) -> Result<Option<Vec<String>>, CaseError> {
     let section = root.table("potential");
-    let is_given = KINDS.iter().any(|kind| section.get(kind).is_some());
+    let is_given = keys::potentials().any(|kind| section.get(kind).is_some());
     let named = section.get("coordinates").or_else(|| force(root).filter(|_| !is_given));
     match named {
         Some(named) => names::coordinates(&named, added(law)).map(Some),
@@ -84,8 +85,7 @@ fn check_particle(particle: &Field<'_>, law: Law) -> Result<(), CaseError> {
 
 /// A law of motion.
 pub(super) fn law(field: &Field<'_>) -> Result<Law, CaseError> {
-    let known = [("relativistic", Law::Relativistic), ("newtonian", Law::Newtonian)];
-    field.one_of("law", "\"relativistic\" or \"newtonian\"", &known)
+    field.one_of("law", "\"relativistic\" or \"newtonian\"", &LAWS)
 }
 
 /// The potential with its masses and c.
@@ -96,7 +96,7 @@ fn potential<'t>(
     particle: &Field<'t>,
     places: &mut Places<'t>,
 ) -> Result<Potential, CaseError> {
-    let mut number = |key: &str, place| particle.get(key).map_or(Ok("1".to_owned()), |field| places.keep(place, field));
+    let mut number = |key: &str, place| particle.given(key, |field| places.keep(place, field.clone()));
     let (mass, c) = (number("mass", Place::Mass(None))?, number("c", Place::SpeedOfLight)?);
     let Some(field) = particle.get("masses") else {
         return Ok(Potential { expression, masses: vec![mass.clone(); coordinates.len()], mass, c, law });
@@ -109,24 +109,13 @@ fn potential<'t>(
     Ok(Potential { expression, mass, masses: masses.collect::<Result<_, _>>()?, c, law })
 }
 
-/// The key that a kind of potential needs.
-pub(super) fn key_of_kind(kind: &str) -> &'static str {
-    match kind {
-        "formula" => "expression",
-        "linear" => "alpha",
-        "quartic" => "kappa",
-        "polynomial" => "coefficients",
-        _ => "",
-    }
-}
-
 /// V as a formula, whatever kind of potential it is, and its coefficients if it is given by them.
 fn expression<'t>(
     kind: &Field<'t>,
     coordinates: &[String],
     places: &mut Places<'t>,
 ) -> Result<(String, Option<Vec<String>>), CaseError> {
-    let key = key_of_kind(&kind.key);
+    let key = keys::of_potential(&kind.key).unwrap_or_default();
     if key == "expression" && !kind.is_table() {
         return Ok((places.keep(Place::Potential, kind.clone())?, None));
     }

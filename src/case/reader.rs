@@ -1,16 +1,25 @@
 //! Values of a case with their places, so that every mistake is told where it is.
 
 use std::ops::Range;
+use std::sync::LazyLock;
 
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use serde::de::value::Error;
-use toml_edit::{Item, TableLike, Value};
+use toml_edit::{Document, Item, TableLike, Value};
 
-use super::source::Source;
-use super::{CaseError, hint};
+use super::source::{DEFAULTS, Source};
+use super::{CaseError, hint, keys};
 use crate::formula::FormulaError;
 use crate::formula::similar::nearest;
+
+#[cfg(test)]
+thread_local! {
+    /// The dotted names that readers have asked for, for a test that compares them with the table of keys.
+    pub(super) static ASKED: std::cell::RefCell<std::collections::BTreeSet<String>> = const {
+        std::cell::RefCell::new(std::collections::BTreeSet::new())
+    };
+}
 
 /// A value with its place. A table that is not given is an empty one in the place of the table around it.
 #[derive(Clone)]
@@ -36,6 +45,13 @@ impl<'t> Field<'t> {
 
     /// The value of a key of this table.
     pub(super) fn get(&self, key: &str) -> Option<Self> {
+        #[cfg(test)]
+        ASKED.with_borrow_mut(|asked| asked.insert(self.dotted(key)));
+        self.entry(key)
+    }
+
+    /// The same, of whatever key.
+    fn entry(&self, key: &str) -> Option<Self> {
         let (written, item) = self.table?.get_key_value(key)?;
         let key_span = written.span().unwrap_or_else(|| self.span.clone());
         // A table that dotted keys make has no place of its own.
@@ -53,6 +69,11 @@ impl<'t> Field<'t> {
         self.get(key).as_ref().map(read).transpose()
     }
 
+    /// The value of a key of this table, or what the case has without it, as `read` understands it.
+    pub(super) fn given<T>(&self, key: &str, read: impl FnOnce(&Self) -> Result<T, CaseError>) -> Result<T, CaseError> {
+        read(&self.get(key).unwrap_or_else(|| default(&self.dotted(key))))
+    }
+
     /// The table below a key; an empty one if there is none.
     pub(super) fn table(&self, key: &str) -> Self {
         let empty = || Self { path: self.dotted(key), key: key.to_owned(), item: None, table: None, ..self.clone() };
@@ -67,7 +88,7 @@ impl<'t> Field<'t> {
     /// All values of a table whose keys are names of the user.
     pub(super) fn fields(&self) -> Vec<Self> {
         let keys = self.table.iter().flat_map(|table| table.iter().map(|(key, _)| key));
-        keys.filter_map(|key| self.get(key)).collect()
+        keys.filter_map(|key| self.entry(key)).collect()
     }
 
     /// Returns true if it is a table of the text.
@@ -263,6 +284,21 @@ impl<'t> Field<'t> {
             error.with_hint(meant.map(|meant| format!("did you mean \"{meant}\"?")))
         })
     }
+}
+
+/// The words that `T` knows, as the message about another one names them.
+pub(super) fn words_of<T: Deserialize<'static>>() -> Vec<String> {
+    let refused = T::deserialize(IntoDeserializer::<Error>::into_deserializer(String::new())).err();
+    let message = refused.map_or(String::new(), |error| error.to_string());
+    message.split('`').skip(3).step_by(2).map(str::to_owned).collect()
+}
+
+/// What a case has without the key of that dotted name.
+pub(super) fn default(dotted: &str) -> Field<'static> {
+    static DOCUMENT: LazyLock<Document<&str>> = LazyLock::new(|| DEFAULTS.document().expect("the defaults are TOML"));
+    let key = keys::of(dotted).expect("what is read is in the table of keys");
+    let root = Field::root(&DEFAULTS, DOCUMENT.as_item());
+    key.name.split('.').try_fold(root, |table, key| table.entry(key)).expect("what may be left out has a default")
 }
 
 /// A number as a decimal with all its digits, or as what it is if it is not finite; `None` if it is no number.

@@ -1,10 +1,9 @@
 //! `[grid]`, `[scheme]`, `[solver]` and `[expect]`.
 
 use super::limits::{check_nodes, check_spacing};
-use super::names;
 use super::observables::Formulas;
-use super::reader::Field;
-use super::{CaseError, DEFAULT_GAMMA_F, MAX_ITERATIONS};
+use super::reader::{Field, default};
+use super::{CaseError, keys, names};
 use crate::action::Form;
 use crate::engine::{Accuracy, POINTS};
 use crate::geometry::{Start, value_of};
@@ -45,18 +44,18 @@ pub(super) fn solver(root: &Field<'_>) -> Result<Settings, CaseError> {
     let (solver, scheme) = (root.table("solver"), root.table("scheme"));
     let promised = solver.read("accuracy", chosen)?.map(Accuracy::Promised);
     let accuracy = promised.or(solver.read("tolerance", chosen)?.map(Accuracy::Estimated));
-    let is_judged = solver.read("error", Field::is_true)?.unwrap_or(true);
+    let is_judged = solver.given("error", Field::is_true)?;
     let mut settings = Settings {
         sbp: SbpName::Gll(POINTS as u8),
         form: Form::Weak,
         regularised: true,
         n_gamma: POINTS,
         windows: 1,
-        system: solver.read("system", Field::word)?.unwrap_or_default(),
-        digits: solver.read("digits", digits)?.unwrap_or(16),
-        max_iterations: solver.read("max_iterations", at_least_one)?.unwrap_or(MAX_ITERATIONS),
+        system: solver.given("system", Field::word)?,
+        digits: solver.given("digits", digits)?,
+        max_iterations: solver.given("max_iterations", at_least_one)?,
         accuracy: if is_judged { accuracy } else { accuracy.map(Accuracy::alone) },
-        sensitivity: solver.read("sensitivity", Field::is_true)?.unwrap_or(false),
+        sensitivity: solver.given("sensitivity", Field::is_true)?,
         is_judged,
     };
     let chosen_by = solver.get("accuracy").or_else(|| solver.get("tolerance")).map(|field| field.path);
@@ -78,8 +77,8 @@ pub(super) fn solver(root: &Field<'_>) -> Result<Settings, CaseError> {
     if let Some((key, message, help)) = refused {
         return Err(solver.at(key).error(message).with_help(help));
     }
-    let form = scheme.read("form", Field::word)?.unwrap_or_default();
-    let regularised = scheme.read("regularised", Field::is_true)?.unwrap_or(true);
+    let form = scheme.given("form", Field::word)?;
+    let regularised = scheme.given("regularised", Field::is_true)?;
     let refused = if form == Form::Weak {
         let help = "the weak form is made of the regularised operator; the ablation is one of form = \"strong\"";
         Some(("regularised = false is not possible with form = \"weak\"", help))
@@ -129,6 +128,11 @@ pub(super) fn digits(field: &Field<'_>) -> Result<u32, CaseError> {
     Err(field.error(format!("digits must be from {least} to {most}, got {digits}")).with_help(help))
 }
 
+/// The most Newton iterations of a window, where a case does not say.
+pub fn default_iterations() -> usize {
+    default("solver.max_iterations").whole().expect("it is a whole number")
+}
+
 /// A whole number that is not 0.
 pub(super) fn at_least_one(field: &Field<'_>) -> Result<usize, CaseError> {
     match field.whole()? {
@@ -154,36 +158,36 @@ fn nodes(grid: &Field<'_>, settings: &mut Settings) -> Result<(), CaseError> {
     }
     let n_gamma = grid.read("n_gamma", Field::whole)?.or(settings.sbp.fixed_points());
     settings.n_gamma = n_gamma.ok_or_else(|| grid.error("missing field `n_gamma`"))?;
-    settings.windows = grid.read("windows", at_least_one)?.unwrap_or(1);
+    settings.windows = grid.given("windows", at_least_one)?;
     let checked = check_nodes(settings.sbp, settings.n_gamma, settings.windows);
     checked.map_err(|invalid| invalid.error(grid))
 }
 
-/// Reads `[grid]`; γ begins at `gamma_i` unless it says something else.
+/// Reads `[grid]`; γ begins at `gamma_i`, if that is known, unless it says something else.
 pub(super) fn grid(
     root: &Field<'_>,
     settings: &mut Settings,
     formulas: &Formulas<'_>,
     start: &Start,
-    gamma_i: String,
+    gamma_i: Option<String>,
 ) -> Result<Grid, CaseError> {
     let grid = root.table("grid");
     nodes(&grid, settings)?;
-    let number = |key: &str, default: String| match grid.get(key) {
-        Some(field) => formulas.number(&field),
-        None => {
-            let value = value_of(&default, &[]).unwrap_or(f64::NAN);
-            Ok((default, value))
+    let number = |key: &str| grid.given(key, |field| formulas.number(field));
+    let (gamma_i, first) = match gamma_i.filter(|_| grid.get("gamma_i").is_none()) {
+        Some(text) => {
+            let value = value_of(&text, &[]).unwrap_or(f64::NAN);
+            (text, value)
         }
+        None => number("gamma_i")?,
     };
-    let (gamma_i, first) = number("gamma_i", gamma_i)?;
     let (key, t_f, gamma_f, length) = match grid.get("t_f") {
         Some(field) => {
             let (t_f, length) = end_time(&field, formulas, start)?;
             ("t_f", Some(t_f), None, length)
         }
         None => {
-            let (text, last) = number("gamma_f", DEFAULT_GAMMA_F.to_string())?;
+            let (text, last) = number("gamma_f")?;
             if last == first {
                 let message = format!("gamma_f = {last} must be another value than gamma_i = {first}");
                 return Err(grid.at("gamma_f").error(message).with_help("gamma_f is 1 if it is not given"));
@@ -218,9 +222,8 @@ fn end_time(field: &Field<'_>, formulas: &Formulas<'_>, start: &Start) -> Result
 pub(super) fn expect(root: &Field<'_>, formulas: &Formulas<'_>) -> Result<Option<Expect>, CaseError> {
     let Some(section) = root.get("expect") else { return Ok(None) };
     let finals: Vec<String> = formulas.coordinates.iter().map(|name| format!("{name}_final")).collect();
-    let others = ["status", "gamma_final", "tolerance"].map(str::to_owned);
-    section.finish(&[&others[..2], &finals, &others[2..]].concat())?;
-    let status = section.read("status", Field::word)?.unwrap_or(Status::Converged);
+    section.finish(&keys::named_in("expect", &finals))?;
+    let status = section.given("status", Field::word)?;
     let number = |field: &Field<'_>| formulas.number(field).map(|(text, _)| text);
     let gamma_final = section.read("gamma_final", number)?;
     let given = finals.iter().enumerate().filter_map(|(a, key)| Some((a, section.get(key)?)));

@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
-use toml_edit::{Document, DocumentMut, Item, Key, Table, TableLike, TomlError, Value};
+use toml_edit::{Document, DocumentMut, Item, Table, TableLike, TomlError, Value};
 
 use super::CaseError;
+use super::keys::{self, EXCLUSIVE, KEYS, Key};
 use crate::geometry::uses;
 
 /// The text of a case and its name, to which errors refer.
@@ -17,6 +19,13 @@ pub(super) struct Source {
     /// True if it is a potential of x alone, as the paper has it.
     pub(super) is_of_x: bool,
 }
+
+/// What a case has without a key, for every key that has a default.
+pub(super) static DEFAULTS: LazyLock<Source> = LazyLock::new(|| {
+    let line = |key: &Key| Some(format!("{} = {}\n", key.name, key.written_default()?));
+    let text = KEYS.iter().filter_map(line).collect();
+    Source { name: "defaults".to_owned(), text, folder: PathBuf::new(), is_of_x: false }
+});
 
 impl Source {
     /// The text as the overrides change it.
@@ -45,8 +54,8 @@ impl Source {
     fn with_overrides(self, overrides: &[String]) -> Result<Self, CaseError> {
         let mut document: DocumentMut = self.text.parse().map_err(|error| self.syntax(&error))?;
         let given: Vec<String> = overrides.iter().filter_map(|setting| dotted(setting)).collect();
-        let pairs = EXCLUSIVE.iter().filter(|(one, other, ..)| one.contains('.') && other.contains('.'));
-        let pairs = pairs.flat_map(|&(one, other, ..)| [(one, other), (other, one)]);
+        let pairs = EXCLUSIVE.iter().filter(|pair| pair.one.contains('.') && pair.other.contains('.'));
+        let pairs = pairs.flat_map(|pair| [(pair.one, pair.other), (pair.other, pair.one)]);
         let pairs = pairs.chain([("solver.accuracy", "scheme"), ("solver.tolerance", "scheme")]);
         let replaced = pairs.filter(|(one, _)| given.iter().any(|key| key == one)).map(|(_, other)| other.to_owned());
         for other in replaced.chain(given.iter().filter_map(|key| other_rate(key))) {
@@ -69,12 +78,11 @@ impl Source {
 /// Returns true if the motion is that of the paper's particle. What looks at it, or ends it, is another matter.
 fn is_of_x(root: &Table) -> bool {
     let table = |name: &str| root.get(name).and_then(Item::as_table_like);
-    let has =
-        |name: &str, keys: &[&str]| table(name).is_some_and(|table| keys.iter().any(|key| table.contains_key(key)));
-    !(["metric", "body", "force"].iter().any(|key| root.contains_key(key))
-        || has("potential", &["coordinates", "one_form", "force", "definitions", "conformal"])
-        || has("particle", &["masses", "law"])
-        || table("potential").is_some_and(is_of_time))
+    let has = |path: &str| match path.split_once('.') {
+        Some((name, key)) => table(name).is_some_and(|table| table.contains_key(key)),
+        None => root.contains_key(path),
+    };
+    !(keys::of_scenes().any(has) || table("potential").is_some_and(is_of_time))
 }
 
 /// Returns true if V is a formula with t in it.
@@ -84,62 +92,11 @@ fn is_of_time(potential: &dyn TableLike) -> bool {
     inner.or(formula).and_then(Item::as_str).is_some_and(|text| uses(text, "t"))
 }
 
-const BODIES: &str = "bodies move by Newton's law in the energy of their pairs, [pair] formula";
-const CHOSEN: &str = "the program chooses operator and windows itself: leave n_gamma and windows out";
-const PRESET: &str = "a preset has its own coordinates and components";
-const VELOCITY: &str = "keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)";
-
-/// Keys that exclude each other; what is said of the second one where both are given, and what to do. An override of
-/// either, if they stand in tables, removes the other one, unless that is overridden too.
-pub(super) const EXCLUSIVE: [(&str, &str, &str, &str); 16] = [
-    ("body", "metric", "both [[body]] and [metric] are given", BODIES),
-    ("body", "potential", "both [[body]] and [potential] are given", BODIES),
-    ("body", "force", "both [[body]] and [force] are given", BODIES),
-    (
-        "metric",
-        "force",
-        "[force] belongs to a potential, and the case has a metric",
-        "a force in a metric is metric.force",
-    ),
-    (
-        "metric",
-        "potential",
-        "both a metric and a potential are given",
-        "a case has exactly one of [metric] and [potential]",
-    ),
-    ("metric.preset", "metric.coordinates", "'metric.coordinates' and 'metric.preset' are both given", PRESET),
-    ("metric.preset", "metric.components", "'metric.components' and 'metric.preset' are both given", PRESET),
-    ("force", "potential.force", "both [force] and potential.force are given", "keep one of them"),
-    ("initial.x_dot", "initial.velocity", "both x_dot and velocity are given", VELOCITY),
-    ("initial.p_x", "initial.velocity", "both p_x and velocity are given", VELOCITY),
-    (
-        "solver.accuracy",
-        "solver.tolerance",
-        "both solver.accuracy and solver.tolerance are given",
-        "keep accuracy for an error of the whole run, or tolerance for a run that goes on whatever errors grow to",
-    ),
-    ("solver.accuracy", "grid.n_gamma", "both solver.accuracy and grid.n_gamma are given", CHOSEN),
-    ("solver.accuracy", "grid.windows", "both solver.accuracy and grid.windows are given", CHOSEN),
-    ("solver.tolerance", "grid.n_gamma", "both solver.tolerance and grid.n_gamma are given", CHOSEN),
-    ("solver.tolerance", "grid.windows", "both solver.tolerance and grid.windows are given", CHOSEN),
-    ("grid.gamma_f", "grid.t_f", "both gamma_f and t_f are given", "keep exactly one of grid.gamma_f and grid.t_f"),
-];
-
 /// The momentum in whose place a velocity is given, or the other way round.
 fn other_rate(key: &str) -> Option<String> {
     let key = key.strip_prefix("initial.")?;
     let velocity = || Some(format!("initial.p_{}", key.strip_suffix("_dot")?));
     key.strip_prefix("p_").map(|name| format!("initial.{name}_dot")).or_else(velocity)
-}
-
-/// Returns true if the values of a dotted key are formulas, so that what is no TOML value needs no quotes.
-fn is_formula(key: &str) -> bool {
-    let tables = ["metric.", "force.", "invariants.", "particle.masses."];
-    let of_potential = ["one_form.", "force.", "definitions.", "parameters."];
-    let is_of_potential = |key: &str| of_potential.iter().any(|table| key.starts_with(table));
-    ["potential.formula", "potential.formula.expression", "grid.until"].contains(&key)
-        || tables.iter().any(|table| key.starts_with(table))
-        || key.strip_prefix("potential.").is_some_and(is_of_potential)
 }
 
 /// The text of a case as `overrides` change it, without what it expects if there are any: that holds for the case as it
@@ -164,8 +121,8 @@ pub fn key_of(setting: &str) -> Option<String> {
 
 /// The key of an override, its parts without quotes and joined by dots.
 fn dotted(setting: &str) -> Option<String> {
-    let keys = Key::parse(setting.split_once('=')?.0.trim()).ok()?;
-    Some(keys.iter().map(Key::get).collect::<Vec<_>>().join("."))
+    let keys = toml_edit::Key::parse(setting.split_once('=')?.0.trim()).ok()?;
+    Some(keys.iter().map(toml_edit::Key::get).collect::<Vec<_>>().join("."))
 }
 
 /// Returns true if `key` is `path`, lies inside it, or contains it.
@@ -188,14 +145,15 @@ fn remove(root: &mut Table, path: &str) {
 /// Applies one `dotted.key=value`.
 fn set(root: &mut Table, setting: &str) -> Result<(), String> {
     let (key, value) = setting.split_once('=').ok_or("expected KEY=VALUE, for example grid.n_gamma=64")?;
-    let keys = Key::parse(key.trim()).map_err(|_| format!("'{}' is not a dotted key", key.trim()))?;
+    let keys = toml_edit::Key::parse(key.trim()).map_err(|_| format!("'{}' is not a dotted key", key.trim()))?;
     let value = value.trim();
     if value.is_empty() {
         return Err("the value is missing".to_owned());
     }
     // A word, and a formula, need no quotes where they cannot be another kind of value.
     let is_quoted = value.starts_with(['"', '\'', '[', '{']);
-    let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) || (is_formula(key.trim()) && !is_quoted);
+    let is_formula = || dotted(setting).and_then(|key| keys::of(&key)).is_some_and(|key| key.kind.is_formula());
+    let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) || (!is_quoted && is_formula());
     let value: Value = match value.parse() {
         Ok(value) => value,
         Err(_) if bare_word => Value::from(value),
@@ -217,18 +175,21 @@ fn set(root: &mut Table, setting: &str) -> Result<(), String> {
 /// Returns true if a formula in the text of a valid case mentions a name.
 pub(super) fn is_used(text: &str, name: &str) -> bool {
     let document = Document::parse(text);
-    document.is_ok_and(|document| document.iter().any(|(key, item)| key != "title" && is_mentioned(name, item)))
+    document.is_ok_and(|document| is_mentioned(name, "", document.as_item()))
 }
 
-/// Returns true if a string in an item, which may be a formula, mentions a name. Names of coordinates and of bodies and
-/// of files are none.
-fn is_mentioned(name: &str, item: &Item) -> bool {
-    let is_formula = |key: &str| !["coordinates", "name", "file"].contains(&key);
-    let within = |table: &dyn TableLike| table.iter().any(|(key, item)| is_formula(key) && is_mentioned(name, item));
+/// Returns true if a formula in the item of that dotted key mentions a name.
+fn is_mentioned(name: &str, path: &str, item: &Item) -> bool {
+    let dotted = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    let within = |table: &dyn TableLike| table.iter().any(|(key, item)| is_mentioned(name, &dotted(key), item));
     match item {
         Item::ArrayOfTables(tables) => tables.iter().any(|table| within(table)),
-        Item::Value(Value::Array(array)) => array.iter().any(|value| is_mentioned(name, &Item::Value(value.clone()))),
-        Item::Value(Value::String(text)) => uses(text.value(), name),
+        Item::Value(Value::Array(array)) => {
+            array.iter().any(|value| is_mentioned(name, path, &Item::Value(value.clone())))
+        }
+        Item::Value(Value::String(text)) => {
+            keys::of(path).is_some_and(|key| key.kind.has_names()) && uses(text.value(), name)
+        }
         _ => item.as_table_like().is_some_and(within),
     }
 }

@@ -9,6 +9,12 @@ use crate::geometry::GeometryText;
 use crate::number::spline::{Kind, Outside, Table, TableError};
 use crate::number::{Extended, Real};
 
+/// The words for splines.
+pub(super) const SPLINES: [(&str, Kind); 3] =
+    [("cubic", Kind::Natural), ("clamped", Kind::Clamped), ("quintic", Kind::Quintic)];
+/// The words for what is outside of the points.
+pub(super) const OUTSIDE: [(&str, Outside); 2] = [("refused", Outside::Refused), ("linear", Outside::Linear)];
+
 /// Reads `[tables]`. Their names must differ from all others in formulas of the scene.
 pub(super) fn read(section: &Field<'_>, scene: &GeometryText) -> Result<Vec<(String, Table)>, CaseError> {
     let mut taken = NameTable::new(&scene.names());
@@ -32,8 +38,8 @@ fn table(field: &Field<'_>) -> Result<Table, CaseError> {
         let help = "give x = [numbers] and y = [numbers], or file = \"points.csv\" and the names of its columns";
         return Err(field.key_error("a table needs x and y").with_help(help));
     };
-    let kind = field.read("spline", kind)?.unwrap_or(Kind::Natural);
-    let outside = field.read("outside", outside)?.unwrap_or(Outside::Refused);
+    let kind = field.given("spline", kind)?;
+    let outside = field.given("outside", outside)?;
     let file = field.get("file");
     let points = match &file {
         Some(file) => from_file(file, &absolute(&file.source.folder, file.string()?), [&x, &y])?,
@@ -45,14 +51,12 @@ fn table(field: &Field<'_>) -> Result<Table, CaseError> {
 
 /// The value of `spline`.
 pub(super) fn kind(field: &Field<'_>) -> Result<Kind, CaseError> {
-    let known = [("cubic", Kind::Natural), ("clamped", Kind::Clamped), ("quintic", Kind::Quintic)];
-    field.one_of("word", "\"cubic\" or \"clamped\" or \"quintic\"", &known)
+    field.one_of("word", "\"cubic\" or \"clamped\" or \"quintic\"", &SPLINES)
 }
 
 /// The value of `outside`.
 pub(super) fn outside(field: &Field<'_>) -> Result<Outside, CaseError> {
-    let known = [("refused", Outside::Refused), ("linear", Outside::Linear)];
-    field.one_of("word", "\"refused\" or \"linear\"", &known)
+    field.one_of("word", "\"refused\" or \"linear\"", &OUTSIDE)
 }
 
 /// An unknown key of `[potential]`, with what to do where a table was meant.

@@ -10,7 +10,7 @@ use clap_complete::engine::{CompletionCandidate, PathCompleter, ValueCompleter};
 use clap_complete::env::Shells;
 use clap_complete::{CompleteEnv, Shell};
 use geodesic_ivp::case::builtin::ALL;
-use geodesic_ivp::case::{KEYS, Key, SCENE_KEYS};
+use geodesic_ivp::case::{KEYS, choices};
 
 use super::{Cli, out};
 
@@ -44,31 +44,13 @@ pub(super) fn cases(current: &OsStr) -> Vec<CompletionCandidate> {
 /// The keys of a case that begin so, with an equals sign, or behind that the words that a key takes.
 pub(super) fn settings(current: &OsStr) -> Vec<CompletionCandidate> {
     let begun = current.to_string_lossy();
-    if let Some((key, value)) = begun.split_once('=') {
-        let words = words(key).into_iter().filter(|word| word.starts_with(value));
-        return words.map(|word| CompletionCandidate::new(format!("{key}={word}"))).collect();
-    }
-    let keys = KEYS.iter().chain(&*SCENE_KEYS).flat_map(names).filter(|name| name.starts_with(&*begun));
-    let mut candidates: Vec<String> = keys.map(|name| format!("{name}=")).collect();
-    candidates.sort();
-    candidates.dedup();
-    candidates.into_iter().map(CompletionCandidate::new).collect()
-}
-
-/// The dotted names of a row of the keys that can be set as they are.
-fn names(key: &Key) -> impl Iterator<Item = &str> {
-    let is_placeholder = |part: &str| ["q", "q_dot", "p_q", "q_final", "NAME"].contains(&part);
-    key.name.split(',').map(str::trim).filter(move |name| !name.split('.').any(is_placeholder))
-}
-
-/// The words that the value of a key may be: those in quotes on its page.
-fn words(key: &str) -> Vec<String> {
-    let Some(row) = KEYS.iter().chain(&*SCENE_KEYS).find(|row| names(row).any(|name| name == key)) else {
-        return Vec::new();
+    let mut keys = KEYS.iter().filter(|key| key.is_fixed());
+    let candidates: Vec<String> = match begun.split_once('=') {
+        Some((name, value)) => {
+            let words = keys.find(|key| key.name == name).map_or_else(Vec::new, choices);
+            words.into_iter().filter(|word| word.starts_with(value)).map(|word| format!("{name}={word}")).collect()
+        }
+        None => keys.filter(|key| key.name.starts_with(&*begun)).map(|key| format!("{}=", key.name)).collect(),
     };
-    if row.kind == "true or false" {
-        return ["true", "false"].map(str::to_owned).to_vec();
-    }
-    let words = row.meaning.split('"').skip(1).step_by(2);
-    words.filter(|word| word.chars().all(|c| c.is_ascii_alphanumeric() || c == '-')).map(str::to_owned).collect()
+    candidates.into_iter().map(CompletionCandidate::new).collect()
 }

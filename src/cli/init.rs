@@ -1,4 +1,4 @@
-//! `init NAME` and `init --list`.
+//! `init NAME`, `init --list`, and `schema`: what a case of one's own begins with.
 
 use std::process::ExitCode;
 
@@ -30,6 +30,11 @@ pub(super) fn init(args: &InitArgs) -> anyhow::Result<ExitCode> {
         None => list(),
     };
     out::write_data(text.as_bytes())?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub(super) fn schema() -> anyhow::Result<ExitCode> {
+    out::write_data(geodesic_ivp::case::schema().as_bytes())?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -5,9 +5,9 @@ use std::process::ExitCode;
 use clap::CommandFactory;
 use clap_mangen::Man;
 use clap_mangen::roff::{Inline, Roff, bold, italic, roman};
-use geodesic_ivp::case::{KEYS, Key, SCENE_KEYS, rows};
+use geodesic_ivp::case::{Cases, KEYS, Key};
 
-use super::report::{self, RESULTS};
+use super::report::{self, RESULTS, rows};
 use super::{Cli, out};
 
 /// Examples of commands, and what they do.
@@ -79,17 +79,28 @@ fn section<H: Into<Vec<Inline>>, T: Into<String>>(
     roff
 }
 
+/// A text without the marks of code and without the places that words lead to.
+fn plain(markdown: &str) -> String {
+    let mut text = markdown.replace('`', "");
+    while let Some((before, behind)) = text.split_once("](") {
+        let (before, words) = before.rsplit_once('[').unwrap_or(("", before));
+        text = format!("{before}{words}{}", behind.split_once(')').map_or("", |(_, rest)| rest));
+    }
+    text
+}
+
 /// The sections that are about no command.
 fn sections() -> [Roff; 5] {
-    let key = |key: &'static Key| {
-        let mut heading = vec![bold(&*key.name), roman(" "), italic(&*key.kind)];
-        match key.default.as_str() {
+    let key = |key: &Key| {
+        let mut heading = vec![bold(key.name), roman(" "), italic(key.takes())];
+        match key.default {
             "" | "none" => {}
-            "required" => heading.push(roman(" (required)")),
+            needed if key.is_required() => heading.push(roman(format!(" ({needed})"))),
             default => heading.push(roman(format!(" [default: {default}]"))),
         }
-        (heading, &*key.meaning)
+        (heading, plain(key.meaning))
     };
+    let is_of_scenes = |key: &&Key| matches!(key.cases, Cases::Scenes | Cases::MakesScene);
     let of_case = "A case is a TOML file with these keys, for example [grid] with n_gamma = 32 for grid.n_gamma. An \
                    unknown key is an error. Exactly one kind of potential is required, and exactly one of \
                    initial.x_dot and initial.velocity.";
@@ -102,8 +113,8 @@ fn sections() -> [Roff; 5] {
     let of_codes = "Ctrl-C and SIGTERM end every command within a second.";
     let file = |[command, files, content]: [String; 3]| ([bold(files)], format!("{command}: {content}"));
     [
-        section("CASE FILE", of_case, KEYS.iter().map(key)),
-        section("SCENES", of_scenes, SCENE_KEYS.iter().map(|key| ([bold(&*key.name)], &*key.meaning))),
+        section("CASE FILE", of_case, KEYS.iter().filter(|key| !is_of_scenes(key)).map(key)),
+        section("SCENES", of_scenes, KEYS.iter().filter(is_of_scenes).map(key)),
         section("FILES", of_files, rows(RESULTS, "| files of | names | content |").map(file)),
         section("EXIT STATUS", of_codes, report::exit_codes().map(|[code, meaning]| ([bold(code)], meaning))),
         section("EXAMPLES", "In any folder:", EXAMPLES.map(|(command, what)| ([bold(command)], what))),

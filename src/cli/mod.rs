@@ -115,6 +115,9 @@ enum Command {
     /// Print a built-in case, as a start for your own
     #[command(after_help = "Example:\n  geodesic-ivp init pendulum > mine.toml")]
     Init(init::InitArgs),
+    /// Print the JSON schema of a case, for an editor
+    #[command(after_help = "Example:\n  geodesic-ivp schema > case.schema.json")]
+    Schema,
     /// Print a shell completion script
     ///
     /// With it a shell offers commands, options, names of cases, and keys behind --set and --vary.
@@ -176,7 +179,7 @@ fn execute(command: Command) -> anyhow::Result<ExitCode> {
         Command::Converge(_) | Command::WorkPrecision(_) | Command::Stability(_) => memory::require_room(true)?,
         Command::Run(args) => memory::require_room(!args.vary.vary.is_empty())?,
         Command::Check(_) | Command::Merge(_) => memory::require_room(false)?,
-        Command::Init(_) | Command::Completions { .. } | Command::Man => {}
+        Command::Init(_) | Command::Schema | Command::Completions { .. } | Command::Man => {}
     }
     interrupt::install()?;
     match command {
@@ -189,6 +192,7 @@ fn execute(command: Command) -> anyhow::Result<ExitCode> {
         Command::Merge(args) => merge::merge(&args),
         Command::Check(args) => check::check(&args),
         Command::Init(args) => init::init(&args),
+        Command::Schema => init::schema(),
         Command::Completions { shell } => complete::completions(shell),
         Command::Man => manual::man(),
     }

@@ -3,7 +3,6 @@
 use std::io::{self, IsTerminal, Write};
 
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use geodesic_ivp::case::rows;
 use geodesic_ivp::output::Refused;
 pub(super) use geodesic_ivp::output::{refused, refused_by_system};
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
@@ -34,6 +33,15 @@ fn of_reference(reason: EndReason) -> (&'static str, u8) {
 
 /// The page about results, whose tables the manual page has, too.
 pub(super) const RESULTS: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/results.md"));
+
+/// The rows of the table of a page that has this heading, without the marks of code.
+pub(super) fn rows<const N: usize>(page: &'static str, heading: &str) -> impl Iterator<Item = [String; N]> {
+    let rows = page.lines().skip_while(move |line| *line != heading).skip(2).take_while(|line| line.starts_with('|'));
+    rows.map(|line| {
+        let mut cells = line.trim_matches('|').split('|').map(|cell| cell.trim().replace('`', ""));
+        std::array::from_fn(|_| cells.next().unwrap_or_default())
+    })
+}
 
 /// Every exit code and its meaning.
 pub(super) fn exit_codes() -> impl Iterator<Item = [String; 2]> {

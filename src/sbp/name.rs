@@ -29,6 +29,11 @@ impl SbpName {
     /// The finite-difference operators.
     pub const STENCILS: [Self; 4] = [Self::Sbp21, Self::Sbp42, Self::Sbp63, Self::Sbp84];
 
+    /// All operators.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::STENCILS.into_iter().chain((LEAST_NODES..=MOST_NODES).map(|nodes| Self::Gll(nodes as u8)))
+    }
+
     /// The names of the finite-difference operators, for messages.
     pub(crate) fn stencils() -> String {
         Self::STENCILS.map(|name| name.to_string()).join(", ")

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::case::{Case, MAX_ITERATIONS};
+use crate::case::{Case, default_iterations};
 use crate::diagnostics::origin;
 use crate::geometry::Start;
 use crate::methods::{Problem, State};
@@ -43,7 +43,7 @@ impl Subject {
             sensitivity: false,
             is_judged: true,
             windows: 1,
-            max_iterations: MAX_ITERATIONS,
+            max_iterations: default_iterations(),
             ..own.settings
         };
         let plain = Setup { gamma_i: 0.0, carried: None, settings, ..own.clone() };

@@ -7,7 +7,7 @@
 
 use std::time::{Duration, Instant};
 
-use geodesic_ivp::case::{Case, KEYS, SCENE_KEYS, builtin};
+use geodesic_ivp::case::{Case, KEYS, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Solution, solve};
@@ -218,11 +218,10 @@ proptest! {
     fn settings(
         case in 0..builtin::NAMES.len(),
         settings in prop::collection::vec(
-            (0..KEYS.len() + SCENE_KEYS.len(), prop::collection::vec(select(words()), 0..4)), 1..4
+            (0..KEYS.len(), prop::collection::vec(select(words()), 0..4)), 1..4
         ),
     ) {
-        let key = |k: usize| &KEYS.get(k).unwrap_or_else(|| &SCENE_KEYS[k - KEYS.len()]).name;
-        let setting = |(k, words): &(usize, Vec<&str>)| format!("{}={}", key(*k), words.concat());
+        let setting = |(k, words): &(usize, Vec<&str>)| format!("{}={}", KEYS[*k].name, words.concat());
         let settings: Vec<String> = settings.iter().map(setting).collect();
         read(text_of(case), &settings)?;
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use geodesic_ivp::case::{KEYS, SCENE_KEYS};
+use geodesic_ivp::case::{Cases, KEYS, Key};
 use geodesic_ivp::geometry::PRESETS;
 use geodesic_ivp::methods::PEERS;
 
@@ -23,38 +23,33 @@ fn known(setting: &str) -> Vec<String> {
     }
 }
 
-/// Every key of a case of the paper, dotted: what the program knows and the list of keys of scenes does not have.
-/// Tables other than that of a potential's kind are no keys of their own.
-pub(crate) fn keys() -> BTreeSet<String> {
-    let mut keys = BTreeSet::new();
-    for top in known("unknown=1") {
-        match top.as_str() {
-            "title" => drop(keys.insert(top)),
-            "metric" | "body" | "pair" | "force" | "invariants" | "events" | "plot" | "tables" => {}
-            "potential" => {
-                for kind in known("potential={unknown={}}").iter().filter(|kind| !is_of_scenes("potential", kind)) {
-                    if kind != "free" {
-                        let inner = known(&format!("potential={{{kind}={{unknown=1}}}}"));
-                        keys.extend(inner.into_iter().map(|key| format!("potential.{kind}.{key}")));
-                    }
-                    keys.insert(format!("potential.{kind}"));
-                }
-            }
-            table => {
-                let known = known(&format!("{table}.unknown=1")).into_iter().filter(|key| !is_of_scenes(table, key));
-                keys.extend(known.map(|key| format!("{table}.{key}")));
-            }
-        }
+/// `TRANSCRIPTS=overwrite` writes the list anew.
+#[test]
+fn the_page_of_cases_lists_the_keys_of_the_table() {
+    let code = |text: &str| format!("`{text}`");
+    let row = |key: &Key| {
+        let default = match key.default {
+            "" | "none" => key.default.to_owned(),
+            needed if key.is_required() => needed.to_owned(),
+            default => code(default),
+        };
+        let cases = match key.cases {
+            Cases::All => "all",
+            Cases::OfX => "of x",
+            Cases::Scenes | Cases::MakesScene => "scenes",
+        };
+        let cells = [code(key.name), key.takes(), default, key.meaning.to_owned(), cases.to_owned()];
+        format!("| {} |\n", cells.join(" | ")).replace("|  |", "| |")
+    };
+    let list: String = KEYS.iter().map(row).collect();
+    let path = Path::new(ROOT).join("docs/cases.md");
+    let page = fs::read_to_string(&path).unwrap();
+    let (before, rest) = page.split_once("|---|---|---|---|---|\n").unwrap();
+    let (listed, behind) = rest.split_once("\n\n").unwrap();
+    if std::env::var("TRANSCRIPTS").is_ok_and(|what| what == "overwrite") {
+        fs::write(&path, format!("{before}|---|---|---|---|---|\n{list}\n{behind}")).unwrap();
     }
-    keys
-}
-
-/// Returns true if a key is one that scenes have besides.
-fn is_of_scenes(table: &str, key: &str) -> bool {
-    let dotted = format!("{table}.{key}");
-    let general = key.strip_prefix("p_").map_or(dotted.clone(), |_| format!("{table}.p_q"));
-    let is = |names: &str| names.split(", ").any(|name| name == dotted || name == general);
-    KEYS.iter().all(|key| key.name != dotted) && SCENE_KEYS.iter().any(|key| is(&key.name))
+    assert_eq!(format!("{listed}\n"), list);
 }
 
 #[test]

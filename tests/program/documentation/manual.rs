@@ -4,11 +4,10 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::Command;
 
-use geodesic_ivp::case::SCENE_KEYS;
 use geodesic_ivp::case::builtin::NAMES;
+use geodesic_ivp::case::{Cases, KEYS, Key};
 
 use super::commands;
-use super::lists::keys;
 use crate::common::{Folder, succeeded};
 
 fn printed(arguments: &str) -> String {
@@ -57,7 +56,7 @@ fn commands() -> Vec<(String, BTreeSet<String>)> {
 #[test]
 fn the_manual_page_has_every_command_and_option() {
     let (page, commands) = (page(), commands());
-    assert_eq!(commands.len(), 9, "{commands:?}");
+    assert_eq!(commands.len(), 10, "{commands:?}");
     for (name, options) in commands {
         let section = section(&page, &format!("COMMAND {}", name.to_uppercase()));
         assert!(options.contains("--help"));
@@ -140,12 +139,15 @@ fn a_shell_offers_what_the_program_answers() {
 #[test]
 fn the_manual_page_has_every_key_of_a_case_and_of_scenes() {
     let page = page();
-    let named =
-        entries(&page, "CASE FILE").into_iter().map(|(heading, _)| heading.split(' ').next().unwrap().to_owned());
-    assert_eq!(named.collect::<BTreeSet<_>>(), keys());
-    let named: Vec<&str> = entries(&page, "SCENES").iter().map(|(heading, _)| *heading).collect();
-    assert_eq!(named, SCENE_KEYS.iter().map(|key| key.name.as_str()).collect::<Vec<_>>());
-    assert!(named.contains(&"metric.components") && named.contains(&"expect.gamma_final"));
+    let is_general = |key: &&Key| matches!(key.cases, Cases::All | Cases::OfX);
+    for (title, general) in [("CASE FILE", true), ("SCENES", false)] {
+        let named = entries(&page, title).into_iter().map(|(heading, _)| heading.split(' ').next().unwrap());
+        let known = KEYS.iter().filter(|key| is_general(key) == general).map(|key| key.name);
+        assert_eq!(named.collect::<Vec<_>>(), known.collect::<Vec<_>>(), "{title}");
+    }
+    let (_, proof) =
+        *entries(&page, "CASE FILE").iter().find(|(heading, _)| heading.starts_with("solver.proof")).unwrap();
+    assert_eq!(proof, "true: run also proves where the motion ends, and how far the run is from there.");
 }
 
 /// They are tables of a page, which is found by their headings.

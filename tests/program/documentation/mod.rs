@@ -7,4 +7,5 @@ mod links;
 mod lists;
 mod manual;
 pub(crate) mod pages;
+mod schema;
 mod sources;
