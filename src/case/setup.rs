@@ -169,6 +169,12 @@ impl Case {
         if is_finite { Handed { q_low, p_low, march } } else { Handed::default() }
     }
 
+    /// Returns true if t counts from the start inside: in a case of x, unless formulas of the case's own see it.
+    fn counts_from_start(&self) -> bool {
+        let sees_t = !self.events.is_empty() || !self.invariants.is_empty() || self.axes.is_some();
+        self.is_of_x && !sees_t && self.grid.until.is_none()
+    }
+
     /// The settings of a solver.
     pub fn setup<S: Real>(&self) -> Setup<S> {
         let place: Place<S> = self.place();
@@ -180,7 +186,7 @@ impl Case {
         Setup {
             place,
             // A shift of t changes no other digit. Formulas of the case see the coordinates themselves.
-            origin: self.is_of_x.then(|| (0, origin.unwrap_or_else(|| self.value(&self.initial.q[0])))),
+            origin: self.counts_from_start().then(|| (0, origin.unwrap_or_else(|| self.value(&self.initial.q[0])))),
             dropped: if carried.is_some() { Handed::default() } else { self.dropped(&rough) },
             carried,
             rough,

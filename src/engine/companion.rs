@@ -8,8 +8,8 @@
 //! If they differ by more than an accuracy, they begin again with smaller tolerances, see [`rounds`](super::rounds).
 //! Before the last round they stop at once where they do.
 //!
-//! Windows of both have other ends, as two runs in the same windows can be wrong alike. The coarse one begins off by the
-//! last digits of the start, see [`shaken`](super::shaken).
+//! Windows of both have other ends, as two runs in the same windows can be wrong alike. The coarse one begins off by
+//! the last digits of the start, see [`shaken`](super::shaken).
 
 use super::adaptive::{Adaptive, Target};
 use super::local::larger;

@@ -218,8 +218,12 @@ fn cases_of_one_coordinate_are_no_scenes() {
     let is_of_x = |overrides: &[String]| Case::parse("case", text, overrides).unwrap().is_of_x;
     assert!(is_of_x(&[]));
     assert!(!is_of_x(&["particle.law=newtonian".to_owned()]));
-    // Formulas of the case's own see t itself, which counts from the start there.
-    assert!(!is_of_x(&["events.turn.when=x_dot".to_owned()]));
+    // Formulas of the case's own see t itself, which counts from the start elsewhere.
+    let turn = "events.turn.when=x_dot".to_owned();
+    assert!(is_of_x(std::slice::from_ref(&turn)));
+    let origin = |overrides: &[String]| Case::parse("case", text, overrides).unwrap().setup::<f64>().origin;
+    let late = "initial.t=3.0".to_owned();
+    assert_eq!((origin(std::slice::from_ref(&late)), origin(&[late, turn])), (Some((0, 3.0)), None));
 }
 
 #[test]

@@ -162,14 +162,17 @@ fn every_motion_is_as_accurate_as_asked_for() {
 fn an_accuracy_is_kept_past_the_pole_of_polar_coordinates() {
     let components = "{ 'r r' = '1', 'phi phi' = 'r^2' }";
     let metric = format!("metric = {{ coordinates = ['r', 'phi'], components = {components} }}\n");
-    for (phi_dot, length) in [(2e-7, 3e6), (1e-6, 1e5), (1e-5, 1e4), (1e-3, 1e6), (0.1, 30.0)] {
+    // A last digit of the start moves φ by 5e-10 on the nodes that turn at 2e-7 past the pole.
+    for (phi_dot, length, accuracy) in
+        [(2e-7, 3e6, 2e-9), (1e-6, 1e5, 1e-9), (1e-5, 1e4, 1e-10), (1e-3, 1e6, 1e-10), (0.1, 30.0, 1e-10)]
+    {
         let (r, r_dot) = (1.005, -0.53);
         let start = format!("initial = {{ r = {r}, phi = 0.0, r_dot = {r_dot}, phi_dot = {phi_dot} }}\n");
-        let line = text_solved(&format!("{metric}{start}grid.gamma_f = {length:?}\nsolver.accuracy = 1e-10\n"));
+        let line = text_solved(&format!("{metric}{start}grid.gamma_f = {length:?}\nsolver.accuracy = {accuracy:e}\n"));
         let exact = |gamma: f64| (r + r_dot * gamma).hypot(r * phi_dot * gamma);
         let off = line.gamma().zip(line.q(0)).map(|(gamma, r)| (r - exact(gamma)).abs()).fold(0.0, f64::max);
         let size = line.q(0).fold(0.0, f64::max);
-        assert!(off <= 1e-10 * size, "{phi_dot}: {:e}", off / size);
+        assert!(off <= accuracy * size, "{phi_dot}: {:e}", off / size);
     }
 }
 

@@ -36,6 +36,7 @@ mod solves;
 mod stops;
 mod tolerance;
 mod units;
+mod unstable;
 mod verdicts;
 mod window_by_window;
 mod windows;

@@ -121,13 +121,14 @@ fn a_shell_offers_what_the_program_answers() {
     }
     let folder = Folder::new();
     let program = PathBuf::from(folder.program("").get_program());
-    folder.write("script", printed("completions bash"));
+    folder.write("completions.bash", printed("completions bash"));
     for (words, offered) in
         [("wo", "work-precision"), ("run units", "units"), ("run units --set grid.wi", "grid.windows=")]
     {
         let word = words.split(' ').next_back().unwrap();
         let line = format!(
-            "PATH={}:$PATH; source script; COMP_WORDS=(geodesic-ivp {words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); \
+            "PATH={}:$PATH; source ./completions.bash; COMP_WORDS=(geodesic-ivp {words}); \
+             COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); \
              _clap_complete_geodesic_ivp geodesic-ivp {word} 2>/dev/null; echo \"${{COMPREPLY[@]}}\"",
             program.parent().unwrap().display()
         );
