@@ -13,8 +13,8 @@ use super::window::Solver;
 use crate::geometry::Start;
 use crate::number::Compensated;
 
-/// By how much a number is off, relative to it: as between runs from one event to the next.
-const ROUNDING: f64 = 2.0 * f64::EPSILON;
+/// By how much a number is off, relative to it.
+const ROUNDING: f64 = f64::EPSILON;
 
 impl<const N: usize> Solver<'_, N> {
     /// Shakes the start by the last digits of positions, momenta and charges, but for times and for what rests.

@@ -96,7 +96,12 @@ fn range(text: &str) -> Result<Vec<String>, String> {
     }
     let steps = Extended::from((count.max(2) - 1) as f64);
     // Both ends are as they are written.
-    let value = |k: Extended| ((start * (steps - k) + stop * k) / steps).to_f64();
+    let value = |k: Extended| {
+        let sum = start * (steps - k) + stop * k;
+        // What is left of 0 is the rounding of decimals in 71 digits.
+        let is_rounding = sum.abs() <= Extended::from(64.0) * Extended::EPSILON * steps * start.abs().max(stop.abs());
+        if is_rounding { 0.0 } else { (sum / steps).to_f64() }
+    };
     let values: Vec<f64> = (0..count).map(|k| value(Extended::from(k as f64))).collect();
     let is_whole = [first, last].iter().all(|text| text.parse::<i64>().is_ok());
     let are_whole = is_whole && values.iter().all(|value| value.fract() == 0.0 && value.abs() < 1e15);
@@ -114,6 +119,7 @@ mod tests {
             ("a=1:-1:3", "1 0 -1"),
             ("a=10:40:4", "10 20 30 40"),
             ("a=0:1:3", "0.0 0.5 1.0"),
+            ("a=-0.1:0.3:5", "-0.1 0.0 0.1 0.2 0.3"),
             ("a=0.5:0.5:1", "0.5"),
             ("a = 1e-3 : 3e-3 : 3", "0.001 0.002 0.003"),
             // The sum of ends that have no double between them in `f64`.

