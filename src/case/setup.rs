@@ -78,6 +78,13 @@ impl Case {
         std::iter::repeat_n(None, ending).chain(self.acting().map(|(watch, _)| Some(watch))).collect()
     }
 
+    /// The names of the formulas that end runs or act, by their places.
+    pub(crate) fn ending_names(&self) -> Vec<&str> {
+        let until = self.events.iter().filter(|event| event.until).map(|event| event.name.as_str());
+        let acting = self.acting().map(|(_, event)| event.name.as_str());
+        until.chain(self.grid.until.as_ref().map(|_| "grid.until")).chain(acting).collect()
+    }
+
     /// The change of the state that an event makes.
     fn change(&self, event: &Event) -> Change {
         Change {

@@ -12,6 +12,7 @@
 
 use super::MOST_POINTS;
 use crate::number::Compensated;
+use crate::sbp::polynomial::extent;
 
 /// Places that are computed side by side.
 const LANES: usize = 8;
@@ -83,6 +84,16 @@ impl Dense {
                 row.extend_from_slice(&curve.at(&legendre)[..filled]);
             }
         }
+    }
+
+    /// By how much q^a changes at most, and what the window leaves open of it.
+    pub(crate) fn extent_of_q(&self, a: usize) -> [f64; 2] {
+        extent(&self.q[a].increment)
+    }
+
+    /// The same of the momentum of the active coordinate with that place.
+    pub(crate) fn extent_of_p(&self, place: usize) -> [f64; 2] {
+        extent(&self.p[place].increment)
     }
 
     /// q^a of one coordinate.

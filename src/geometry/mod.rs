@@ -54,6 +54,7 @@ pub use hamiltonian::Point;
 pub use inverse::MOST_COUPLED;
 pub use jumps::{Jump, jumps};
 pub use motion::{Motion, OnNodes};
+pub(crate) use observable::Shown;
 pub use observable::{Direction, Observable, observed};
 pub use parts::value_of;
 pub use presets::{PRESETS, Preset};

@@ -50,23 +50,26 @@ impl<S: Real> Observable<S> {
     }
 
     /// The values of all that may be steep in the formula, where it was evaluated last.
-    pub(crate) fn arguments(&self) -> impl Iterator<Item = f64> {
+    pub(crate) fn arguments(&self) -> impl ExactSizeIterator<Item = f64> {
         self.steep.iter().map(|look| self.registers[look.register][0].to_f64())
     }
 
-    /// Returns true if the values at these places show what the formula does between them, where `arguments` has
-    /// [`Self::arguments`] of one place after the other. Where something is no number, nothing is known.
-    pub(crate) fn is_shown(&self, places: &[f64], arguments: &[f64]) -> bool {
-        let (count, mut margins) = (self.steep.len(), vec![0.0; places.len()]);
-        self.steep.iter().enumerate().all(|(k, look)| {
-            let values: Vec<f64> = arguments.iter().skip(k).step_by(count).copied().collect();
-            // A kink or a jump is where it is, and others may be near it.
-            let is_known = match look.kind {
-                Kind::Side(_) => values.windows(2).all(|pair| (pair[0] < 0.0) == (pair[1] < 0.0)),
-                _ => look.changes_little(places, &values, &mut margins),
-            };
-            is_known || values.iter().any(|value| !value.is_finite())
-        })
+    /// What the values at these places show of the formula between them, where `arguments` has each of
+    /// [`Self::arguments`] at all places. Where something is no number, nothing is known. There is room for `margins`.
+    pub(crate) fn shows(&self, places: &[f64], arguments: &[f64], margins: &mut Vec<f64>) -> Shown {
+        margins.resize(places.len(), 0.0);
+        let mut kink: Option<(usize, usize)> = None;
+        for (argument, look) in self.steep.iter().enumerate() {
+            let values = &arguments[argument * places.len()..][..places.len()];
+            if let Kind::Side(_) = look.kind {
+                let point = values.windows(2).position(|pair| (pair[0] < 0.0) != (pair[1] < 0.0));
+                let first = point.map(|point| (point, argument));
+                kink = [kink, first].into_iter().flatten().min();
+            } else if !look.changes_little(places, values, margins) && values.iter().all(|value| value.is_finite()) {
+                return Shown::Some;
+            }
+        }
+        kink.map_or(Shown::All, |(point, argument)| Shown::Kink { argument, point })
     }
 
     /// The same, which is given velocities and momenta of the reversed motion.
@@ -89,6 +92,23 @@ impl<S: Real> Observable<S> {
         self.program.run(1, 1, &mut self.registers, &mut 1);
         self.registers[self.program.output(0)][0]
     }
+}
+
+/// What values at some places show of a formula between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shown {
+    /// All that it does.
+    All,
+    /// Not all.
+    Some,
+    /// All but what it does around a kink or a jump, of which others may be near it: this argument of abs, sign or step
+    /// changes its sign behind this point.
+    Kink {
+        /// By its place.
+        argument: usize,
+        /// By its place.
+        point: usize,
+    },
 }
 
 /// Which sign changes are events.

@@ -11,11 +11,9 @@ use crate::number::{Real, sum};
 
 /// Parts of the arc between two nodes between whose ends zeros of a derivative are looked for.
 const PROBES: usize = 4;
-/// The two highest modes of a polynomial that follows a function are less than this part of the largest: its slope is
-/// off by less than n² times that, and has a sign.
-const FOLLOWED: f64 = 1e-3;
-/// Derivatives whose zeros tell apart those of the ones before.
-const DERIVATIVES: usize = 3;
+/// Derivatives whose zeros tell apart those of the ones before: up to nine zeros are told apart that lie between two
+/// probes.
+const DERIVATIVES: usize = 8;
 /// The place of an extremum on [−1, 1] need not be better known.
 const EXTREMUM: f64 = 1e-12;
 
@@ -62,11 +60,18 @@ impl<S: Real> Expansion<S> {
 
     /// Legendre coefficients of the polynomial through `values`.
     pub(crate) fn coefficients(&self, values: &[S]) -> Vec<S> {
-        let mut coefficients = vec![S::ZERO; values.len()];
+        let mut coefficients = Vec::new();
+        self.coefficients_into(values, &mut coefficients);
+        coefficients
+    }
+
+    /// The same, into room that is there.
+    fn coefficients_into(&self, values: &[S], coefficients: &mut Vec<S>) {
+        coefficients.clear();
+        coefficients.resize(values.len(), S::ZERO);
         for (modes, &value) in self.modes.chunks_exact(values.len()).zip(values) {
             coefficients.iter_mut().zip(modes).for_each(|(c, &mode)| *c += mode * value);
         }
-        coefficients
     }
 
     /// Σ c_k P_k at the nodes, smallest terms first.
@@ -92,6 +97,14 @@ pub(crate) fn series<S: Real>(c: &[S], basis: &[S]) -> S {
     sum(c.iter().zip(basis).rev().map(|(&c, &p)| c * p))
 }
 
+/// By how much a series of so many coefficients changes at most, and what it leaves open of a function: its last two
+/// modes go on to as many more.
+pub(crate) fn extent<S: Real>(coefficients: &[S]) -> [S; 2] {
+    let sum = |c: &[S]| c.iter().fold(S::ZERO, |sum, c| sum + c.abs());
+    let count = coefficients.len();
+    [sum(coefficients), S::from(count as f64) * sum(&coefficients[count.saturating_sub(2)..])]
+}
+
 /// The Legendre coefficients of the integral from 0 to s ∈ [0, 1] of the series with coefficients `c`. They follow from
 /// ∫_{−1}^z P_k = (P_{k+1} − P_{k−1})/(2k + 1), half of which is the integral on [0, 1].
 pub(crate) fn integral<S: Real>(c: &[S]) -> Vec<S> {
@@ -104,81 +117,115 @@ pub(crate) fn integral<S: Real>(c: &[S]) -> Vec<S> {
     integral
 }
 
-/// The polynomial through values at Lobatto points, relative to its scale, in `f64`.
-#[derive(Debug)]
-pub(crate) struct Through<'e, S> {
-    expansion: &'e Expansion<S>,
+/// The polynomial through values at Lobatto points, relative to its scale, in `f64`, with room for its extrema.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Through<S> {
     scale: S,
+    modes: Vec<S>,
     coefficients: Vec<f64>,
+    /// The values.
+    sizes: Vec<f64>,
+    /// By how much what has these values may be off from the polynomial between them.
+    off: f64,
+    derivatives: Vec<Vec<f64>>,
+    /// The zeros of a derivative between two points, and places with their slopes between which others are looked for.
+    zeros: Vec<f64>,
+    slopes: Vec<[f64; 2]>,
+    /// The places s ∈ [0, 1] of extrema.
+    extrema: Vec<f64>,
+    /// False if it does not tell how often it is zero.
+    is_clear: bool,
 }
 
-impl<'e, S: Real> Through<'e, S> {
-    /// The polynomial through `values` at the points of `expansion`.
-    pub(crate) fn new(expansion: &'e Expansion<S>, values: &[S]) -> Self {
-        let coefficients = expansion.coefficients(values);
-        let scale = coefficients.iter().fold(S::ZERO, |most, c| most.max(c.abs()));
-        let scale = if scale > S::ZERO { scale } else { S::ONE };
-        let coefficients: Vec<f64> = coefficients.iter().map(|&c| (c / scale).to_f64()).collect();
-        Self { expansion, scale, coefficients }
-    }
-
-    /// The derivative by z ∈ [−1, 1] at both ends, where P_k′ is k(k + 1)/2 but for the sign. Where the polynomial does
-    /// not follow what has these `values` it is the slope to the next point.
-    pub(crate) fn end_slopes(&self, values: &[S]) -> [S; 2] {
-        let (n, c, nodes) = (values.len(), &self.coefficients, &self.expansion.nodes);
-        if c[n - 1].abs() + c[n - 2].abs() > FOLLOWED {
-            let chord = |j: usize| (values[j + 1] - values[j]) / (nodes[j + 1] - nodes[j]);
-            return [chord(0), chord(n - 2)].map(S::half);
-        }
-        let terms = || c.iter().enumerate().map(|(k, c)| (k, 0.5 * (k * (k + 1)) as f64 * c));
-        let first: f64 = terms().map(|(k, term)| if k % 2 == 0 { -term } else { term }).sum();
-        let last: f64 = terms().map(|(_, term)| term).sum();
-        [first, last].map(|slope| self.scale * S::from(slope))
-    }
-
-    /// The places s ∈ [0, 1] of extrema between points where what has these `values` may be zero twice.
+impl<S: Real> Through<S> {
+    /// Goes through `values` at the points of `expansion`, and looks for extrema between points where what has these
+    /// values may be zero twice.
     ///
     /// With z = cos θ every P_k changes by at most k for a change of θ (S. Bernstein), so that between two values of
     /// one sign the polynomial is nowhere zero if it would have to change by more.
-    pub(crate) fn extrema(&self, values: &[S]) -> Vec<f64> {
-        let most: f64 = self.coefficients.iter().enumerate().map(|(k, c)| k as f64 * c.abs()).sum();
-        let sizes = |j: usize| [values[j], values[j + 1]].map(|value| (value / self.scale).to_f64());
-        let is_clear = |j: usize| {
-            let [a, b] = sizes(j);
-            a * b > 0.0 && a.abs() + b.abs() > most * self.expansion.arcs[j]
-        };
-        let open: Vec<usize> = (0..self.expansion.arcs.len()).filter(|&j| !is_clear(j)).collect();
-        if open.is_empty() {
-            return Vec::new();
+    pub(crate) fn fit(&mut self, expansion: &Expansion<S>, values: &[S]) {
+        expansion.coefficients_into(values, &mut self.modes);
+        let scale = self.modes.iter().fold(S::ZERO, |most, c| most.max(c.abs()));
+        self.scale = if scale > S::ZERO { scale } else { S::ONE };
+        let of_scale = |value: &S| (*value / self.scale).to_f64();
+        self.coefficients.clear();
+        self.coefficients.extend(self.modes.iter().map(of_scale));
+        self.sizes.clear();
+        self.sizes.extend(values.iter().map(of_scale));
+        self.extrema.clear();
+        self.is_clear = true;
+        let (c, n) = (&self.coefficients, self.coefficients.len());
+        let all: f64 = c.iter().map(|c| c.abs()).sum();
+        self.off = c[n - 1].abs() + c[n - 2].abs() + n as f64 * f64::EPSILON * all;
+        let most: f64 = c.iter().enumerate().map(|(k, c)| k as f64 * c.abs()).sum();
+        let mut has_derivatives = false;
+        for (j, arc) in expansion.arcs.iter().enumerate() {
+            let [a, b] = [self.sizes[j], self.sizes[j + 1]];
+            if a * b > 0.0 && a.abs() + b.abs() > most * arc {
+                continue;
+            }
+            if !has_derivatives {
+                self.derive();
+                has_derivatives = true;
+            }
+            self.look_between(&expansion.probes[PROBES * j..=PROBES * (j + 1)]);
         }
-        let mut derivatives = vec![derivative(&self.coefficients)];
-        for _ in 1..DERIVATIVES {
-            derivatives.push(derivative(&derivatives[derivatives.len() - 1]));
+    }
+
+    /// The places s ∈ [0, 1] of the extrema that were found.
+    pub(crate) fn extrema(&self) -> &[f64] {
+        &self.extrema
+    }
+
+    /// Returns true if the polynomial tells how often what it goes through is zero: nowhere is it zero together with
+    /// its slope, but for what it leaves out.
+    pub(crate) fn is_clear(&self) -> bool {
+        self.is_clear
+    }
+
+    fn derive(&mut self) {
+        self.derivatives.resize_with(DERIVATIVES, Vec::new);
+        for order in 0..DERIVATIVES {
+            let (before, rest) = self.derivatives.split_at_mut(order);
+            derivative(before.last().unwrap_or(&self.coefficients), &mut rest[0]);
         }
-        let all = open.into_iter().flat_map(|j| self.extrema_in(j, &derivatives));
-        all.map(|z| 0.5 * (z + 1.0)).collect()
     }
 
     /// Its extrema between two neighbouring points. Two that are close together have a zero of the second derivative
     /// between them, and so on.
-    fn extrema_in(&self, j: usize, derivatives: &[Vec<f64>]) -> Vec<f64> {
-        let probes = self.expansion.probes[PROBES * j..=PROBES * (j + 1)].iter().copied();
-        let mut zeros: Vec<f64> = Vec::new();
-        for derivative in derivatives.iter().rev() {
-            let mut places: Vec<f64> = probes.clone().chain(zeros).collect();
-            places.sort_by(f64::total_cmp);
-            let slopes: Vec<[f64; 2]> = places.into_iter().map(|z| [z, clenshaw(derivative, z)]).collect();
-            let changes = slopes.windows(2).filter(|pair| pair[0][1] * pair[1][1] < 0.0);
-            zeros = changes.map(|pair| root(pair[0], pair[1], EXTREMUM, |z| clenshaw(derivative, z))).collect();
+    fn look_between(&mut self, probes: &[f64]) {
+        self.zeros.clear();
+        // A slope is known to n² times what the values are (A. A. Markov).
+        let known = (self.sizes.len() * self.sizes.len()) as f64 * self.off;
+        let is_at_zero = |z: f64| clenshaw(&self.coefficients, z).abs() <= known;
+        for (order, derivative) in self.derivatives.iter().enumerate().rev() {
+            self.slopes.clear();
+            self.slopes.extend(probes.iter().chain(&self.zeros).map(|&z| [z, clenshaw(derivative, z)]));
+            self.slopes.sort_unstable_by(|one, other| one[0].total_cmp(&other[0]));
+            if order == 0 {
+                let is_flat = |&z: &f64| clenshaw(derivative, z).abs() <= known && is_at_zero(z);
+                self.is_clear &= !self.zeros.iter().any(is_flat);
+            }
+            self.zeros.clear();
+            let changes = self.slopes.windows(2).filter(|pair| pair[0][1] * pair[1][1] < 0.0);
+            let zeros = changes.map(|pair| root(pair[0], pair[1], EXTREMUM, |z| clenshaw(derivative, z)));
+            self.zeros.extend(zeros);
         }
-        zeros
+        self.is_clear &= !self.zeros.iter().any(|&z| is_at_zero(z));
+        self.extrema.extend(self.zeros.iter().map(|z| 0.5 * (z + 1.0)));
     }
 }
 
 /// The Legendre coefficients of the derivative: P_k′ = Σ (2j + 1) P_j over j = k − 1, k − 3, …
-fn derivative(coefficients: &[f64]) -> Vec<f64> {
-    let sum = |j: usize| coefficients.iter().skip(j + 1).step_by(2).sum::<f64>();
-    (0..coefficients.len()).map(|j| (2 * j + 1) as f64 * sum(j)).collect()
+fn derivative(coefficients: &[f64], out: &mut Vec<f64>) {
+    let count = coefficients.len();
+    out.clear();
+    out.resize(count, 0.0);
+    for j in (0..count.saturating_sub(1)).rev() {
+        // The sum over j + 1, j + 3, … is that over j + 3, j + 5, … and one more.
+        out[j] = coefficients[j + 1] + out.get(j + 2).copied().unwrap_or(0.0);
+    }
+    out.iter_mut().enumerate().for_each(|(j, sum)| *sum *= (2 * j + 1) as f64);
 }
 
 /// Σ c_k P_k(z) by C. W. Clenshaw's recurrence, which needs no room.
@@ -200,8 +247,9 @@ mod tests {
         let z: Vec<f64> = expansion.nodes.iter().map(|s| 2.0 * s - 1.0).collect();
         let of = |f: &dyn Fn(f64) -> f64| {
             let values: Vec<f64> = z.iter().map(|&z| f(z)).collect();
-            let found = Through::new(&expansion, &values).extrema(&values);
-            found.into_iter().map(|s| 2.0 * s - 1.0).collect::<Vec<f64>>()
+            let mut through = Through::default();
+            through.fit(&expansion, &values);
+            through.extrema().iter().map(|s| 2.0 * s - 1.0).collect::<Vec<f64>>()
         };
         // A small part of a wave has its zeros far from its extrema.
         assert!(of(&|z| (5.0 * z).sin()).is_empty());
@@ -220,16 +268,20 @@ mod tests {
         assert!(of(&|z| 6.0 + (5.0 * z).sin()).is_empty());
     }
 
+    /// Zeros that are closer together than the polynomial tells are not told, and others are.
     #[test]
-    fn slopes_at_the_ends_are_those_of_the_polynomial() {
-        let expansion: Expansion<f64> = Expansion::new(9);
-        let values: Vec<f64> = expansion.nodes.iter().map(|s| (2.0 * s - 1.0).powi(5) + 3.0 * s).collect();
-        let [first, last] = Through::new(&expansion, &values).end_slopes(&values);
-        assert!((first - 6.5).abs() < 1e-13 && (last - 6.5).abs() < 1e-13);
-        // Through a narrow peak near the end the polynomial swings.
-        let peak: Vec<f64> = expansion.nodes.iter().map(|s| -1.0 / (1.0 + (40.0 * (s - 0.9)).powi(2))).collect();
-        let [_, last] = Through::new(&expansion, &peak).end_slopes(&peak);
-        assert!(last > 0.0, "{last}");
+    fn what_is_flat_at_zero_is_not_clear() {
+        let expansion: Expansion<f64> = Expansion::new(24);
+        let is_clear = |f: &dyn Fn(f64) -> f64| {
+            let values: Vec<f64> = expansion.nodes.iter().map(|s| f(2.0 * s - 1.0)).collect();
+            let mut through = Through::default();
+            through.fit(&expansion, &values);
+            through.is_clear()
+        };
+        assert!(is_clear(&|z| (5.0 * z).sin()) && is_clear(&|z| z + 1.0) && is_clear(&|z| (z - 0.31).powi(2) - 1e-6));
+        assert!(!is_clear(&|z| (z - 0.31).powi(2)) && !is_clear(&|z| (z - 0.31).powi(3)));
+        let five = |z: f64| (z - 0.31) * ((z - 0.31).powi(2) - 1e-8) * ((z - 0.31).powi(2) - 4e-8);
+        assert!(!is_clear(&five));
         let c = [0.5, -1.0, 2.0, 0.25];
         let sum = |z: f64| series(&c, &legendre(3, z));
         assert!([-1.0, -0.3, 0.7].iter().all(|&z| (clenshaw(&c, z) - sum(z)).abs() < 1e-15));

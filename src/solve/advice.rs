@@ -34,7 +34,9 @@ impl NoSolution {
             OutsideDomain if matches!(self.domain, Domain::Overflow(_)) => {
                 "end the run before this gamma, or choose units in which t, x, V and their rates are nearer to 1"
             }
-            AccuracyNotReached | EvaluationLimit | TooManyNodes | EventsPileUp => self.advice_to_an_accuracy(),
+            AccuracyNotReached | EvaluationLimit | TooManyNodes | EventsPileUp | EventsRest => {
+                self.advice_to_an_accuracy()
+            }
             _ if self.adaptive => self.advice_to_an_accuracy(),
             _ => self.advice_on_a_grid(),
         }
@@ -82,7 +84,7 @@ impl NoSolution {
                 "ask for a larger solver.accuracy, or a shorter run; solver.tolerance in its place goes to the end, \
                  and says until where positions are good"
             }
-            EventsPileUp => {
+            EventsPileUp | EventsRest => {
                 "end the run before, at an earlier gamma or by an event with until = true, where what remains of the \
                  motion counts as rest"
             }

@@ -5,6 +5,7 @@ use super::failure::NoSolution;
 use super::newton::tolerance;
 use super::run::Observer;
 use super::setup::{Limit, Setup};
+use super::signs::Watched;
 use super::solve_to;
 use super::status::{Iterations, Status};
 use super::sweeps;
@@ -88,7 +89,8 @@ fn at_value<S: Real>(
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
 /// the length `whole`.
 fn until<S: Real>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Result<WorldLine<S>, NoSolution> {
-    let Some((index, gamma, to_positive)) = near(setup, whole) else { return solve_to(whole) };
+    let Near { change, watched } = near(setup, whole);
+    let Some((index, gamma, to_positive)) = change else { return Ok(WorldLine { watched, ..solve_to(whole)? }) };
     let start = &setup.place.start;
     let k = setup.place.geometry.norm(&start.q, &start.q_dot);
     let mut formula = setup.until[index].formula.clone();
@@ -105,14 +107,27 @@ fn until<S: Real>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Resul
         (if to_positive { value } else { -value }, None)
     };
     let line = search(asked, solve_to, excess).map_err(|error| not_reached(error, setup))?;
-    Ok(WorldLine { ended_by: Some(index), ..line })
+    Ok(WorldLine { ended_by: Some(index), watched, ..line })
 }
 
-/// The first change of sign within the length `whole`, by the engine; `None` if it finds none: the place of the formula
-/// among those that end the run, γ − γ_i roughly, and true if the formula is positive after it.
-fn near<S: Real>(setup: &Setup<S>, whole: S) -> Option<(usize, S, bool)> {
+/// What the engine finds within a length.
+#[derive(Default)]
+struct Near<S> {
+    /// The first change of sign, if there is one: the place of the formula among those that end the run, γ − γ_i
+    /// roughly, and true if the formula is positive after it.
+    change: Option<(usize, S, bool)>,
+    watched: Watched,
+}
+
+/// Looks for the first change of sign within the length `whole`.
+fn near<S: Real>(setup: &Setup<S>, whole: S) -> Near<S> {
     let rough = Setup { limit: Limit::Length(whole.to_f64()), ..setup.in_f64() };
-    let line = sweeps::to_accuracy(&rough, Accuracy::Local(NEAR), Some(&mut |_| ()), None).ok()?;
+    let found = sweeps::to_accuracy(&rough, Accuracy::Local(NEAR), Some(&mut |_| ()), None);
+    found.map_or_else(|_| Near::default(), |line| Near { change: change(&rough, &line), watched: line.watched })
+}
+
+/// The change of sign that ended a run.
+fn change<S: Real>(rough: &Setup, line: &WorldLine) -> Option<(usize, S, bool)> {
     let (index, view, start) = (line.ended_by?, line.views().last()?, &rough.place.start);
     // The node before the change.
     let node = view.window.points() - 2;

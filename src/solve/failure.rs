@@ -297,6 +297,9 @@ impl NoSolution {
                 "the accuracy {asked:e} is not reached: on the way to {place} other events act if the last digits are \
                  others"
             ),
+            Status::EventsRest => {
+                format!("the event '{name}' leaves the motion at rest at {place}, and forces hold it there")
+            }
             _ if *count >= MOST_EVENTS => {
                 format!("stopped at {place} by the event '{name}': {count} have acted, the most of a run")
             }

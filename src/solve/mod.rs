@@ -26,6 +26,7 @@
 
 mod acting;
 mod advice;
+mod beginning;
 mod collocation;
 mod continuation;
 mod critical_point;
@@ -39,16 +40,18 @@ mod pair;
 mod piece;
 mod run;
 mod setup;
+mod signs;
 mod status;
 mod sweeps;
 mod world_line;
 
-pub(crate) use acting::Beginning;
 pub use acting::{Change, Quantity};
+pub(crate) use beginning::{At, Beginning, Slack, noise, rounding};
 pub use continuation::{Carried, Continuation, Off};
 pub use failure::{Domain, LastEvent, Lossy, Narrow, NoSolution, Reasons};
 pub use grid::Window;
 pub use setup::{Limit, Settings, Setup, System, Until, bytes_needed};
+pub(crate) use signs::{Along, Search, Seen, Sign, Wanted};
 pub(crate) use status::MOST_EVENTS;
 pub use status::{InitialGuess, IterationRecord, Iterations, Status};
 pub use world_line::{EndState, Joint, Place, Solution, WindowNodes, WorldLine};

@@ -8,6 +8,7 @@ use super::grid::{Window, WindowOperator};
 use super::pair::Pair;
 use super::piece::{Piece, Problem};
 use super::setup::{Settings, Setup, System};
+use super::signs::Watched;
 use super::status::{InitialGuess, Iterations};
 use super::world_line::{Place, WorldLine};
 use crate::engine::{GOOD_DIGITS, Handed, Sensitivity};
@@ -59,6 +60,7 @@ impl<'o, S: Real> Run<'o, S> {
             accuracy: settings.accuracy,
             good_until: [0.0; GOOD_DIGITS.len()],
             ended_by: None,
+            watched: Watched::default(),
             ended_at: None,
             form: settings.form,
             sbp_name: settings.sbp,

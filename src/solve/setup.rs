@@ -141,6 +141,18 @@ impl<S: Real> Setup<S> {
         self.until.iter().any(|until| until.change.is_some())
     }
 
+    /// The length of γ that the start is looked at with.
+    pub(crate) fn reach(&self) -> f64 {
+        let start = &self.rough.start;
+        match self.limit {
+            Limit::Length(length) => length.to_f64(),
+            Limit::Value { coordinate: a, value } => {
+                let way = (value - self.origin_of(a)).to_f64() - start.q[a];
+                (way / start.q_dot[a]).abs()
+            }
+        }
+    }
+
     /// The same in `f64`.
     pub(crate) fn in_f64(&self) -> Setup {
         let until = |Until { rough, direction, change, .. }: &Until<S>| Until {

@@ -40,6 +40,8 @@ pub enum Status {
     TooManyNodes,
     /// Events that act follow each other faster than rounding resolves, or there are too many of them.
     EventsPileUp,
+    /// An event that acts leaves the motion at rest where its formula is zero, and forces hold it there.
+    EventsRest,
 }
 
 impl Status {
@@ -57,6 +59,7 @@ impl Status {
             Self::EvaluationLimit => "evaluation-limit",
             Self::TooManyNodes => "too-many-nodes",
             Self::EventsPileUp => "events-pile-up",
+            Self::EventsRest => "events-rest",
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::grid::Window;
+use super::signs::Watched;
 use super::status::Iterations;
 use crate::action::{Form, Layout, MULTIPLIERS_PER_COORDINATE};
 use crate::engine::{Accuracy, GOOD_DIGITS, Handed, Sensitivity};
@@ -47,8 +48,7 @@ pub struct Joint<'l, S> {
 pub struct WorldLine<S = f64> {
     /// The space-time and the start.
     pub place: Place<S>,
-    /// A coordinate that the start and everything else count from this value of it, so that a shift changes no other
-    /// digit: t in one coordinate. The formulas of scenes see the coordinates themselves.
+    /// A coordinate that all counts from this value of it, so that a shift changes no other digit: t in one coordinate.
     pub(crate) origin: Option<(usize, S)>,
     /// γ of the first node.
     pub gamma_i: S,
@@ -90,15 +90,15 @@ pub struct WorldLine<S = f64> {
     pub good_until: [f64; GOOD_DIGITS.len()],
     /// The place in [`Setup::until`](super::Setup::until) of the formula that ended the run, if one did.
     pub ended_by: Option<usize>,
-    /// The coordinate whose value ended the run, if one did, and what it is at the end: in a run to an accuracy what
-    /// was asked for, to the last bit. In one coordinate it is known of such runs only.
+    /// What is known of the formulas that may end the run.
+    pub(crate) watched: Watched,
+    /// The coordinate whose value ended the run, if one did, with that: what a run to an accuracy was asked for.
     pub ended_at: Option<(usize, S)>,
     /// The form of the action.
     pub form: Form,
     /// The name of the operator.
     pub sbp_name: SbpName,
-    /// The rounding errors of q^a at the end of a run that Newton's method solved, and the state that the engine hands
-    /// on.
+    /// The rounding errors of q^a at the end, where Newton's method solved the run, and what the engine hands on.
     pub(crate) sums: Vec<S>,
     pub(crate) handed: Handed,
 }

@@ -10,12 +10,12 @@ use std::sync::Arc;
 use super::errors::{RunError, chain_error, sizes_of};
 use crate::case::Case;
 use crate::engine::{Accuracy, Handed, Rounds};
-use crate::geometry::Start;
+use crate::geometry::{Direction, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::{
-    Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Quantity, Setup, Status, Until,
-    WorldLine, solve,
+    Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Quantity, Setup, Slack, Status,
+    Until, WorldLine, solve,
 };
 use crate::trajectory::{Sample, Sampler};
 
@@ -138,7 +138,7 @@ pub(super) fn chain(
 ) -> Result<Vec<Piece>, Box<Stopped>> {
     let (mut pieces, mut here): (Vec<Piece>, _) = (Vec::new(), setup.clone());
     here.settings.accuracy = Some(accuracy);
-    (here.sides, _) = sides_at(setup, &setup.place.start, (reach(setup), &[]));
+    here.sides = sides_at(setup, &setup.place.start, setup.reach(), &[]).iter().map(Beginning::known).collect();
     let (mut unresolved, mut count) = (0, 0);
     loop {
         let mut line = match solve(&here) {
@@ -146,10 +146,12 @@ pub(super) fn chain(
             Err(failure) => return Err(Box::new(Stopped { failure, pieces, next: Some(here) })),
         };
         add_up(&mut line, pieces.last());
-        let first = line.ended_by.filter(|&place| here.until[place].change.is_some());
-        let (Some(first), Some(limit)) = (first, rest_of(&here, &line)) else {
+        let (met, at_end) = met(&here, &line);
+        let acting = |place: &&usize| here.until[**place].change.is_some();
+        let (ending, first) = (met.iter().find(|place| !acting(place)), met.iter().find(acting));
+        let (None, Some(&first), Some(limit)) = (ending, first, rest_of(&here, &line)) else {
             // What acts at the end of the run changes nothing.
-            line.ended_by = line.ended_by.filter(|_| first.is_none());
+            line.ended_by = ending.copied();
             pieces.push(Piece { line, setup: here, acted: Vec::new() });
             return Ok(pieces);
         };
@@ -160,10 +162,11 @@ pub(super) fn chain(
         let piles_up = unresolved > IN_TURN
             || shrinks_again && (unresolved > 0 || is_low(&here, &line, first))
             || count >= MOST_EVENTS;
-        let changed = if piles_up { Err(Status::EventsPileUp) } else { changed(case, &here, &line, first) };
+        let changed =
+            if piles_up { Err((Status::EventsPileUp, first)) } else { changed(case, &here, &line, (&met, &at_end)) };
         let (behind, start, acted) = match changed {
             Ok(changed) => changed,
-            Err(status) => {
+            Err((status, first)) => {
                 pieces.push(Piece { line, setup: here, acted: Vec::new() });
                 let failure = failed(setup, status, &pieces, Some(first));
                 return Err(Box::new(Stopped { failure, pieces, next: None }));
@@ -190,15 +193,6 @@ fn rest_of(setup: &Setup, line: &WorldLine) -> Option<Limit> {
     }
 }
 
-/// The length of γ that the start of a run is looked at with.
-fn reach(setup: &Setup) -> f64 {
-    let start = &setup.place.start;
-    match setup.limit {
-        Limit::Length(length) => length,
-        Limit::Value { coordinate: a, value } => ((value - start.q[a]) / start.q_dot[a]).abs(),
-    }
-}
-
 /// Counts windows, iterations and what is not proved from the start of the run on.
 fn add_up(line: &mut WorldLine, before: Option<&Piece>) {
     let Some(Piece { line: before, .. }) = before else { return };
@@ -212,7 +206,7 @@ fn add_up(line: &mut WorldLine, before: Option<&Piece>) {
 fn is_low(setup: &Setup, line: &WorldLine, place: usize) -> bool {
     let (Place { geometry, start }, mut formula) = (&setup.place, setup.until[place].formula.clone());
     let norm = geometry.norm(&start.q, &start.q_dot);
-    let at_end = Beginning::new((geometry, &line.end_inside()), &mut formula, norm, (line.length, 0.0));
+    let at_end = beginning(setup, &line.end_inside(), place, norm, Slack::of_run(line.length));
     let (mut sampler, mut value) =
         (Sampler::new(line), |Sample { q, q_dot, p, .. }: Sample| formula.at(&q, &q_dot, &p, norm));
     INSIDE.into_iter().all(|share| {
@@ -221,48 +215,85 @@ fn is_low(setup: &Setup, line: &WorldLine, place: usize) -> bool {
     })
 }
 
-/// The state that the events at the end of a piece make of it, of which `first` ended it, with the setup behind them.
-/// Others whose formulas are zero there too, and are about to change their sign, act after it, each once. Returns their
-/// places last.
-fn changed(case: &Case, setup: &Setup, line: &WorldLine, first: usize) -> Result<(Setup, Start, Vec<usize>), Status> {
-    let begin = &setup.place.start;
-    let norm = setup.place.geometry.norm(&begin.q, &begin.q_dot);
-    let (mut start, mut here) = (line.end_inside(), setup.clone());
-    let (mut acted, mut next) = (Vec::new(), Some(first));
-    while let Some(place) = next {
-        let Until { formula, change, .. } = &here.until[place];
-        let value = formula.clone().at(&start.q, &start.q_dot, &start.p, norm);
-        let mut change: Change = change.clone().ok_or(Status::OutsideDomain)?;
-        let values = change.values(&start, norm);
-        if values.iter().any(|(quantity, _)| matches!(quantity, Quantity::Parameter(_))) {
-            here = case.with_set(&here, &values, &start.q).ok_or(Status::OutsideDomain)?;
-        }
-        start = change.of(&here.place.geometry, &start, &values).ok_or(Status::OutsideDomain)?;
-        acted.push((place, value));
-        let (sides, zeros) = sides_at(&here, &start, (line.length, &acted));
-        // What was zero before is left here, and not met.
-        let is_met = |other: &usize| !acted.iter().any(|(place, _)| place == other) && !is_low(setup, line, *other);
-        next = zeros.into_iter().find(is_met);
-        here.sides = sides;
-    }
-    Ok((here, start, acted.into_iter().map(|(place, _)| place).collect()))
+/// A formula of a setup at a state, where K was `norm` at the start of the run.
+fn beginning(setup: &Setup, start: &Start, place: usize, norm: f64, slack: Slack<f64>) -> Beginning {
+    let mut formula = setup.until[place].formula.clone();
+    let of_state = &mut |q: &[f64], q_dot: &[f64], p: &[f64]| formula.at(q, q_dot, p, norm);
+    Beginning::new((&setup.place.geometry, start, f64::EPSILON), of_state, slack)
 }
 
-/// Looks at all formulas at a state behind a piece of this length, at whose end these events acted where their
-/// formulas had these values. Returns their signs, as in [`Setup::sides`], and the places of those that are zero there
-/// and change their sign in a direction that counts.
-fn sides_at(setup: &Setup, start: &Start, (before, acted): (f64, &[(usize, f64)])) -> (Vec<[f64; 2]>, Vec<usize>) {
-    let geometry = &setup.place.geometry;
-    let norm = geometry.norm(&start.q, &start.q_dot);
-    let (mut sides, mut zeros) = (Vec::new(), Vec::new());
-    for (place, until) in setup.until.iter().enumerate() {
-        let zero = acted.iter().find(|(other, _)| *other == place).map_or(0.0, |(_, value)| value.abs());
-        let found = Beginning::new((geometry, start), &mut until.formula.clone(), norm, (before, zero));
-        let is_here = found.is_zero && found.side != 0.0 && until.direction.counts(found.side > 0.0);
-        zeros.extend((is_here && until.change.is_some()).then_some(place));
-        sides.push([found.side, if found.is_zero { found.noise } else { 0.0 }]);
+/// All formulas of a setup at a state behind a piece of this length, at whose end these events acted where their
+/// formulas had these values.
+fn sides_at(setup: &Setup, start: &Start, before: f64, acted: &[(usize, f64)]) -> Vec<Beginning> {
+    let norm = setup.place.geometry.norm(&start.q, &start.q_dot);
+    let zero = |place: usize| acted.iter().find(|(other, _)| *other == place).map_or(0.0, |(_, value)| value.abs());
+    let slack = |place: usize| Slack { zero: zero(place), ..Slack::of_run(before) };
+    (0..setup.until.len()).map(|place| beginning(setup, start, place, norm, slack(place))).collect()
+}
+
+/// The first event that acts on the way in one direction, and is at its place where a run begins, which goes on that
+/// way.
+pub(super) fn begins_beyond<S: Real>(setup: &Setup<S>) -> Option<usize> {
+    let (setup, acts) = (setup.in_f64(), |until: &Until| until.change.is_some());
+    if !setup.has_acting_events() {
+        return None;
     }
-    (sides, zeros)
+    let sides = sides_at(&setup, &setup.place.start, setup.reach(), &[]);
+    let is_beyond = |(until, begin): (&Until, &Beginning)| {
+        let goes_on = begin.is_zero && begin.side != 0.0 && until.direction.counts(begin.side > 0.0);
+        acts(until) && until.direction != Direction::Both && goes_on
+    };
+    setup.until.iter().zip(&sides).position(is_beyond)
+}
+
+/// The events at the end of a piece, by their places in the order of the case: what ended it, and others whose formulas
+/// are zero there, up to rounding, and change their sign by the motion that comes there. Returns all of them there.
+fn met(setup: &Setup, line: &WorldLine) -> (Vec<usize>, Vec<Beginning>) {
+    let Some(first) = line.ended_by else { return (Vec::new(), Vec::new()) };
+    let at_end = sides_at(setup, &line.end_inside(), line.length, &[]);
+    let is_met = |&place: &usize| {
+        let (before, end) = (line.watched.sides.get(place).copied().unwrap_or(0.0), &at_end[place]);
+        let crosses = before != 0.0 && end.is_zero && end.side != before;
+        place == first || crosses && setup.until[place].direction.counts(before < 0.0)
+    };
+    ((0..setup.until.len()).filter(is_met).collect(), at_end)
+}
+
+/// The state that the events at the end of a piece make of it, each from what those before have left, with the setup
+/// behind them. Returns their places last; or why there is no run behind them, and the event.
+fn changed(
+    case: &Case,
+    setup: &Setup,
+    line: &WorldLine,
+    (met, at_end): (&[usize], &[Beginning]),
+) -> Result<(Setup, Start, Vec<usize>), (Status, usize)> {
+    let begin = &setup.place.start;
+    let norm = setup.place.geometry.norm(&begin.q, &begin.q_dot);
+    let (mut start, mut here, mut acted) = (line.end_inside(), setup.clone(), Vec::new());
+    for &place in met {
+        let outside = (Status::OutsideDomain, place);
+        let Until { formula, change, .. } = &here.until[place];
+        let value = formula.clone().at(&start.q, &start.q_dot, &start.p, norm);
+        let mut change: Change = change.clone().ok_or(outside)?;
+        let values = change.values(&start, norm);
+        if values.iter().any(|(quantity, _)| matches!(quantity, Quantity::Parameter(_))) {
+            here = case.with_set(&here, &values, &start.q).ok_or(outside)?;
+        }
+        start = change.of(&here.place.geometry, &start, &values).ok_or(outside)?;
+        acted.push((place, value));
+    }
+    let after = sides_at(&here, &start, line.length, &acted);
+    // What comes to its surface, is left there without a velocity, and is driven on to where it must not go, rests.
+    let rests = |&&place: &&usize| {
+        let (before, after) = (&at_end[place], &after[place]);
+        let goes_on = after.is_zero && after.side == -line.watched.sides[place] && after.side != 0.0;
+        goes_on && after.order > before.order && before.order > 0
+    };
+    if let Some(&place) = met.iter().find(rests) {
+        return Err((Status::EventsRest, place));
+    }
+    here.sides = after.iter().map(Beginning::known).collect();
+    Ok((here, start, met.to_vec()))
 }
 
 /// The setup of the run that goes on with another start, up to `limit`, behind the events at the end of a piece.

@@ -9,8 +9,10 @@ use crate::diagnostics::{Diagnostics, OfX};
 use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
 use crate::solve::{NoSolution, Off, Setup, WorldLine, solve_window_by_window};
-use crate::study::acting::{Chains, Piece, Stopped};
-use crate::study::errors::{Further, OfRun, RunError, Sights, lost_to, own_error, pair, passed, reference_error};
+use crate::study::acting::{Chains, Piece, Stopped, begins_beyond};
+use crate::study::errors::{
+    Further, OfRun, RunError, Sights, ended_once, lost_to, own_error, pair, passed, reference_error,
+};
 use crate::study::facts::{coordinate_errors, facts_of_run, suspicions};
 use crate::study::proof::ProofOfRun;
 use crate::study::solved::{EveryWindow, solved};
@@ -71,6 +73,10 @@ pub struct Run<S: Real = f64> {
     pub events: Vec<Crossing<S>>,
     /// The name of the first event that the run has met and its judge has not, or the other way round.
     pub unpaired: Option<String>,
+    /// The name of the first event that may have happened unseen, as its formula changes too narrowly, and γ there.
+    pub unseen: Option<(String, f64)>,
+    /// The name of an event that acts, and beyond which the run begins: at its place, on the way to the other side.
+    pub beyond: Option<String>,
     /// The number of events that have acted.
     pub acting_events: usize,
     /// The number of changes of sign at which an event should have acted or ended the run, and has not.
@@ -254,15 +260,14 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     };
     let further = Further::new(case, setup, &line, &measures.sights);
     further.limit(&mut line);
-    let missed = measures.events.missed();
-    let mut events = measures.events.finish(&line);
+    let (missed, unseen) = (measures.events.missed(), measures.events.unseen());
+    let mut events = ended_once(case, measures.events.finish(&line), &line);
     let of_run = OfRun::new(before.first().map_or(&line, |(first, _)| first), &line);
     let unpaired = of_judge.and_then(|of_judge| pair(&mut events, &of_judge, &of_run));
     if !further.is_nothing() {
         // What the run does not make itself moves events, too.
         events.iter_mut().for_each(|event| event.off = None);
     }
-    let missed = missed + passed(&events, &of_run, |watch| case.events[watch].until);
     let run = Run {
         is_whole: !wanted.is_streamed,
         further,
@@ -270,15 +275,32 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         diagnostics,
         samples,
         acting_events,
-        missed,
+        missed: missed + passed(&events, &of_run, |watch| case.events[watch].until),
         events,
         unpaired: unpaired.map(|watch| case.events[watch].name.clone()),
+        unseen: first_unseen(case, unseen, before.iter().map(|(line, _)| line).chain([&line])),
+        beyond: begins_beyond(setup).map(|place| case.ending_names()[place].to_owned()),
         error,
         seconds: start.elapsed().as_secs_f64(),
         before,
         line,
     };
     (Ok(run), solve_seconds)
+}
+
+/// The first place where an event may have been passed unseen, in the table of events or among those that end pieces of
+/// the run.
+fn first_unseen<'l, S: Real>(
+    case: &Case,
+    found: Option<(usize, S)>,
+    pieces: impl Iterator<Item = &'l WorldLine<S>>,
+) -> Option<(String, f64)> {
+    let found = found.map(|(watch, gamma)| (case.events[watch].name.clone(), gamma.to_f64()));
+    let of_piece = |line: &WorldLine<S>| {
+        let (place, gamma) = line.watched.unseen?;
+        Some((case.ending_names()[place].to_owned(), line.gamma_at(S::from(gamma)).to_f64()))
+    };
+    found.or_else(|| pieces.into_iter().find_map(of_piece))
 }
 
 impl<S: Real> Run<S> {
@@ -331,6 +353,16 @@ impl<S: Real> Run<S> {
         if let Some(name) = &self.unpaired {
             let finding = format!("an event {name} is met by this run or by the one that judges it, and not by both");
             verdict.doubt(Reason::new(finding, SMALLER));
+        }
+        if let Some((name, gamma)) = &self.unseen {
+            let finding =
+                format!("what {name} watches changes too narrowly to be followed, at gamma = {gamma:.6} first");
+            verdict.doubt(Reason::new(finding, "write it with what changes as slowly as the motion").remaining());
+        }
+        if let Some(name) = &self.beyond {
+            let finding =
+                format!("the run begins where the event {name} acts, and goes on beyond: it does not act there");
+            verdict.doubt(Reason::new(finding, "begin before it, or with the state behind it").remaining());
         }
         if let Some(function) = line.sensitivity.as_ref().and_then(|_| setup.place.geometry.jump()) {
             let finding = format!("solver.sensitivity leaves out what jumps of the equations do to it ({function})");

@@ -1,24 +1,18 @@
 //! Where formulas of the state change their sign along a world-line.
 //!
 //! In every window a formula is evaluated at enough points to resolve the motion: the nodes, where the solver has left
-//! the states there, or points of the curve. The polynomial through these values has extrema between them, and there
-//! the formula is evaluated, too, where it may be zero: two crossings that are close together have one between them.
-//! Where arguments of functions change so much between the points that these do not show what the formula does, it is
-//! looked at in halves. Between two values of different sign the crossing is a root of the formula on the curve itself.
-//! Two crossings are missed only where the formula passes zero by less than its polynomial resolves.
+//! the states there, or points of the curve. [`Search`] tells from these where it changes its sign, and between two
+//! values of different sign the crossing is a root of the formula on the curve itself.
 
 use std::cmp::Ordering;
 
 use super::sampler::least;
 use super::{Sample, Sampler, slack};
-use crate::geometry::{Direction, Observable};
+use crate::geometry::{Direction, Observable, Start};
 use crate::number::Real;
 use crate::number::root::root;
-use crate::sbp::polynomial::{Expansion, Tables, Through, expansion};
-use crate::solve::WorldLine;
-
-/// A cell is halved so many times at most where its points do not show a formula.
-const MOST_HALVINGS: u32 = 16;
+use crate::sbp::polynomial::{Expansion, Tables, expansion};
+use crate::solve::{Along, At, Beginning, Search, Seen, Sign, Slack, Wanted, WorldLine, noise, rounding};
 
 /// A formula whose changes of sign are looked for.
 #[derive(Debug, Clone)]
@@ -71,13 +65,14 @@ pub fn crossings<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<
 pub struct EventSearch<'w, S: Real = f64> {
     watches: &'w mut [Watch<S>],
     progress: Option<Progress<S>>,
+    search: Search<S>,
     tables: Tables<S>,
 }
 
 impl<'w, S: Real> EventSearch<'w, S> {
     /// A search for changes of sign of the formulas of `watches` in their directions.
     pub fn new(watches: &'w mut [Watch<S>]) -> Self {
-        Self { watches, progress: None, tables: Tables::default() }
+        Self { watches, progress: None, search: Search::default(), tables: Tables::default() }
     }
 
     /// Goes on with other formulas of what is watched.
@@ -97,45 +92,57 @@ impl<'w, S: Real> EventSearch<'w, S> {
             && let Some(progress) = &mut self.progress
         {
             // It begins where an event has changed the state.
-            let Progress { found, missed, .. } = std::mem::replace(progress, Progress::new(line, self.watches));
-            (progress.from, progress.found, progress.missed) = (found.len(), found, missed);
+            let Progress { found, missed, unseen, .. } = std::mem::replace(progress, Progress::new(line, self.watches));
+            (progress.from, progress.found, progress.missed, progress.unseen) = (found.len(), found, missed, unseen);
         }
-        let Self { watches, progress: Some(progress), tables } = self else { return };
-        let mut sampler = Sampler::new(line);
+        let Self { watches, progress: Some(progress), search, tables } = self else { return };
+        let (mut sampler, mut open) = (Sampler::new(line), std::mem::take(&mut progress.open));
         for window in 0..line.windows.len() {
-            if sampler.has_states(window) {
-                // The nodes are enough where nothing happens.
-                let points = line.windows[window].points();
-                let whole =
-                    Interval::new(window, [S::ZERO, line.windows[window].length()], 0, expansion(tables, points));
-                if progress.look(&mut sampler, watches, &whole, true) {
-                    progress.pass(&mut sampler, watches, &whole);
-                    continue;
-                }
+            // The nodes are enough where nothing happens.
+            let has_states = sampler.has_states(window);
+            let (cells, points) = if has_states {
+                (vec![[S::ZERO, line.windows[window].length()]], line.windows[window].points())
+            } else {
+                sampler.curve(window).cells()
+            };
+            let rule = expansion(tables, points);
+            if has_states {
+                progress.see_nodes(&mut sampler, watches, (window, rule));
             }
-            let (cells, points) = sampler.curve(window).cells();
-            let expansion = expansion(tables, points);
-            // Cells still to be looked at, the next one last, with how often each was halved.
-            let mut cells: Vec<([S; 2], u32)> = cells.into_iter().rev().map(|ends| (ends, 0)).collect();
-            while let Some((ends, halvings)) = cells.pop() {
-                let interval = Interval::new(window, ends, halvings, expansion);
-                if progress.look(&mut sampler, watches, &interval, false) {
-                    progress.pass(&mut sampler, watches, &interval);
-                } else {
-                    let middle = (ends[0] + ends[1]).half();
-                    cells.extend([[middle, ends[1]], [ends[0], middle]].map(|half| (half, halvings + 1)));
+            for (watch, watched) in watches.iter_mut().enumerate() {
+                let least = least(line, window);
+                let wanted = Wanted { direction: watched.direction, is_first: false, least, rule };
+                let mut within = Within { sampler: &mut sampler, window, norm: progress.norm, open: &open };
+                search.begin();
+                for &cell in &cells {
+                    let first = has_states.then_some(&mut progress.seen[watch]);
+                    search.pass(
+                        (&mut within, &mut watched.formula),
+                        &wanted,
+                        (cell, first),
+                        &mut progress.signs[watch],
+                    );
                 }
+                progress.take(&mut within, (watch, watched), (search, least));
+            }
+            if progress.signs.iter().any(|sign| sign.side == S::ZERO) {
+                // What a window leaves open is open from there on, for what has not begun to move.
+                let extents = sampler.curve(window).extents(line.geometry());
+                open.iter_mut().zip(extents).for_each(|(open, [_, own])| *open += own);
             }
         }
+        progress.open = open;
     }
 
-    /// Every change of sign in the parts that were seen, which the run ends behind, in the order of γ.
+    /// Every change of sign in the parts that were seen, which the run ends behind, in the order of γ and, at one
+    /// place, in that of the formulas.
     pub fn found(self) -> Vec<Crossing<S>> {
         let Some(Progress { mut found, is_backward, .. }) = self.progress else { return Vec::new() };
-        found.sort_by(|a, b| order(&a.sample.gamma, &b.sample.gamma));
-        if is_backward {
-            found.reverse();
-        }
+        found.sort_by(|a, b| {
+            let order = order(&a.sample.gamma, &b.sample.gamma);
+            let order = if is_backward { order.reverse() } else { order };
+            order.then(a.watch.cmp(&b.watch))
+        });
         found
     }
 
@@ -159,36 +166,46 @@ impl<'w, S: Real> EventSearch<'w, S> {
         self.progress.as_ref().map_or(0, |progress| progress.missed)
     }
 
+    /// The first place where a formula changes so narrowly that it may have changed its sign unseen: its index, and γ.
+    pub fn unseen(&self) -> Option<(usize, S)> {
+        self.progress.as_ref().and_then(|progress| progress.unseen)
+    }
+
     /// Every change of sign that was found, in the order of γ. `last` is the last part of the run that was seen.
     pub fn finish(mut self, last: &WorldLine<S>) -> Vec<Crossing<S>> {
         self.close(last);
         self.found()
     }
 
-    /// Looks at the end of a piece.
+    /// Looks at the end of a piece. A formula that is zero there changes its sign there, whatever rounding says, and
+    /// does so once.
     fn close(&mut self, last: &WorldLine<S>) {
         let (Some(progress), Some(end)) = (&mut self.progress, end_of(last)) else { return };
-        for crossing in &mut progress.found[progress.from..] {
-            if (end.gamma - crossing.sample.gamma).abs() <= progress.nowhere {
-                crossing.sample = end.clone();
+        let nowhere = nowhere(last);
+        let snap = |sample: &mut Sample<S>| {
+            if (end.gamma - sample.gamma).abs() <= nowhere {
+                sample.clone_from(&end);
             }
-        }
-        // A formula that is zero at the end changes its sign there, whatever rounding says, and does so once.
-        let is_met = |found: &[Crossing<S>], watch: usize| {
-            found.iter().any(|crossing| crossing.watch == watch && crossing.sample.gamma == end.gamma)
         };
-        for (watch, watched) in self.watches.iter().enumerate() {
-            if is_met(&progress.found[progress.from..], watch) {
+        let is_at_end = |crossing: &Crossing<S>| crossing.sample.gamma == end.gamma;
+        let mut met = vec![false; self.watches.len()];
+        for mut crossing in progress.found.split_off(progress.from) {
+            snap(&mut crossing.sample);
+            // A force that jumps may send the motion to and fro within rounding.
+            let is_again = is_at_end(&crossing) && std::mem::replace(&mut met[crossing.watch], true);
+            progress.found.extend((!is_again).then_some(crossing));
+        }
+        for (watch, watched) in self.watches.iter_mut().enumerate() {
+            let (side, goes_up) = (progress.signs[watch].side, progress.signs[watch].goes_up());
+            if met[watch] || side == S::ZERO || !watched.direction.counts(goes_up) {
                 continue;
             }
-            let [value, slope, half] = progress.ends[watch];
-            let is_positive = slope > S::ZERO;
-            let is_change = slope != S::ZERO
-                && progress.signs[watch] == Some(!is_positive)
-                && watched.direction.counts(is_positive);
-            if is_change && progress.is_at_zero(half, value, slope) {
+            let reached = progress.reached[watch].take().filter(|_| progress.signs[watch].has_reached());
+            if let Some(mut reached) = reached {
+                snap(&mut reached);
+                progress.found.push(Crossing::new(watch, reached));
+            } else if progress.is_zero_at(last, watched, &last.end_inside(), side) {
                 progress.found.push(Crossing::new(watch, end.clone()));
-                progress.signs[watch] = Some(is_positive);
             }
         }
     }
@@ -200,186 +217,172 @@ fn end_of<S: Real>(line: &WorldLine<S>) -> Option<Sample<S>> {
     Some(Sampler::new(line).in_window(window, line.windows[window].length()))
 }
 
-fn value<S: Real>(watched: &mut Watch<S>, sample: &Sample<S>, norm: S) -> S {
-    watched.formula.at(&sample.q, &sample.q_dot, &sample.p, norm)
-}
-
 fn order<S: Real>(a: &S, b: &S) -> Ordering {
     a.partial_cmp(b).unwrap_or(Ordering::Equal)
 }
 
-/// A piece of a window on which the curve is one polynomial.
-struct Interval<'e, S> {
+/// The length of a run so far, or of the whole, if that is known.
+fn reach<S: Real>(line: &WorldLine<S>) -> S {
+    line.windows.last().map_or(line.length, |window| line.length.max(window.gamma[1]))
+}
+
+/// A root that is closer than this to an end of the run is there.
+fn nowhere<S: Real>(line: &WorldLine<S>) -> S {
+    slack::<S>(line.digits) * reach(line).max(line.gamma_i.abs())
+}
+
+/// The rounding error of 1 in a run of so many digits.
+fn epsilon<S: Real>(line: &WorldLine<S>) -> S {
+    S::EPSILON.max(S::from(0.1_f64.powi(line.digits as i32)))
+}
+
+/// A formula at the states of the solver, whose t may count from an origin, and whose motion may be the reversed one.
+fn of_inside<S: Real>(line: &WorldLine<S>, formula: &mut Observable<S>, norm: S) -> impl FnMut(&[S], &[S], &[S]) -> S {
+    move |q, q_dot, p| {
+        let state = Start { q: q.to_vec(), q_dot: q_dot.to_vec(), p: p.to_vec() };
+        let Start { mut q, q_dot, p } = line.turned(state);
+        q.iter_mut().enumerate().for_each(|(a, q)| *q += line.origin_of(a));
+        formula.at(&q, &q_dot, &p, norm)
+    }
+}
+
+/// A window of a world-line that is looked into.
+struct Within<'s, 'l, S: Real> {
+    sampler: &'s mut Sampler<'l, S>,
     window: usize,
-    /// γ at its ends, counted from the start of the window.
-    ends: [S; 2],
-    /// How often the piece was halved.
-    halvings: u32,
-    /// The polynomials through its points, and γ at these, counted as the ends are.
-    expansion: &'e Expansion<S>,
-    places: Vec<S>,
+    norm: S,
+    /// What windows before have left open of the numbers of a state.
+    open: &'s [S],
 }
 
-impl<'e, S: Real> Interval<'e, S> {
-    fn new(window: usize, ends: [S; 2], halvings: u32, expansion: &'e Expansion<S>) -> Self {
-        let mut places: Vec<S> = expansion.nodes.iter().map(|&node| ends[0] + node * (ends[1] - ends[0])).collect();
-        *places.last_mut().expect("rules have two points or more") = ends[1];
-        Self { window, ends, halvings, expansion, places }
+impl<S: Real> Along<S> for Within<'_, '_, S> {
+    fn at(&mut self, formula: &mut Observable<S>, place: S) -> S {
+        let sample = self.sampler.in_window(self.window, place);
+        formula.at(&sample.q, &sample.q_dot, &sample.p, self.norm)
     }
 
-    /// Half of its length in γ, by which it is longer than the interval of z.
-    fn half(&self) -> S {
-        (self.ends[1] - self.ends[0]).half()
+    fn noise(&mut self, formula: &mut Observable<S>, place: S, is_open: bool) -> S {
+        let line = self.sampler.line;
+        let (curve, geometry) = (self.sampler.curve(self.window), line.geometry());
+        let mut state = curve.at(place, geometry).concat();
+        let (epsilon, extents) = (epsilon(line), curve.extents(geometry));
+        let off = |k: usize, value: S| {
+            let [change, own] = extents[k];
+            rounding(value, change, epsilon) + if is_open { self.open[k] + own } else { S::ZERO }
+        };
+        noise(&mut At::new(geometry), &mut of_inside(line, formula, self.norm), &mut state, off)
     }
-}
-
-/// The values of a formula and its [arguments](Observable::arguments) at the points of an interval.
-#[derive(Debug, Clone)]
-struct Seen<S> {
-    values: Vec<S>,
-    arguments: Vec<f64>,
 }
 
 /// The state of a search along a world-line.
 #[derive(Debug)]
 struct Progress<S> {
-    is_begun: bool,
     is_backward: bool,
     norm: S,
     /// Room for the state at a point.
     here: Sample<S>,
-    /// The value of each formula at the start of the run. The first node of the weak form is close to it only.
-    starts: Vec<S>,
-    /// A root that is closer than this to an end of the run is there.
-    nowhere: S,
-    /// True if each formula was positive where it was not zero last.
-    signs: Vec<Option<bool>>,
-    /// The value and the slope of each formula at the end of the last interval, and half of that interval's length.
-    ends: Vec<[S; 3]>,
-    /// Each formula in the interval that was looked at last.
+    signs: Vec<Sign<S>>,
+    /// Where each formula has reached zero, if it has had no sign since.
+    reached: Vec<Option<Sample<S>>>,
+    /// Each formula on the nodes of a window.
     seen: Vec<Seen<S>>,
+    /// What windows have left open of q^a and p_a of all coordinates.
+    open: Vec<S>,
     found: Vec<Crossing<S>>,
     /// The index of the first of these in the current piece.
     from: usize,
     /// The number of changes of sign at which an event should have acted.
     missed: usize,
+    /// The first place where a formula may do what was not seen.
+    unseen: Option<(usize, S)>,
 }
 
 impl<S: Real> Progress<S> {
     fn new(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Self {
-        let start = line.turned((*line.place.start).clone());
+        let (inside, start) = (&*line.place.start, line.turned((*line.place.start).clone()));
         let norm = line.geometry().norm(&start.q, &start.q_dot);
-        Self {
-            is_begun: false,
+        let mut progress = Self {
             is_backward: line.is_backward,
             norm,
             here: Sample { gamma: line.gamma_i, q: start.q.clone(), q_dot: start.q_dot.clone(), p: start.p.clone() },
-            starts: watches.iter_mut().map(|w| w.formula.at(&start.q, &start.q_dot, &start.p, norm)).collect(),
-            nowhere: slack::<S>(line.digits) * line.length.max(line.gamma_i.abs()),
-            signs: vec![None; watches.len()],
-            ends: vec![[S::ZERO; 3]; watches.len()],
-            seen: vec![Seen { values: Vec::new(), arguments: Vec::new() }; watches.len()],
+            signs: Vec::new(),
+            reached: vec![None; watches.len()],
+            seen: vec![Seen::default(); watches.len()],
+            open: vec![S::ZERO; 2 * start.q.len()],
             found: Vec::new(),
             from: 0,
             missed: 0,
-        }
+            unseen: None,
+        };
+        progress.signs = watches.iter_mut().map(|watched| progress.begin(line, watched, inside)).collect();
+        progress
     }
 
-    /// Looks at the formulas at the points of an interval, which are nodes if `are_nodes` says so. Returns true if the
-    /// points show what the formulas do between them, or the interval may not be halved again.
-    fn look(
+    /// The sign of a formula at the start.
+    fn begin(&self, line: &WorldLine<S>, watched: &mut Watch<S>, start: &Start<S>) -> Sign<S> {
+        let [side, bound] = self.beginning(line, watched, start, reach(line)).known();
+        Sign::new(S::from(side), S::from(bound))
+    }
+
+    fn beginning(&self, line: &WorldLine<S>, watched: &mut Watch<S>, start: &Start<S>, before: S) -> Beginning {
+        let slack = Slack { before, late: nowhere(line), zero: S::ZERO };
+        let formula = &mut of_inside(line, &mut watched.formula, self.norm);
+        Beginning::new((line.geometry(), start, epsilon(line)), formula, slack)
+    }
+
+    /// Returns true if a formula that had this sign is zero at a state, and about to have another one.
+    fn is_zero_at(&self, line: &WorldLine<S>, watched: &mut Watch<S>, state: &Start<S>, side: S) -> bool {
+        let [ahead, behind] = [reach(line), -reach(line)].map(|before| self.beginning(line, watched, state, before));
+        // Where a force that jumps holds the motion, only the way there tells.
+        let comes_to_it = behind.order == 1 && S::from(behind.side) == -side;
+        ahead.is_zero && (S::from(ahead.side) != side || comes_to_it)
+    }
+
+    /// Looks at all formulas on the nodes of a window with this rule.
+    fn see_nodes(
         &mut self,
         sampler: &mut Sampler<'_, S>,
         watches: &mut [Watch<S>],
-        interval: &Interval<'_, S>,
-        are_nodes: bool,
-    ) -> bool {
-        for seen in &mut self.seen {
-            seen.values.clear();
-            seen.arguments.clear();
-        }
-        for (node, &place) in interval.places.iter().enumerate() {
-            if are_nodes {
-                sampler.at_node(interval.window, node, &mut self.here);
-            } else {
-                self.here = sampler.in_window(interval.window, place);
-            }
-            for (watched, seen) in watches.iter_mut().zip(&mut self.seen) {
-                seen.values.push(value(watched, &self.here, self.norm));
-                seen.arguments.extend(watched.formula.arguments());
-            }
-        }
-        let places: Vec<f64> = interval.places.iter().map(|place| place.to_f64()).collect();
-        let is_shown = |(watched, seen): (&Watch<S>, &Seen<S>)| watched.formula.is_shown(&places, &seen.arguments);
-        interval.halvings == MOST_HALVINGS || watches.iter().zip(&self.seen).all(is_shown)
-    }
-
-    /// Finds the changes of sign in the interval that was looked at last.
-    fn pass(&mut self, sampler: &mut Sampler<'_, S>, watches: &mut [Watch<S>], interval: &Interval<'_, S>) {
-        for (watch, watched) in watches.iter_mut().enumerate() {
-            let values = std::mem::take(&mut self.seen[watch].values);
-            let through = Through::new(interval.expansion, &values);
-            let [first, last] = through.end_slopes(&values);
-            let start = self.starts[watch];
-            if !self.is_begun && !self.is_at_zero(interval.half(), start, first) {
-                self.signs[watch] = Some(start > S::ZERO);
-            }
-            self.ends[watch] = [values[values.len() - 1], last, interval.half()];
-            let extrema = through.extrema(&values);
-            self.pass_one(sampler, interval, (watch, watched), &values, &extrema);
-            self.seen[watch].values = values;
-        }
-        self.is_begun = true;
-    }
-
-    /// Finds the changes of sign of one formula, which has these values at the points of the interval, and may have
-    /// extrema at these shares of it.
-    fn pass_one(
-        &mut self,
-        sampler: &mut Sampler<'_, S>,
-        interval: &Interval<'_, S>,
-        (watch, watched): (usize, &mut Watch<S>),
-        values: &[S],
-        extrema: &[f64],
+        (window, rule): (usize, &Expansion<S>),
     ) {
-        let (norm, direction, least) = (self.norm, watched.direction, least(sampler.line, interval.window));
-        let mut at = |place: S| value(watched, &sampler.in_window(interval.window, place), norm);
-        let [first, last] = interval.ends;
-        let mut marks: Vec<[S; 2]> =
-            interval.places.iter().zip(values).map(|(&place, &value)| [place, value]).collect();
-        if !extrema.is_empty() {
-            let places = extrema.iter().map(|&s| first + S::from(s) * (last - first));
-            marks.extend(places.map(|place| [place, at(place)]));
-            marks.sort_by(|a, b| order(&a[0], &b[0]));
-        }
-        // The start of an interval is the end of the one before, whose sign counts.
-        let mut before = [marks[0][0], carried(self.signs[watch], marks[0][1])];
-        let mut roots = Vec::new();
-        for &[place, here] in marks[1..].iter().filter(|mark| mark[1] != S::ZERO && !mark[1].is_nan()) {
-            let is_positive = here > S::ZERO;
-            let is_change = self.signs[watch].is_some_and(|sign| sign != is_positive);
-            if is_change && direction.counts(is_positive) {
-                roots.push(root(before, [place, here], least, &mut at));
+        self.seen.iter_mut().for_each(|seen| seen.clear(rule));
+        for node in 0..rule.nodes.len() {
+            sampler.at_node(window, node, &mut self.here);
+            let Sample { q, q_dot, p, .. } = &self.here;
+            for (watched, seen) in watches.iter_mut().zip(&mut self.seen) {
+                let value = watched.formula.at(q, q_dot, p, self.norm);
+                seen.see(&watched.formula, value);
             }
-            self.signs[watch] = Some(is_positive);
-            before = [place, here];
         }
-        let roots = roots.into_iter().map(|root| Crossing::new(watch, sampler.in_window(interval.window, root)));
-        self.found.extend(roots);
     }
 
-    /// Returns true if a formula with this value and slope at an end of an interval of twice the length `half` is zero
-    /// there but for rounding.
-    fn is_at_zero(&self, half: S, value: S, slope: S) -> bool {
-        value == S::ZERO || value.abs() * half <= slope.abs() * self.nowhere
-    }
-}
-
-/// The value at the start of an interval, with the sign that the end of the interval before had.
-fn carried<S: Real>(sign: Option<bool>, value: S) -> S {
-    match sign {
-        Some(true) if value <= S::ZERO => S::MIN_POSITIVE,
-        Some(false) if value >= S::ZERO => -S::MIN_POSITIVE,
-        _ => value,
+    /// Takes what was found of a formula in a window.
+    fn take(
+        &mut self,
+        within: &mut Within<'_, '_, S>,
+        (watch, watched): (usize, &mut Watch<S>),
+        (search, least): (&Search<S>, S),
+    ) {
+        let window = within.window;
+        let gamma = |place: S| within.sampler.line.gamma_at(within.sampler.line.windows[window].gamma[0] + place);
+        self.unseen = self.unseen.or(search.unseen.map(|place| (watch, gamma(place))));
+        let mut root_between = |[low, high]: [[S; 2]; 2], side: S| {
+            let low = [low[0], if low[1] * side > S::ZERO { low[1] } else { side * S::MIN_POSITIVE }];
+            // Where it stays at zero, the place is the first one.
+            let is_flat = high[1] * side >= S::ZERO;
+            let none = |value: S| if is_flat && value * side <= S::ZERO { -side * S::MIN_POSITIVE } else { value };
+            let place =
+                root(low, [high[0], none(high[1])], least, |place| none(within.at(&mut watched.formula, place)));
+            within.sampler.in_window(window, place)
+        };
+        for change in &search.changes {
+            let reached = self.reached[watch].take();
+            let at = change.between.map(|between| root_between(between, change.side)).or(reached);
+            self.found.extend(at.map(|sample| Crossing::new(watch, sample)));
+        }
+        let sign = &mut self.signs[watch];
+        if let Some(between) = sign.end_window() {
+            self.reached[watch] = Some(root_between(between, sign.side));
+        }
     }
 }

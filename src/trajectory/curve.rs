@@ -11,7 +11,7 @@ use crate::number::Real;
 use crate::number::norm::larger;
 use crate::sbp::gll::MOST_NODES;
 use crate::sbp::legendre::legendre;
-use crate::sbp::polynomial::{Expansion, Tables, expansion, integral, series};
+use crate::sbp::polynomial::{Expansion, Tables, expansion, extent, integral, series};
 use crate::solve::{WindowNodes, WorldLine};
 
 /// Most Picard sweeps. Each gains two digits or more where the window resolves the motion.
@@ -98,6 +98,21 @@ impl<S: Real> Curve<S> {
             }
         };
         point(&self.start, &rows, geometry)
+    }
+
+    /// By how much q^a and p_a of all coordinates change at most, and what the window leaves open of them: none
+    /// where that is not known.
+    pub(super) fn extents(&self, geometry: &Geometry<S>) -> Vec<[S; 2]> {
+        let most = |row: &Vec<S>| row.iter().fold(S::ZERO, |most, value| most.max(value.abs()));
+        let rows: Vec<[S; 2]> = match &self.kind {
+            Kind::Hermite { values, .. } => values.iter().map(|row| [most(row), S::ZERO]).collect(),
+            Kind::Legendre(rows) => rows.iter().map(|row| extent(row)).collect(),
+        };
+        let n = geometry.dimension();
+        let mut all = vec![[S::ZERO; 2]; 2 * n];
+        all[..n].copy_from_slice(&rows[..n]);
+        geometry.active().iter().zip(&rows[n..]).for_each(|(&a, &row)| all[n + a] = row);
+        all
     }
 
     /// Pieces of the window on which the curve is one polynomial, as values of γ at their ends, and the number of

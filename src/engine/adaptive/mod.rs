@@ -95,6 +95,10 @@ struct Whole {
     slopes: Vec<Nodes<POINTS>>,
 }
 
+/// A window that ends before a place by so many units in the last place of γ ends there: a search ends within two, and
+/// γ at the end of a window is rounded twice.
+const HELD: f64 = 8.0;
+
 /// A window that was accepted.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Accepted {
@@ -270,21 +274,44 @@ impl Windows for Adaptive<'_> {
         let (before, gamma) = (self.attempt.accepted, self.attempt.gamma.high);
         let slopes = self.lent.solver.rows.iter().map(|row| row.slopes_before).collect();
         let whole = Whole { length: before.length, slopes };
+        let at_start = value(&self.lent.solver.start);
+        // The longest window that was solved and ends before the change, with the value at its end.
+        let mut ahead = (0.0, at_start);
         let mut failure = None;
         let found = root_between(between, side, gamma, before.length, |h| match self.again(&whole, h, true) {
-            Ok(()) => Some(value(&self.lent.solver.end)),
+            Ok(()) => {
+                let here = value(&self.lent.solver.end);
+                if here * side > 0.0 && h > ahead.0 {
+                    ahead = (h, here);
+                }
+                Some(here)
+            }
             Err(error) => {
+                // Where a force that jumps holds the motion, no window ends behind the change.
                 failure = Some(error);
-                None
+                (h > ahead.0).then_some(-side * f64::MIN_POSITIVE)
             }
         });
-        if let Some(failure) = failure {
-            return Err(failure);
+        // What is left of the way is rounding, or the failure has another reason.
+        let ((length, here), least) = (ahead, HELD * f64::EPSILON * (gamma + before.length));
+        let is_held = failure.is_some() && length > 0.0 && here.abs() * length <= least * (at_start - here).abs();
+        let end = if failure.is_none() { found } else { is_held.then_some(length) };
+        // A window that is not cut any more, as is one with a jump in it, is one place: where a force holds the motion,
+        // it goes to and fro in there.
+        let is_one_place = end.is_none() && before.length <= self.least();
+        if is_one_place {
+            self.attempt.accepted.kink = Kink::Inside;
         }
-        let Accepted { length, is_last, .. } = before;
-        let (length, is_last) = found.map_or((length, is_last), |h| (h, true));
+        let (length, is_last) = end.map_or((before.length, before.is_last), |length| (length, true));
         self.again(&whole, length, is_last)?;
-        Ok(found.is_some())
+        if is_one_place {
+            self.attempt.accepted.is_last = true;
+            return Ok(true);
+        }
+        match failure.filter(|_| end.is_none()) {
+            Some(failure) => Err(failure),
+            None => Ok(end.is_some()),
+        }
     }
 
     fn set_floors(&mut self, floors: &[(usize, f64)]) {

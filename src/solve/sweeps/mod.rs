@@ -16,6 +16,7 @@ use super::failure::{Narrow, NoSolution, Reasons, point};
 use super::grid::WindowOperator;
 use super::run::{Observer, Run};
 use super::setup::{Limit, Settings, Setup, System};
+use super::signs::Watched;
 use super::status::{InitialGuess, MOST_NODES, MOST_SWEEPS, Status};
 use super::world_line::{Place, WorldLine};
 use crate::action::Form;
@@ -32,6 +33,10 @@ const NARROW: f64 = 1e-3;
 const OF_MOTION: f64 = 0.1;
 /// Changes of sign are at one place if they shorten a window by no more than this share of γ.
 const AT_ONE_PLACE: f64 = 1e-14;
+/// Places between which a formula changes its sign are looked for this many times as far apart, and so many times: from
+/// last digits to the whole window.
+const WIDER: f64 = 64.0;
+const MOST_WIDER: i32 = 9;
 /// A forecast from the beginning of a run may be too high by this factor.
 const FORECAST: f64 = 3.0;
 /// The run of a setup whose windows are chosen for an accuracy or a tolerance. `of_judge` sees the windows of the march
@@ -127,11 +132,23 @@ fn cut(engine: &mut Engine<'_>, watches: &mut Watches<'_>, ended_by: &mut Option
             break;
         }
         length = if ended_by.is_some() { window.length } else { length };
-        let near = watches.near(&change, &window);
-        let mut value = |state: &State| watches.at(change.place, state);
+        let (near, whole) = (watches.near(&change, &window), window.length);
+        let mut value = |state: &State| {
+            let value = watches.at(change.place, state);
+            let is_none = change.none.is_some_and(|none| value.abs() <= none);
+            if is_none { -change.side * f64::MIN_POSITIVE } else { value }
+        };
         let mut end_where = |between| engine.end_where(between, change.side, &mut value);
         let is_near = near.map_or(Ok(false), &mut end_where)?;
-        if !(is_near || end_where(change.between)?) {
+        // Windows of another length are off by another error, beside which a kink may be narrow.
+        let [low, high] = change.between;
+        let widths = (0..MOST_WIDER).map(|power| (high - low) * WIDER.powi(power) - (high - low));
+        let mut wider = widths.take_while(|width| *width < whole).map(|w| [(low - w).max(0.0), (high + w).min(whole)]);
+        let mut is_met = is_near;
+        while !is_met && let Some(between) = wider.next() {
+            is_met = end_where(between)?;
+        }
+        if !is_met {
             break;
         }
         *ended_by = Some(change.place);
@@ -189,7 +206,7 @@ impl<'s, S: Real> March<'s, S> {
     /// Goes to the end of the run, window by window. All of them are kept, or the last one.
     fn go(&mut self, run: &mut Run<'_, S>, mut judge: Option<Judge<'_, S>>, is_kept: bool) -> Result<(), NoSolution> {
         let setup = self.setup;
-        let mut watches = Watches::new(&setup.rough, &setup.until, &setup.sides);
+        let mut watches = Watches::new(setup);
         let mut operators = Operators::default();
         loop {
             let index = match next(&mut self.engine, judge.as_mut()) {
@@ -209,15 +226,15 @@ impl<'s, S: Real> March<'s, S> {
                 self.extremes = Extremes::default();
                 run.clear();
                 watches.begin();
-                (run.line.ended_by, run.line.ended_at) = (None, None);
+                (run.line.ended_by, run.line.ended_at, run.line.watched) = (None, None, Watched::default());
             }
-            if !setup.until.is_empty()
-                && let Err(failure) = cut(&mut self.engine, &mut watches, &mut run.line.ended_by)
-            {
-                return Err(self.failed(failure));
+            if !setup.until.is_empty() {
+                if let Err(failure) = cut(&mut self.engine, &mut watches, &mut run.line.ended_by) {
+                    return Err(self.failed(failure));
+                }
+                watches.accept(&self.engine.window(), &mut run.line.watched);
             }
             let mut window = self.engine.window();
-            watches.accept();
             if !window.is_last {
                 self.extremes.see(&window);
             }

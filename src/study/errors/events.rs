@@ -12,7 +12,7 @@ use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::WorldLine;
 use crate::study::acting::{MARGIN, Piece};
-use crate::trajectory::{Crossing, EventSearch, Sample};
+use crate::trajectory::{Crossing, EventSearch, Sample, Sampler};
 
 /// The last digits of a run, relative to γ, which two runs may round alike.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
@@ -71,6 +71,21 @@ pub(crate) fn passed<S: Real>(events: &[Crossing<S>], run: &OfRun, ends: impl Fn
     let [begin, end] = run.ends;
     let near = (1.0 - WHOLE) * (end - begin).abs();
     events.iter().filter(|event| ends(event.watch) && (end - event.sample.gamma.to_f64()).abs() > near).count()
+}
+
+/// The events of a run with the one that ended it, if one did: once, and at the end. Where a force that jumps holds the
+/// motion there, rounding may send it to and fro before.
+pub(crate) fn ended_once<S: Real>(case: &Case, mut events: Vec<Crossing<S>>, line: &WorldLine<S>) -> Vec<Crossing<S>> {
+    let mut until = (case.events.iter().enumerate()).filter(|(_, event)| event.until).map(|(watch, _)| watch);
+    let Some(watch) = line.ended_by.and_then(|place| until.nth(place)) else { return events };
+    let Ok(sample) = Sampler::new(line).at_gamma(line.gamma_f()) else { return events };
+    let end = sample.gamma.to_f64();
+    let near = (1.0 - WHOLE) * (end - line.gamma_i.to_f64()).abs();
+    events.retain(|event| event.watch != watch || (end - event.sample.gamma.to_f64()).abs() > near);
+    let behind = events.iter().rev().take_while(|event| event.sample.gamma == sample.gamma && event.watch > watch);
+    let place = events.len() - behind.count();
+    events.insert(place, Crossing { watch, sample, off: None });
+    events
 }
 
 /// By how much γ of an event is off as coordinates that are far from 0 beside their sizes are rounded, such as a time

@@ -24,7 +24,7 @@ mod sights;
 
 pub(crate) use compare::{chain_error, sizes_of};
 pub(crate) use conditioning::lost_to;
-pub(crate) use events::{OfRun, events_of_chain, pair, passed};
+pub(crate) use events::{OfRun, ended_once, events_of_chain, pair, passed};
 pub(crate) use further::Further;
 pub(crate) use sights::Sights;
 

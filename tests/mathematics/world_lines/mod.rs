@@ -32,6 +32,7 @@ mod roundings;
 mod samples;
 mod sensitivity;
 mod shipped;
+mod signs;
 mod solves;
 mod stops;
 mod tolerance;
