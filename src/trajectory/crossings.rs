@@ -96,7 +96,7 @@ impl<'w, S: Real> EventSearch<'w, S> {
             (progress.from, progress.found, progress.missed, progress.unseen) = (found.len(), found, missed, unseen);
         }
         let Self { watches, progress: Some(progress), search, tables } = self else { return };
-        let (mut sampler, mut open) = (Sampler::new(line), std::mem::take(&mut progress.open));
+        let (mut sampler, mut open, mut at) = (Sampler::new(line), std::mem::take(&mut progress.open), None);
         for window in 0..line.windows.len() {
             // The nodes are enough where nothing happens.
             let has_states = sampler.has_states(window);
@@ -112,7 +112,8 @@ impl<'w, S: Real> EventSearch<'w, S> {
             for (watch, watched) in watches.iter_mut().enumerate() {
                 let least = least(line, window);
                 let wanted = Wanted { direction: watched.direction, is_first: false, least, rule };
-                let mut within = Within { sampler: &mut sampler, window, norm: progress.norm, open: &open };
+                let mut within =
+                    Within { sampler: &mut sampler, window, norm: progress.norm, open: &open, at: &mut at };
                 search.begin();
                 for &cell in &cells {
                     let first = has_states.then_some(&mut progress.seen[watch]);
@@ -238,7 +239,11 @@ fn epsilon<S: Real>(line: &WorldLine<S>) -> S {
 
 /// A formula at the states of the solver, whose t may count from an origin, and whose motion may be the reversed one.
 fn of_inside<S: Real>(line: &WorldLine<S>, formula: &mut Observable<S>, norm: S) -> impl FnMut(&[S], &[S], &[S]) -> S {
+    let is_plain = !line.is_backward && line.origin.is_none();
     move |q, q_dot, p| {
+        if is_plain {
+            return formula.at(q, q_dot, p, norm);
+        }
         let state = Start { q: q.to_vec(), q_dot: q_dot.to_vec(), p: p.to_vec() };
         let Start { mut q, q_dot, p } = line.turned(state);
         q.iter_mut().enumerate().for_each(|(a, q)| *q += line.origin_of(a));
@@ -253,6 +258,8 @@ struct Within<'s, 'l, S: Real> {
     norm: S,
     /// What windows before have left open of the numbers of a state.
     open: &'s [S],
+    /// What evaluates formulas at states that are off by their rounding, once that was asked for.
+    at: &'s mut Option<At<'l, S>>,
 }
 
 impl<S: Real> Along<S> for Within<'_, '_, S> {
@@ -270,7 +277,8 @@ impl<S: Real> Along<S> for Within<'_, '_, S> {
             let [change, own] = extents[k];
             rounding(value, change, epsilon) + if is_open { self.open[k] + own } else { S::ZERO }
         };
-        noise(&mut At::new(geometry), &mut of_inside(line, formula, self.norm), &mut state, off)
+        let at = self.at.get_or_insert_with(|| At::new(geometry));
+        noise(at, &mut of_inside(line, formula, self.norm), &mut state, off)
     }
 }
 
