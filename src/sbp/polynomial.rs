@@ -142,7 +142,7 @@ impl<S: Real> Through<S> {
     /// values may be zero twice.
     ///
     /// With z = cos θ every P_k changes by at most k for a change of θ (S. Bernstein), so that between two values of
-    /// one sign the polynomial is nowhere zero if it would have to change by more.
+    /// one sign the polynomial is nowhere zero if it would have to change by more, and nor is its slope.
     pub(crate) fn fit(&mut self, expansion: &Expansion<S>, values: &[S]) {
         expansion.coefficients_into(values, &mut self.modes);
         let scale = self.modes.iter().fold(S::ZERO, |most, c| most.max(c.abs()));
@@ -157,10 +157,19 @@ impl<S: Real> Through<S> {
         let (c, n) = (&self.coefficients, self.coefficients.len());
         let all: f64 = c.iter().map(|c| c.abs()).sum();
         self.off = c[n - 1].abs() + c[n - 2].abs() + n as f64 * f64::EPSILON * all;
-        let most: f64 = c.iter().enumerate().map(|(k, c)| k as f64 * c.abs()).sum();
-        let mut has_derivatives = false;
+        let (most, mut most_of_slope, mut has_derivatives) = (rate(c), None, false);
         for (j, arc) in expansion.arcs.iter().enumerate() {
             let [a, b] = [self.sizes[j], self.sizes[j + 1]];
+            if a * b > 0.0 && a.abs() + b.abs() > most * arc {
+                continue;
+            }
+            let probes = &expansion.probes[PROBES * j..=PROBES * (j + 1)];
+            let most = *most_of_slope.get_or_insert_with(|| {
+                self.derivatives.resize_with(DERIVATIVES, Vec::new);
+                derivative(&self.coefficients, &mut self.derivatives[0]);
+                rate(&self.derivatives[0])
+            });
+            let [a, b] = [probes[0], probes[PROBES]].map(|z| clenshaw(&self.derivatives[0], z));
             if a * b > 0.0 && a.abs() + b.abs() > most * arc {
                 continue;
             }
@@ -168,7 +177,7 @@ impl<S: Real> Through<S> {
                 self.derive();
                 has_derivatives = true;
             }
-            self.look_between(&expansion.probes[PROBES * j..=PROBES * (j + 1)]);
+            self.look_between(probes);
         }
     }
 
@@ -183,11 +192,11 @@ impl<S: Real> Through<S> {
         self.is_clear
     }
 
+    /// The derivatives behind the first one.
     fn derive(&mut self) {
-        self.derivatives.resize_with(DERIVATIVES, Vec::new);
-        for order in 0..DERIVATIVES {
+        for order in 1..DERIVATIVES {
             let (before, rest) = self.derivatives.split_at_mut(order);
-            derivative(before.last().unwrap_or(&self.coefficients), &mut rest[0]);
+            derivative(&before[order - 1], &mut rest[0]);
         }
     }
 
@@ -214,6 +223,11 @@ impl<S: Real> Through<S> {
         self.is_clear &= !self.zeros.iter().any(|&z| is_at_zero(z));
         self.extrema.extend(self.zeros.iter().map(|z| 0.5 * (z + 1.0)));
     }
+}
+
+/// By how much a series of Legendre polynomials changes with an angle at most.
+fn rate(c: &[f64]) -> f64 {
+    c.iter().enumerate().map(|(k, c)| k as f64 * c.abs()).sum()
 }
 
 /// The Legendre coefficients of the derivative: P_k′ = Σ (2j + 1) P_j over j = k − 1, k − 3, …
