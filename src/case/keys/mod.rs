@@ -221,7 +221,7 @@ impl Key {
 
 impl Kind {
     /// Returns true if it is made for formulas.
-    pub(super) fn is_formula(self) -> bool {
+    fn is_formula(self) -> bool {
         matches!(self, Self::Formula | Self::Expression | Self::Named(Self::Formula))
     }
 

@@ -226,6 +226,21 @@ fn cases_of_one_coordinate_are_no_scenes() {
     assert_eq!((origin(std::slice::from_ref(&late)), origin(&[late, turn])), (Some((0, 3.0)), None));
 }
 
+/// What is no value of TOML is a formula where a number may be one, in a case of x, too.
+#[test]
+fn an_override_by_a_formula_needs_no_quotes() {
+    let text = "potential.quartic.kappa = 0.5\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\ngrid.n_gamma = 32\n\
+                scheme.sbp = \"SBP42\"\n";
+    let length =
+        |setting: &str| match Case::parse("case", text, &[setting.to_owned()]).map(|case| case.setup::<f64>().limit) {
+            Ok(Limit::Length(length)) => Some(length),
+            _ => None,
+        };
+    assert_eq!(length("grid.gamma_f=2*pi"), length("grid.gamma_f=\"2*pi\""));
+    assert_eq!(length("grid.gamma_f=2*pi"), Some(std::f64::consts::TAU));
+    assert_eq!([length("grid.gamma_f=2*"), length("grid.n_gamma=4*8")], [None, None]);
+}
+
 #[test]
 fn unused_parameters_are_warned_of() {
     let text = SCHWARZSCHILD.replace("{ m = 1.0 }", "{ m = 1.0, k = 2 }");
