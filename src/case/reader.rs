@@ -293,7 +293,7 @@ pub(super) fn words_of<T: Deserialize<'static>>() -> Vec<String> {
     message.split('`').skip(3).step_by(2).map(str::to_owned).collect()
 }
 
-/// What a case has without the key of that dotted name.
+/// The value of the key of that dotted name in a case without it.
 pub(super) fn default(dotted: &str) -> Field<'static> {
     static DOCUMENT: LazyLock<Document<&str>> = LazyLock::new(|| DEFAULTS.document().expect("the defaults are TOML"));
     let key = keys::of(dotted).expect("what is read is in the table of keys");

@@ -30,7 +30,7 @@ pub fn schema() -> String {
     serde_json::to_string_pretty(&schema).expect("a schema is JSON") + "\n"
 }
 
-/// What excludes what, below the table or the key at the top that has it: there an editor finds the place of a mistake.
+/// Exclusions below the table or the key at the top that has them: there an editor finds the place of a mistake.
 fn exclusions() -> Value {
     let kinds: Vec<String> = keys::potentials().map(|kind| format!("potential.{kind}")).collect();
     let of_kinds = kinds.iter().enumerate().flat_map(|(k, one)| kinds[..k].iter().map(move |other| (&**other, &**one)));
@@ -43,7 +43,7 @@ fn exclusions() -> Value {
     Value::Object(tables)
 }
 
-/// What has the key of that dotted name.
+/// An object that has the key of that dotted name.
 fn with(dotted: &str) -> Value {
     match dotted.split_once('.') {
         Some((table, key)) => json!({ "required": [table], "properties": { table: with(key) } }),
@@ -51,13 +51,13 @@ fn with(dotted: &str) -> Value {
     }
 }
 
-/// What has it not.
+/// An object without it.
 fn without(dotted: &str) -> Value {
     let (first, rest) = dotted.split_once('.').map_or((dotted, None), |(first, rest)| (first, Some(rest)));
     json!({ "properties": { first: rest.map_or(json!(false), without) } })
 }
 
-/// What the names look like that a part of a dotted name stands for, if they look like anything.
+/// The pattern of the names that a part of a dotted name stands for, if they have one.
 fn pattern(part: &str) -> Option<&'static str> {
     match part {
         "q_dot" => Some("_dot$"),
@@ -98,7 +98,7 @@ fn table(path: &str) -> Map<String, Value> {
     table
 }
 
-/// What stands below a dotted name, with its meaning and what holds without it.
+/// The schema below a dotted name, with its meaning and its default.
 fn below(dotted: &str) -> Value {
     let key = keys::named(dotted);
     let kind = key.map_or(Kind::Table, |key| key.kind);

@@ -20,7 +20,7 @@ pub(super) struct Source {
     pub(super) is_of_x: bool,
 }
 
-/// What a case has without a key, for every key that has a default.
+/// The value that a case has without a key, for every key that has a default.
 pub(super) static DEFAULTS: LazyLock<Source> = LazyLock::new(|| {
     let line = |key: &Key| Some(format!("{} = {}\n", key.name, key.written_default()?));
     let text = KEYS.iter().filter_map(line).collect();

@@ -5,9 +5,9 @@ pub(in crate::case) struct Exclusion {
     pub(in crate::case) one: &'static str,
     /// The one at which a mistake is told.
     pub(in crate::case) other: &'static str,
-    /// What is said where both are given.
+    /// The message where both are given.
     pub(in crate::case) message: &'static str,
-    /// What to do.
+    /// The remedy.
     pub(in crate::case) help: &'static str,
 }
 

@@ -18,10 +18,10 @@ pub struct Key {
     /// a name of the case's own.
     pub name: &'static str,
     pub(super) kind: Kind,
-    /// What holds without it, as it would be written, or `none`; `required`, perhaps with a condition, if it must be
+    /// The value without it, as it would be written, or `none`; `required`, perhaps with a condition, if it must be
     /// given; empty if there is no such thing.
     pub default: &'static str,
-    /// Which cases have it.
+    /// The cases that have it.
     pub cases: Cases,
     /// Its meaning, in Markdown.
     pub meaning: &'static str,
@@ -100,7 +100,7 @@ pub(super) enum Words {
     Outside,
 }
 
-/// What is said of a key that must be given wherever its table is.
+/// The word for a key that must be given wherever its table is.
 pub(super) const REQUIRED: &str = "required";
 
 /// Returns true if a part of a dotted name stands for other names.
@@ -208,12 +208,12 @@ impl Key {
         self.default.starts_with(REQUIRED)
     }
 
-    /// What it takes, in words.
+    /// The kind of value that it takes, in words.
     pub fn takes(&self) -> String {
         self.kind.in_words()
     }
 
-    /// What holds without it, if that can be written as its value.
+    /// The value without it, if that can be written.
     pub(super) fn written_default(&self) -> Option<&'static str> {
         (!self.is_required() && !["", "none"].contains(&self.default)).then_some(self.default)
     }
