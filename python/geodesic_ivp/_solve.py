@@ -34,7 +34,7 @@ def run(
     sample_gamma: str | ArrayLike | None = None,
     samples_only: bool = False,
     continue_from: Run | str | os.PathLike[str] | None = None,
-    prove: bool = False,
+    prove: bool | None = None,
     plot: bool = False,
     out: str | os.PathLike[str] | None = None,
     options: Sequence[str] = (),
@@ -50,7 +50,7 @@ def run(
     sample_gamma    The same at values of gamma.
     samples_only    Give no other table, and keep one window in memory.
     continue_from   An earlier run, or its folder, whose end is the start of this one.
-    prove           Prove where the motion ends.
+    prove           Prove where the motion ends. None: with `solver.accuracy`, if that takes little.
     plot            Draw pictures (SVG) into the folder of the run.
     out             The folder of the results. Without it they are in a temporary one, which goes with the `Run`.
     options         Any other options of `geodesic-ivp run`, as `["--no-error"]`, that do not change what it prints.
@@ -66,7 +66,8 @@ def run(
         if continue_from is not None:
             before = continue_from.folder if isinstance(continue_from, Run) else continue_from
             call.add("--from", os.path.abspath(before))
-        flags = [("--samples-only", samples_only), ("--prove", prove), ("--plot", plot)]
+        proof = [("--prove", bool(prove)), ("--no-prove", prove is False)]
+        flags = [("--samples-only", samples_only), *proof, ("--plot", plot)]
         call.add(*(flag for flag, is_given in flags if is_given), *options)
         return call.result(Run, check, timeout)
 

@@ -66,7 +66,7 @@ class Runs(InAFolder):
         Path("swing.toml").write_text(PENDULUM)
         runs = [geodesic_ivp.run(case) for case in ["swing.toml", Path("swing.toml"), PENDULUM, AS_A_DICT]]
         for run in runs:
-            self.assertTrue(run.verdict == "trusted" and run.is_good)
+            self.assertTrue(run.verdict == "proved" and run.is_good)
             self.assertAlmostEqual(run.summary["final"]["x"], 0.9958006771244, delta=1e-12)
             np.testing.assert_array_equal(run.trajectory, runs[0].trajectory)
         self.assertEqual(geodesic_ivp.run("quartic").summary["title"], "Quartic oscillator")
@@ -167,6 +167,8 @@ class Runs(InAFolder):
     def test_a_proof_and_other_options_are_handed_on(self):
         run = geodesic_ivp.run(PENDULUM, prove=True)
         self.assertEqual((run.verdict, run.summary["proof"]["status"]), ("proved", "proved"))
+        run = geodesic_ivp.run(PENDULUM, prove=False)
+        self.assertEqual((run.verdict, "proof" in run.summary), ("trusted", False))
         run = geodesic_ivp.run("quartic", options=["--every", "10"])
         self.assertEqual(len(run.trajectory), 5)
         with self.assertRaisesRegex(ValueError, "`options`"):

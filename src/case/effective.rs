@@ -50,7 +50,7 @@ impl Case {
         if chooses_windows {
             fill_defaults(root, ["solver.sensitivity"]);
         }
-        fill_defaults(root, ["solver.error", "solver.proof"]);
+        fill_defaults(root, ["solver.error"]);
         for event in &self.events {
             fill_defaults(root, ["direction", "until"].map(|key| format!("events.{}.{key}", event.name)));
         }

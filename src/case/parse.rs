@@ -77,7 +77,7 @@ impl Case {
             is_double,
             ignores_scheme: settings.accuracy.is_some() && root.get("scheme").is_some(),
             settings,
-            proof: root.table("solver").given("proof", Field::is_true)?,
+            proof: root.table("solver").read("proof", Field::is_true)?,
             floors,
             folder: root.source.folder.clone(),
             text: root.source.text.clone(),

@@ -7,7 +7,7 @@ use geodesic_ivp::Case;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::number::norm::larger;
 use geodesic_ivp::solve::Setup;
-use geodesic_ivp::study::proof::{ProofOfRun, ProvedEnd, prove_run};
+use geodesic_ivp::study::proof::{FREE, ProofOfRun, ProvedEnd, is_proved_unasked, prove_run};
 use geodesic_ivp::study::run::{Judged, Run};
 
 use super::lines::{listed, short};
@@ -25,9 +25,16 @@ pub(super) struct JudgeArgs {
     /// Prove where the motion ends, and how far the run is from it
     ///
     /// A computation of its own encloses the end of the motion, of the decimals of the case, in 15 digits and more. It
-    /// is the same as solver.proof=true. What cannot be proved is told with its reason, and changes nothing else.
+    /// is the same as solver.proof=true. What cannot be proved is told with its reason, and changes nothing else. A
+    /// run with solver.accuracy does so by itself if that takes some 0.2 seconds or less.
     #[arg(long, help_heading = HEADING)]
     pub(super) prove: bool,
+
+    /// Do not prove where the motion ends, however little that takes
+    ///
+    /// It is the same as solver.proof=false.
+    #[arg(long, conflicts_with = "prove", help_heading = HEADING)]
+    pub(super) no_prove: bool,
 
     /// Do not judge the run: half as much is computed, and its error is not known
     ///
@@ -51,20 +58,24 @@ pub(super) struct JudgeArgs {
 
 /// The override that `--prove` stands for.
 pub(super) const PROOF: &str = "solver.proof=true";
+/// The override that `--no-prove` stands for.
+pub(super) const NO_PROOF: &str = "solver.proof=false";
 /// The override that `--no-error` stands for.
 pub(super) const NO_ERROR: &str = "solver.error=false";
 
 impl JudgeArgs {
-    /// Judges a run, with a proof if its case asks for one. An interrupt ends the proof, and not the run.
+    /// Judges a run, with a proof if its case asks for one or if that takes little. An interrupt ends the proof, and
+    /// not the run.
     pub(super) fn judged<S: Real>(&self, case: &Case, setup: &Setup<S>, run: &Run<S>, is_quiet: bool) -> Judged {
         if self.enclose && !is_quiet {
             report::note("--enclose goes in the next version: --prove proves where the run ends");
         }
         let mut judged = run.judged(setup, self.reference, self.enclose);
-        if case.proof {
+        if case.proof == Some(true) || is_proved_unasked(case) {
+            let most = if case.proof.is_some() { f64::INFINITY } else { FREE };
             let (begun, mut bar) = (Instant::now(), None);
             interrupt::watched(|is_stopped| {
-                prove_run(case, run, &mut judged, &mut |share| {
+                prove_run(case, run, &mut judged, most, &mut |share| {
                     if begun.elapsed() > SHOWN {
                         let new = || study::bar(is_quiet, STEPS as usize, "proof {bar:30} {eta} left");
                         bar.get_or_insert_with(new).set_position((STEPS * share) as u64);
@@ -79,13 +90,13 @@ impl JudgeArgs {
 
     /// Warns of what speaks against a run whose table goes to standard output, and notes what is proved of it.
     pub(super) fn warn<S: Real>(&self, case: &Case, setup: &Setup<S>, run: &Run<S>, is_quiet: bool) {
-        if !self.enclose && !case.proof {
+        if !self.enclose && case.proof != Some(true) && !is_proved_unasked(case) {
             run.warnings().iter().for_each(|warning| report::warn(warning));
             return;
         }
         let judged = self.judged(case, setup, run, is_quiet);
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
-        if let Some(proof) = &judged.proof {
+        if let Some(proof) = judged.proof.as_ref().filter(|_| case.proof == Some(true)) {
             report::note(&format!("proof: {}", told(proof, case)).replace('\u{a0}', " "));
         }
     }

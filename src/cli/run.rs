@@ -23,7 +23,7 @@ use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
 
-use super::judge::{JudgeArgs, NO_ERROR, PROOF};
+use super::judge::{JudgeArgs, NO_ERROR, NO_PROOF, PROOF};
 use super::out::{OutArgs, RESULTS};
 use super::samples::SampleArgs;
 use super::share::VaryArgs;
@@ -107,6 +107,9 @@ impl RunArgs {
         if self.judge.prove {
             self.case.set.push(PROOF.to_owned());
         }
+        if self.judge.no_prove {
+            self.case.set.push(NO_PROOF.to_owned());
+        }
         if self.judge.no_error {
             self.case.set.push(NO_ERROR.to_owned());
         }
@@ -180,7 +183,7 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     let drawn = if args.plot { pictures::names_of_run(case) } else { Vec::new() };
     let files = OutputSet::open(target, &[&tables[..], &[UNTIL_FAILURE, SUMMARY, CASE], &drawn].concat())?;
     // The expectations hold for the case as it is in its file.
-    let is_own = args.case.set.iter().all(|set| set == PROOF || set == NO_ERROR);
+    let is_own = args.case.set.iter().all(|set| [PROOF, NO_PROOF, NO_ERROR].contains(&set.as_str()));
     let effective = if is_own { case.to_toml() } else { case.without_expectations().to_toml() };
     files.write_text(CASE, &effective)?;
     let (result, solve_seconds) = solved(case, &setup, args, wanted);

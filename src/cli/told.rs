@@ -10,6 +10,7 @@ use geodesic_ivp::number::Real;
 use geodesic_ivp::number::norm::larger;
 use geodesic_ivp::solve::{InitialGuess, Iterations, WorldLine};
 use geodesic_ivp::study::errors::{Judge, RunError};
+use geodesic_ivp::study::proof::{ProofOfRun, Status};
 use geodesic_ivp::study::run::{Judged, Run};
 
 use super::judge;
@@ -184,9 +185,10 @@ impl<S: Real> Told<'_, S> {
         (!names.is_empty()).then(|| listed(told))
     }
 
-    /// The end that is proved, if a proof was asked for.
+    /// The end that is proved, or why it is not, if a proof was asked for.
     fn proved(&self) -> Option<String> {
-        self.judged.proof.as_ref().map(|proof| judge::told(proof, self.case))
+        let is_told = |proof: &&ProofOfRun| self.case.proof.is_some() || proof.status == Status::Proved;
+        self.judged.proof.as_ref().filter(is_told).map(|proof| judge::told(proof, self.case))
     }
 
     /// The findings between the nodes, if the run looked there.

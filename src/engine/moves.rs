@@ -3,6 +3,7 @@
 use pulp::Simd;
 
 use super::kernel::Evaluate;
+use super::local::larger;
 use super::rule::Order;
 use super::sizes::UNITS_OF_RATES;
 use super::system::{Linear, System, Term};
@@ -44,24 +45,43 @@ impl<const N: usize> Solver<'_, N> {
 
     /// By what rates are rounded at the start of the window. Returns true if that is more than sweeps can leave: where
     /// terms cancel, a rate may be nothing but rounding, and what it moves has no other size.
+    pub(super) fn measure_noise(&mut self, h: f64) -> bool {
+        self.measure_noise_on(h, &[])
+    }
+
+    /// The same, if the window of length `h` is solved, at places all over it: what begins at its start, as by
+    /// max(0, t - 2)^2, is rounded most at its end.
+    pub(super) fn measure_noise_of_solved(&mut self, h: f64) -> bool {
+        let n = self.rule.points();
+        self.measure_noise_on(h, &[n / 4, n / 2, n - 1])
+    }
+
+    /// By what rates are rounded at the start of the window and at these nodes.
     #[cold]
     #[inline(never)]
-    pub(super) fn measure_noise(&mut self, h: f64) -> bool {
+    fn measure_noise_on(&mut self, h: f64, nodes: &[usize]) -> bool {
         let (geometry, momenta) = (self.geometry, &self.initial.p);
-        let linear = self.linear.get_or_insert_with(|| Box::new(Linear::new(geometry, momenta)));
-        for (row, &unknown) in self.rows.iter().zip(&linear.unknowns) {
-            linear.registers[unknown] = Nodes([row.start.high; 8]);
+        let mut linear = self.linear.take().unwrap_or_else(|| Box::new(Linear::new(geometry, momenta)));
+        for (k, &unknown) in linear.unknowns.iter().enumerate() {
+            let mut places = [self.rows[k].start.high; 8];
+            places.iter_mut().zip(nodes).for_each(|(place, &node)| *place = self.unknown_nodes(k).0[node]);
+            linear.registers[unknown] = Nodes(places);
         }
         Level::Best.dispatch(Evaluate { registers: &mut linear.registers, steps: linear.steps });
         let level = |terms: &[Term], row: usize| {
-            let of = terms.iter().filter(|term| term.row == row);
-            let sum = of.map(|term| {
-                (term.factor * linear.registers[term.register].0[0] * self.rows[term.column].start.high).abs()
-            });
-            UNITS_OF_RATES * f64::EPSILON * sum.sum::<f64>()
+            let at = |place: usize| {
+                let of = terms.iter().filter(|term| term.row == row);
+                let of = of.map(|term| {
+                    let value = linear.registers[linear.unknowns[term.column]].0[place];
+                    (term.factor * linear.registers[term.register].0[place] * value).abs()
+                });
+                UNITS_OF_RATES * f64::EPSILON * of.sum::<f64>()
+            };
+            (0..8).map(at).fold(0.0, larger)
         };
         let noise: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row)).collect();
         let of_ways: Vec<f64> = (0..self.ways.len()).map(|j| level(&linear.rates, j)).collect();
+        self.linear = Some(linear);
         let (m, is_second) = (self.rows.len() / 2, self.system.order == Order::Second);
         let power = self.system.order.power_of(h);
         let mut matters = false;

@@ -3,6 +3,7 @@
 //! Nothing depends on the others, so their columns of J = Df are zero. Those among them whose velocity is constant, as
 //! that of t without a force on it, are left out of x, and so is s, by which Newton's law is lifted.
 
+use super::algebras::LANES;
 use crate::formula::{Program, Register, Step};
 use crate::geometry::{Geometry, Hamiltonian, Source, Start};
 use crate::number::Extended;
@@ -135,6 +136,13 @@ impl<'g> Equations<'g> {
         let mut registers = program.registers(&constant);
         self.momenta.iter().for_each(|&(register, p)| registers[register] = constant(p));
         registers
+    }
+
+    /// About how many operations a window takes, in units of one operation of a formula on one place. Formulas are run
+    /// in balls and in discs, each as costly as some ten doubles, and the products of matrices are sums of doubles.
+    pub(super) fn operations(&self) -> f64 {
+        let products = self.unknowns.pow(3) / 8;
+        (LANES * (self.all.len() + self.of_jacobian.len() + products)) as f64
     }
 
     /// The value of an entry of J among registers of its program.

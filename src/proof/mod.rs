@@ -126,6 +126,15 @@ pub struct Coordinate {
     pub is_steady: bool,
 }
 
+/// How far a proof is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// γ − γ_i until where windows are proved.
+    pub reached: f64,
+    /// The operations that it took so far: a count, which is the same on every machine.
+    pub operations: f64,
+}
+
 /// What is proved.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Proof {
@@ -140,17 +149,17 @@ pub struct Proof {
 }
 
 /// Proves where a motion ends. `goes_on` hears after every window how far it came, and may stop the proof.
-pub fn prove(motion: &Motion<'_>, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof {
+pub fn prove(motion: &Motion<'_>, goes_on: &mut dyn FnMut(Progress) -> bool) -> Proof {
     proved(motion, false, goes_on)
 }
 
 /// Proves it in windows of half the length that they may have, which has other defects and other errors. As both are
 /// theorems about one motion, what they say of its end has to agree.
-pub fn prove_finer(motion: &Motion<'_>, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof {
+pub fn prove_finer(motion: &Motion<'_>, goes_on: &mut dyn FnMut(Progress) -> bool) -> Proof {
     proved(motion, true, goes_on)
 }
 
-fn proved(motion: &Motion<'_>, is_finer: bool, goes_on: &mut dyn FnMut(f64) -> bool) -> Proof {
+fn proved(motion: &Motion<'_>, is_finer: bool, goes_on: &mut dyn FnMut(Progress) -> bool) -> Proof {
     let begun = Instant::now();
     // The state is q and p. The velocities of a run that is continued have no more digits than were written.
     let (q, p) = (motion.start.q.clone(), motion.start.p.clone());
@@ -173,6 +182,7 @@ fn proved(motion: &Motion<'_>, is_finer: bool, goes_on: &mut dyn FnMut(f64) -> b
         is_finer,
         reached: 0.0,
         windows: 0,
+        attempts: 0,
     };
     let end = run.to(&goal, goes_on);
     let end = end.map(|end| end::coordinates(motion, &run.prover.equations, &goal, end));
@@ -188,6 +198,8 @@ struct Run<'g> {
     /// Exact up to the last window, as lengths of windows are.
     reached: f64,
     windows: usize,
+    /// Windows that were tried.
+    attempts: usize,
 }
 
 /// Lengths of windows, but for the last one, are multiples of a power of two, so that sums of them are exact.
@@ -197,15 +209,17 @@ fn on_grid(h: f64, unit: f64) -> f64 {
 
 impl Run<'_> {
     /// To the end, which is `None` of a motion that does not vary.
-    fn to(&mut self, goal: &Goal, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Option<End>, Reason> {
+    fn to(&mut self, goal: &Goal, goes_on: &mut dyn FnMut(Progress) -> bool) -> Result<Option<End>, Reason> {
         if self.prover.equations.unknowns == 0 {
             return Ok(None);
         }
         let first = goal.length() * FIRST;
         let unit = (first.log2().floor() - 40.0).exp2();
         let (mut h, mut longest, mut short, mut refused) = (on_grid(first, unit), 0.0_f64, 0, Reason::Short);
+        let of_window = self.prover.equations.operations();
         loop {
-            if !goes_on(self.reached) {
+            let operations = self.attempts as f64 * of_window;
+            if !goes_on(Progress { reached: self.reached, operations }) {
                 return Err(Reason::Stopped);
             }
             let (step, is_last) = goal.step(self.reached, h);
@@ -246,6 +260,7 @@ impl Run<'_> {
 
     /// Proves a window, on which the coordinate of the end has to come nearer to its value.
     fn window(&mut self, goal: &Goal, h: f64) -> Result<Proved, Reason> {
+        self.attempts += 1;
         let proved = Level::Best.dispatch(Window { prover: &mut self.prover, set: &self.set, h });
         let proved = proved.map_err(|refused| match refused {
             Refused::Obstacle(obstacle) => Reason::Obstacle(obstacle),

@@ -11,7 +11,7 @@ use crate::case::Case;
 use crate::diagnostics::verdict::{CoordinateError, Grade, ROUNDING, Reason};
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
-use crate::proof::{Coordinate, Motion, Proof, Reason as Unproved, Until, prove};
+use crate::proof::{Coordinate, Motion, Progress, Proof, Reason as Unproved, Until, prove};
 use crate::solve::{Limit, Setup};
 use crate::study::errors::{Judge, RunError};
 use crate::study::facts::coordinate_errors;
@@ -23,6 +23,13 @@ const MOST_DIGITS: i32 = 40;
 const OF_SUM: f64 = 1e-70;
 /// So many doubles hold all digits of a number of any precision.
 const PARTS: usize = 6;
+
+/// A run with an accuracy is proved without being asked if it takes no more operations than this, which is some 0.2
+/// seconds: nobody waits for them. It is a count and no clock, so that a run says the same on every machine.
+pub const FREE: f64 = 4e6;
+/// After this share of them it is known whether they will do.
+const KNOWN: f64 = 0.125;
+const COSTLY: &str = "a proof that takes longer than a run may without --prove";
 
 /// The words for how a proof ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -146,17 +153,30 @@ fn until(case: &Case, setup: &Setup<Extended>) -> Result<Until, &'static str> {
     })
 }
 
-/// Proves where the run of `case` ends, and takes that into what was judged of it. `goes_on` hears after every window
-/// which part of the motion is done, and may stop the proof.
-pub fn prove_run<S: Real>(case: &Case, run: &Run<S>, judged: &mut Judged, goes_on: &mut dyn FnMut(f64) -> bool) {
+/// Proves where the run of `case` ends, and takes that into what was judged of it. No more than `most` operations are
+/// spent on it. `goes_on` hears after every window which part of the motion is done, and may stop the proof.
+pub fn prove_run<S: Real>(
+    case: &Case,
+    run: &Run<S>,
+    judged: &mut Judged,
+    most: f64,
+    goes_on: &mut dyn FnMut(f64) -> bool,
+) {
     let setup: Setup<Extended> = case.setup();
     let length = run.line.signed(run.line.gamma_f() - S::from(setup.gamma_i.to_f64())).to_f64();
+    let mut is_costly = false;
     let found = until(case, &setup).map(|until| {
         let (geometry, start) = (&*setup.place.geometry, &*setup.place.start);
         let unused = case.is_lifted().then(|| start.q.len() - 1);
-        prove(&Motion { geometry, start, unused, until }, &mut |reached| goes_on(reached / length))
+        prove(&Motion { geometry, start, unused, until }, &mut |progress| {
+            is_costly = is_too_costly(progress, length, most);
+            !is_costly && goes_on(progress.reached / length)
+        })
     });
     let of_run = match &found {
+        Ok(proof) if is_costly => {
+            ProofOfRun { status: Status::Unproved, reason: Some(COSTLY.to_owned()), ..of_run(&setup, run, proof) }
+        }
         Ok(proof) => of_run(&setup, run, proof),
         Err(reason) => ProofOfRun {
             status: Status::Unproved,
@@ -170,6 +190,18 @@ pub fn prove_run<S: Real>(case: &Case, run: &Run<S>, judged: &mut Judged, goes_o
     };
     judged.proof = Some(of_run);
     judge(run, judged);
+}
+
+/// True if a run with this case is proved without being asked, as far as `FREE` operations go: one by itself that has
+/// the whole of its motion, and promises an accuracy of which a proof says whether it is kept.
+pub fn is_proved_unasked(case: &Case) -> bool {
+    let is_promised = case.settings.accuracy.is_some_and(|accuracy| accuracy.is_promised());
+    case.proof.is_none() && is_promised && case.settings.is_judged && case.continues.is_none()
+}
+
+/// True if a proof has taken more than it may, or will have at the end if it goes on as it did.
+fn is_too_costly(Progress { reached, operations }: Progress, length: f64, most: f64) -> bool {
+    operations > most || operations > KNOWN * most && operations * length > 2.0 * most * reached
 }
 
 /// What is proved, in the words of the case.

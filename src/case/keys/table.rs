@@ -168,8 +168,10 @@ pub static KEYS: &[Key] = table! {
     /// doubtful. `--no-error` is the same. With accuracy or tolerance the run is the one that would have been judged,
     /// if one round was enough.
     ("solver.error", Flag, "true", All);
-    /// true: `run` also [proves](trust.md#what-is-proved) where the motion ends, and how far the run is from there.
-    ("solver.proof", Flag, "false", All);
+    /// true: `run` also [proves](trust.md#what-is-proved) where the motion ends, and how far the run is from there;
+    /// false: it does not. Without it a run with `solver.accuracy` does so if that takes [some 0.2
+    /// seconds](trust.md#what-is-proved) or less.
+    ("solver.proof", Flag, "", All);
 
     /// how the solve must end. A name from the [list of statuses](results.md#statuses).
     ("expect.status", Word(Words::Status), "\"converged\"", All);

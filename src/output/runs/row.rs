@@ -35,7 +35,7 @@ impl Columns {
         let keys = runs.axes.iter().map(|axis| axis.key.clone()).collect();
         let ending = texts(&["status", "exit_code", "ended_by"]);
         let estimate = first.settings.accuracy.map(|_| "error_estimate".to_owned()).into_iter().collect();
-        let proof = if first.proof { texts(&["proof_status", "proof_radius"]) } else { Vec::new() };
+        let proof = if first.proof == Some(true) { texts(&["proof_status", "proof_radius"]) } else { Vec::new() };
         let verdict = texts(&["verdict", "message"]);
         let row = [texts(&["row"]), keys, ending, state, maxima.clone(), estimate, proof, verdict].concat();
         let of_event = || event_header(&first.coordinates(), first.settings.is_judged_on_its_way());

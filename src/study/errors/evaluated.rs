@@ -15,7 +15,7 @@ pub(super) const ORDINARY: f64 = 64.0 * f64::EPSILON;
 /// digits of a double.
 const CHANGE: f64 = 1.0 / (1_u128 << 80) as f64;
 /// Numbers are changed with so many patterns of signs, since in one of them changes may cancel.
-const PATTERNS: u32 = 8;
+pub(super) const PATTERNS: u32 = 8;
 /// Rounding moves a number by this share of it at most.
 pub(super) const ROUNDING: f64 = 0.5 * f64::EPSILON;
 
@@ -39,6 +39,13 @@ impl Losses {
         }
         all
     }
+}
+
+/// The sign, 1 or −1, by which the number `k` is changed in one of [`PATTERNS`].
+pub(super) fn side(k: usize, pattern: u32) -> f64 {
+    // The bits of multiples of the golden ratio are as good as random.
+    let is_up = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (40 + pattern) & 1 == 1;
+    if is_up { 1.0 } else { -1.0 }
 }
 
 /// The rates of a case in both precisions, where events have set these parameters.
@@ -170,10 +177,7 @@ impl Evaluated {
             [CHANGE, ORDINARY].into_iter().flat_map(|by| (0..PATTERNS).map(move |pattern| (by, pattern)))
         {
             let changed = |k: usize, value: f64| {
-                // The bits of multiples of the golden ratio are as good as random.
-                let is_up = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> (40 + pattern) & 1 == 1;
-                let change = Extended::from(sizes[k]) * Extended::from(by);
-                Extended::from(value) + if is_up { change } else { -change }
+                Extended::from(value) + Extended::from(sizes[k]) * Extended::from(by * side(k, pattern))
             };
             for ((scale, &rate), other) in scales.iter_mut().zip(rates).zip(self.exact(seen, changed)) {
                 *scale = scale.max(((other - rate) / Extended::from(by)).to_f64().abs());

@@ -9,7 +9,7 @@ use super::compare::end_coordinate;
 use super::conditioning::{FAR, Formulas, Lost};
 use super::evaluated::ORDINARY;
 use super::finding::{Finding, of_coordinate};
-use super::meetings::met;
+use super::meetings::{at_start, met};
 use super::sights::Sights;
 use super::{Noise, RunError};
 use crate::case::Case;
@@ -125,7 +125,9 @@ impl Further {
         };
         let n = setup.place.start.q.len();
         let momenta = sights.places.sizes_of_momenta(n);
-        let met = Met::new(&setup.rough.geometry, &met(case, setup, &sights.places), &momenta);
+        let mut off = met(case, setup, &sights.places);
+        off.iter_mut().zip(at_start(case, setup, length)).for_each(|(off, more)| *off += more);
+        let met = Met::new(&setup.rough.geometry, &off, &momenta);
         let (lost, of_formula) = match (formulas, met) {
             (Formulas::Unknown, _) => (Part::Unknown(Reason::new(NO_VALUE, WELL)), Default::default()),
             (Formulas::Conditioned, None) => (Part::Nothing, Default::default()),

@@ -4,9 +4,10 @@
 //! elsewhere: the place is rounded, and so is all that it is compared with, of which little may be left. What that
 //! makes of momenta is found here.
 
-use super::evaluated::Evaluated;
+use super::evaluated::{Evaluated, ORDINARY, PATTERNS, side};
 use super::places::{Meeting, Places, Seen};
 use crate::case::Case;
+use crate::geometry::Start;
 use crate::number::{Extended, Real};
 use crate::solve::Setup;
 
@@ -16,6 +17,11 @@ const REACHES: [f64; 3] = [1.0, 32.0, 1024.0];
 const PARTS: [f64; 3] = [1.0, 0.7, 0.4];
 /// The way is halved so many times: to the last bit of a double that is as long.
 const HALVINGS: usize = 52;
+
+/// Around a start rates are looked at this far away, relative to each coordinate that rests, and at this part of it:
+/// what is smooth changes less there, and what jumps as much.
+const AROUND: f64 = ORDINARY;
+const NEARER: f64 = 0.125;
 
 /// A jump of forces: γ where it is, and by how much each momentum is off behind it.
 struct Jump {
@@ -44,7 +50,48 @@ pub(super) fn met<S: Real>(case: &Case, setup: &Setup<S>, places: &Places) -> Ve
     all
 }
 
+/// By how much momenta are uncertain over `length`, since the start of a run of `case` lies at a jump of forces, up to
+/// rounding, and rests there: which side of it the motion is on, rounding decides.
+pub(super) fn at_start<S: Real>(case: &Case, setup: &Setup<S>, length: f64) -> Vec<f64> {
+    let geometry = &setup.rough.geometry;
+    let mut here = None;
+    let Start { q, p, .. } = &*setup.rough.start;
+    let start = Seen { q: q.clone(), p: p.clone(), set: Vec::new(), part: 0.0 };
+    let at_rest = (geometry.jump().is_some() && !S::IS_EXTENDED)
+        .then(|| Evaluated::where_set(&mut here, (case, setup), &start)?.jump_around(&start));
+    let by = at_rest.flatten().unwrap_or_else(|| vec![0.0; q.len()]);
+    by.into_iter().map(|by| by * length).collect()
+}
+
 impl Evaluated {
+    /// By how much the rate of each momentum jumps if coordinates that rest are moved by rounding. `None` if it does
+    /// not.
+    fn jump_around(&mut self, start: &Seen) -> Option<Vec<f64>> {
+        let n = start.q.len();
+        let rates = self.exact(start, |_, value| Extended::from(value));
+        let rests: Vec<bool> = (0..n).map(|a| rates[a] == Extended::ZERO).collect();
+        let mut change = |share: f64| {
+            let mut most = vec![0.0_f64; n];
+            for pattern in 0..PATTERNS {
+                let mut moved = |sign: f64| {
+                    self.exact(start, |k, value| {
+                        let by = if k < n && rests[k] { sign * side(k, pattern) * share } else { 0.0 };
+                        Extended::from(value) * (Extended::ONE + Extended::from(by))
+                    })
+                };
+                let [one, other] = [1.0, -1.0].map(&mut moved);
+                for (most, (one, other)) in most.iter_mut().zip(one[n..].iter().zip(&other[n..])) {
+                    *most = most.max((*one - *other).to_f64().abs());
+                }
+            }
+            most
+        };
+        let [further, nearer] = [AROUND, AROUND * NEARER].map(&mut change);
+        let jumps = |(far, near): (&f64, &f64)| *far > 0.0 && *near > 0.5 * far;
+        let by: Vec<f64> = further.iter().zip(&nearer).map(|pair| if jumps(pair) { *pair.0 } else { 0.0 }).collect();
+        by.iter().any(|&by| by > 0.0).then_some(by)
+    }
+
     /// By how much each momentum is off behind the jump next to this window. `None` if there is none.
     fn misplaced(&mut self, meeting: &Meeting) -> Option<Jump> {
         let Meeting { start, gamma, length, .. } = meeting;

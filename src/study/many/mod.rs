@@ -171,8 +171,8 @@ fn outcome<S: Real>(case: &Case) -> Result<End, NoSolution> {
         Err(NoRun::Unsampled(_)) => unreachable!("a row has no samples"),
     };
     let (line, mut judged) = (&found.line, found.judged(&setup, false, false));
-    if case.proof {
-        prove_run(case, &found, &mut judged, &mut |_| true);
+    if case.proof == Some(true) {
+        prove_run(case, &found, &mut judged, f64::INFINITY, &mut |_| true);
     }
     let state = |gamma: S, q: &[S], q_dot: &[S]| -> Vec<String> {
         std::iter::once(&gamma).chain(q).chain(q_dot).map(|value| value.to_decimal(line.digits)).collect()

@@ -11,14 +11,14 @@ use crate::common::parsed;
 fn judged(case: &Case, run: &Run, factor: f64) -> Judged {
     let mut judged = run.judged(&case.setup(), false, false);
     let mut honest = run.judged(&case.setup(), false, false);
-    prove_run(case, run, &mut honest, &mut |_| true);
+    prove_run(case, run, &mut honest, f64::INFINITY, &mut |_| true);
     let ends = honest.proof.expect("it was asked for").ends;
     let error = judged.error.as_mut().expect("a second solve reaches the end");
     for (name, (end, own)) in run.line.geometry().names().iter().zip(error.end.iter_mut().zip(&mut error.own)) {
         let proved = ends.iter().find(|end| end.name == *name);
         (*end, *own) = (proved.map_or(0.0, |end| factor * end.run_off_by), 0.0);
     }
-    prove_run(case, run, &mut judged, &mut |_| true);
+    prove_run(case, run, &mut judged, f64::INFINITY, &mut |_| true);
     judged
 }
 

@@ -52,7 +52,7 @@ fn what_is_not_proved_is_told_and_changes_nothing_else() {
         ("molecule-table", "a table, which is not one analytic function", 0.0),
         ("horizon-near", "windows that become ever shorter", 1.571),
     ] {
-        let (_, without) = run(&folder, case);
+        let (_, without) = run(&folder, &format!("{case} --no-prove"));
         let files = folder.names("out");
         let (told, with) = run(&folder, &format!("{case} --prove"));
         let proof = &with["proof"];
@@ -92,6 +92,46 @@ fn starts_without_digits_and_jumps_without_a_force_are_not_proved() {
         let (told, summary) = run(&folder, "case.toml --prove");
         assert_eq!(summary["proof"]["reason"].as_str(), reason, "{told}");
     }
+}
+
+#[test]
+fn a_run_with_an_accuracy_proves_itself_where_that_takes_little() {
+    let folder = Folder::new();
+    for (arguments, verdict, status) in [
+        ("quartic-accuracy", "proved", Some("proved")),
+        ("quartic --set solver.accuracy=1e-8", "proved", Some("proved")),
+        ("rocket", "proved", Some("proved")),
+        // The others have a kink, too many operations, or another start; they promise nothing, or nobody judges them.
+        ("molecule-table", "trusted", Some("unproved")),
+        ("outer-planets", "trusted", Some("unproved")),
+        ("quartic", "trusted", None),
+        ("henon-heiles --set solver.tolerance=1e-10", "trusted", None),
+        ("quartic-accuracy --no-error", "doubtful", None),
+        ("quartic-accuracy --no-prove", "trusted", None),
+        ("quartic-accuracy --set solver.proof=false", "trusted", None),
+    ] {
+        let (told, summary) = run(&folder, arguments);
+        assert_eq!(summary["verdict"], verdict, "{arguments}: {told}");
+        assert_eq!(summary.get("proof").map(|proof| proof["status"].as_str().unwrap()), status, "{arguments}");
+        // Nobody asked why there is no proof.
+        assert_eq!(told.contains("  proved   "), status == Some("proved"), "{told}");
+    }
+    assert_eq!(run(&folder, "outer-planets --prove").1["proof"]["status"], "proved");
+    run(&folder, "quartic-accuracy");
+    folder.succeeds("run quartic-accuracy --from out --set grid.gamma_f=2.0 --out further");
+    assert!(folder.summary("further").get("proof").is_none());
+    let rows = folder.succeeds("run quartic-accuracy --vary initial.x=1,2 --stdout");
+    assert!(!rows.contains("proof_status") && !rows.contains("proved"), "{rows}");
+}
+
+#[test]
+fn what_a_proof_may_take_unasked_is_a_count_and_the_reason_says_so() {
+    let folder = Folder::new();
+    let (_, summary) = run(&folder, "outer-planets");
+    let proof = &summary["proof"];
+    assert_eq!(proof["reason"], "a proof that takes longer than a run may without --prove");
+    let (_, again) = run(&folder, "outer-planets");
+    assert_eq!((&proof["windows"], &proof["reached"]), (&again["proof"]["windows"], &again["proof"]["reached"]));
 }
 
 #[test]
