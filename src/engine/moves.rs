@@ -68,19 +68,23 @@ impl<const N: usize> Solver<'_, N> {
             linear.registers[unknown] = Nodes(places);
         }
         Level::Best.dispatch(Evaluate { registers: &mut linear.registers, steps: linear.steps });
-        let level = |terms: &[Term], row: usize| {
+        // From by how much unknowns are off besides the rounding of their values.
+        let level = |terms: &[Term], row: usize, off: &[f64]| {
             let at = |place: usize| {
-                let of = terms.iter().filter(|term| term.row == row);
-                let of = of.map(|term| {
+                let of = terms.iter().filter(|term| term.row == row).map(|term| {
                     let value = linear.registers[linear.unknowns[term.column]].0[place];
-                    (term.factor * linear.registers[term.register].0[place] * value).abs()
+                    let off = UNITS_OF_RATES * f64::EPSILON * value.abs() + off.get(term.column).unwrap_or(&0.0);
+                    (term.factor * linear.registers[term.register].0[place]).abs() * off
                 });
-                UNITS_OF_RATES * f64::EPSILON * of.sum::<f64>()
+                of.sum::<f64>()
             };
             (0..8).map(at).fold(0.0, larger)
         };
-        let noise: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row)).collect();
-        let of_ways: Vec<f64> = (0..self.ways.len()).map(|j| level(&linear.rates, j)).collect();
+        let own: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row, &[])).collect();
+        // Noise of a rate moves the nodes of its unknown, and rates with it.
+        let moved: Vec<f64> = own.iter().map(|noise| self.system.order.power_of(h) * noise).collect();
+        let noise: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row, &moved)).collect();
+        let of_ways: Vec<f64> = (0..self.ways.len()).map(|j| level(&linear.rates, j, &moved)).collect();
         self.linear = Some(linear);
         let (m, is_second) = (self.rows.len() / 2, self.system.order == Order::Second);
         let power = self.system.order.power_of(h);
