@@ -60,6 +60,7 @@ pub use limits::on_grid;
 pub use observables::{Axes, Event};
 pub use schema::{choices, schema};
 pub use settings::{Expect, Grid, default_iterations};
+pub(crate) use setup::WatchedFormula;
 pub use source::{key_of, overridden};
 pub use start_data::{Rate, Sign, StartData};
 

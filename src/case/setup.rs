@@ -11,6 +11,19 @@ use crate::number::{Extended, Real};
 use crate::solve::{Change, Continuation, Limit, Place, Quantity, Setup, Until};
 use crate::trajectory::Watch;
 
+/// A formula that ends a run where it changes its sign, or that is looked for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct WatchedFormula<'c> {
+    /// As it is written.
+    pub(crate) formula: &'c str,
+    /// The changes that count.
+    pub(crate) direction: Direction,
+    /// True if it ends the run.
+    pub(crate) ends: bool,
+    /// The index of its event; `None` of `grid.until`.
+    pub(crate) event: Option<usize>,
+}
+
 impl Case {
     fn place<S: Real>(&self) -> Place<S> {
         let geometry = self.geometry();
@@ -80,9 +93,9 @@ impl Case {
 
     /// The names of the formulas that end runs or act, by their places.
     pub(crate) fn ending_names(&self) -> Vec<&str> {
-        let until = self.events.iter().filter(|event| event.until).map(|event| event.name.as_str());
-        let acting = self.acting().map(|(_, event)| event.name.as_str());
-        until.chain(self.grid.until.as_ref().map(|_| "grid.until")).chain(acting).collect()
+        let until = self.grid.until.iter().map(|_| "grid.until");
+        let ending = self.events.iter().filter(|event| event.until).map(|event| event.name.as_str());
+        until.chain(ending).chain(self.acting().map(|(_, event)| event.name.as_str())).collect()
     }
 
     /// The change of the state that an event makes.
@@ -122,7 +135,7 @@ impl Case {
     }
 
     /// A formula of what the solver computes.
-    fn observable<S: Real>(&self, formula: &str) -> Observable<S> {
+    pub(crate) fn observable<S: Real>(&self, formula: &str) -> Observable<S> {
         let observable = observable(&self.geometry_text, formula);
         if self.is_backward() { observable.of_reversed() } else { observable }
     }
@@ -132,14 +145,38 @@ impl Case {
         observable(&self.geometry_text, formula)
     }
 
-    /// The formulas at whose changes of sign a run ends.
+    /// The formulas at whose changes of sign a run ends, by their places, and then those of events that it looks for.
+    pub(crate) fn watched_formulas(&self) -> impl Iterator<Item = WatchedFormula<'_>> {
+        let of = |ends: bool| {
+            let events = self.events.iter().enumerate();
+            let of = events.filter(move |(_, event)| event.until == ends && event.set.is_empty());
+            of.map(move |(k, Event { when, direction, .. })| WatchedFormula {
+                formula: when,
+                direction: *direction,
+                ends,
+                event: Some(k),
+            })
+        };
+        let until = self.grid.until.as_deref();
+        let until =
+            until.map(|formula| WatchedFormula { formula, direction: Direction::Both, ends: true, event: None });
+        until.into_iter().chain(of(true)).chain(of(false))
+    }
+
+    /// The space-time of a run of this case in which the last coordinates are the values of these formulas, where
+    /// `norm` is K.
+    pub(crate) fn watching(&self, formulas: &[WatchedFormula<'_>], norm: Extended) -> Geometry<Extended> {
+        let formulas: Vec<&str> = formulas.iter().map(|of| of.formula).collect();
+        let geometry = Geometry::watching(&self.geometry_text, &formulas, norm, self.is_backward());
+        geometry.expect("a valid case has valid formulas")
+    }
+
+    /// The formulas at whose changes of sign a run ends, or a state changes.
     fn ending<S: Real>(&self) -> Vec<Until<S>> {
-        let ending = self.events.iter().filter(|event| event.until);
-        let ending = ending.map(|event| (event.when.as_str(), event.direction, None));
+        let ending = self.watched_formulas().filter(|of| of.ends).map(|of| (of.formula, of.direction, None));
         let acting = self.acting().map(|(_, event)| (event.when.as_str(), event.direction, Some(self.change(event))));
-        let until = self.grid.until.as_deref().map(|formula| (formula, Direction::Both, None)).into_iter();
         // Where an event that acts meets one that ends the run, the run ends.
-        let until = until.chain(ending).chain(acting);
+        let until = ending.chain(acting);
         let until = until.map(|(formula, direction, change)| Until {
             formula: self.observable(formula),
             rough: self.observable(formula),

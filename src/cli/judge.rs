@@ -110,7 +110,7 @@ pub(super) fn told(proof: &ProofOfRun, case: &Case) -> String {
             _ => format!("the end is not proved: {reason} at gamma = {}", short(proof.reached)),
         };
     }
-    let place = case.t_f::<f64>().unwrap_or(proof.reached);
+    let place = case.t_f::<f64>().filter(|_| proof.ended_by.is_none()).unwrap_or(proof.reached);
     let told = |end: &&ProvedEnd| !end.is_plain;
     let one = |end: &ProvedEnd| format!("{}({}) = {} ± {}", end.name, short(place), end.end, above(end.radius));
     let ends = listed(proof.ends.iter().filter(told).map(one));

@@ -197,7 +197,8 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
     let start = Instant::now();
-    write_tables(&files, &tables, &|name, out| write_table(name, out, case, &run, args.every))?;
+    let radii = judged.proof.as_ref().map_or(&[][..], |proof| &proof.events);
+    write_tables(&files, &tables, &|name, out| write_table(name, out, case, (&run, radii), args.every))?;
     let title = args.case.headed(case.title.as_deref());
     let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
     files.write_text(SUMMARY, &json)?;
@@ -257,7 +258,7 @@ fn until_failure<S: Real>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> a
     if has_rows && !case.events.is_empty() {
         let names = setup.place.geometry.names();
         let format = (setup.settings.digits, setup.settings.is_judged_on_its_way());
-        files.write_table(EVENTS, |out| write_events(out, names, &case.event_names(), &events, format))?;
+        files.write_table(EVENTS, |out| write_events(out, names, &case.event_names(), (&events, &[]), format))?;
     }
     Ok(has_rows)
 }
@@ -335,7 +336,13 @@ fn tables(case: &Case, args: &RunArgs) -> Vec<&'static str> {
 }
 
 /// Writes one of these tables.
-fn write_table<S: Real>(name: &str, out: &File, case: &Case, run: &Run<S>, every: usize) -> csv::Result<()> {
+fn write_table<S: Real>(
+    name: &str,
+    out: &File,
+    case: &Case,
+    (run, radii): (&Run<S>, &[Option<Vec<f64>>]),
+    every: usize,
+) -> csv::Result<()> {
     let (line, names) = (&run.line, run.line.geometry().names());
     match name {
         TRAJECTORY => write_nodes(out, &run.parts(), every, trajectory),
@@ -346,7 +353,7 @@ fn write_table<S: Real>(name: &str, out: &File, case: &Case, run: &Run<S>, every
         GROWTH => write_growth(out, line),
         _ => {
             let format = (line.digits, case.settings.is_judged_on_its_way());
-            write_events(out, names, &case.event_names(), &run.events, format)
+            write_events(out, names, &case.event_names(), (&run.events, radii), format)
         }
     }
 }

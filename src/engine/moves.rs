@@ -81,10 +81,12 @@ impl<const N: usize> Solver<'_, N> {
             (0..8).map(at).fold(0.0, larger)
         };
         let own: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row, &[])).collect();
-        // Noise of a rate moves the nodes of its unknown, and rates with it.
-        let moved: Vec<f64> = own.iter().map(|noise| self.system.order.power_of(h) * noise).collect();
+        // Noise of a force moves the nodes of its momentum, and velocities with it. Accelerations are integrated twice,
+        // which leaves of noise less than of rounding.
+        let is_first = self.system.order == Order::First;
+        let moved: Vec<f64> = own.iter().map(|noise| if is_first { h * noise } else { 0.0 }).collect();
         let noise: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row, &moved)).collect();
-        let of_ways: Vec<f64> = (0..self.ways.len()).map(|j| level(&linear.rates, j, &moved)).collect();
+        let of_ways: Vec<f64> = (0..self.ways.len()).map(|j| level(&linear.rates, j, &[])).collect();
         self.linear = Some(linear);
         let (m, is_second) = (self.rows.len() / 2, self.system.order == Order::Second);
         let power = self.system.order.power_of(h);

@@ -4,6 +4,7 @@
 
 use super::inverse::Inverse;
 use super::parts::{Parts, plus};
+use super::watched::watch;
 use crate::formula::{Level, NodeId};
 use crate::number::Real;
 
@@ -20,8 +21,9 @@ pub(super) struct Expressions {
 
 impl Expressions {
     pub(super) fn new<S: Real>(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize]) -> Self {
-        let velocities = velocities(parts, inverse);
-        let forces = active.iter().map(|&a| rate(parts, a, &velocities)).collect();
+        let mut velocities = velocities(parts, inverse);
+        let forces: Vec<NodeId> = active.iter().map(|&a| rate(parts, a, &velocities)).collect();
+        watch(parts, active, &mut velocities, &forces);
         Self { forces, determinants: inverse.blocks.iter().map(|block| block.determinant).collect(), velocities }
     }
 

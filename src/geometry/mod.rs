@@ -43,6 +43,7 @@ mod presets;
 mod rates;
 mod structure;
 mod text;
+mod watched;
 mod written;
 
 pub use crate::formula::FormulaError;

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use super::parts::{self, Scope};
 use super::text::{GeometryError, GeometryText, Place};
-use crate::formula::{self, Kind, Program, Watched, watched_registers};
-use crate::number::Real;
+use crate::formula::{self, Kind, OneBall, Program, Watched, run, watched_registers};
+use crate::number::ball::Ball;
+use crate::number::{Extended, Real};
 
 /// A formula in the positions `q`, the velocities `q_dot` and the momenta `p_q` of a scene, in `norm`, which is K at
 /// the start, and in the parameters and definitions of the scene.
@@ -91,6 +92,22 @@ impl<S: Real> Observable<S> {
         variables[3 * n] = norm;
         self.program.run(1, 1, &mut self.registers, &mut 1);
         self.registers[self.program.output(0)][0]
+    }
+}
+
+impl Observable<Extended> {
+    /// The value at a state of which each number is off by at most the part `off`, and a bound of what it is off by.
+    pub fn enclosed(&self, [q, q_dot, p]: [&[Extended]; 3], norm: Extended, off: f64) -> (Extended, f64) {
+        let n = q.len();
+        let mut registers = self.program.registers(|constant| Ball::of(constant, off));
+        let state = q.iter().chain(q_dot).chain(p).chain([&norm]);
+        registers.iter_mut().zip(state).for_each(|(register, &value)| *register = Ball::of(value, off));
+        let reversed = if self.is_reversed { n..3 * n } else { 0..0 };
+        let mirrored = self.mirrored.clone().map(|a| 2 * n + a);
+        reversed.chain(mirrored).for_each(|variable| registers[variable] = -registers[variable]);
+        run(&OneBall, self.program.steps_to(1), &mut registers);
+        let Ball { hi, lo, rad } = registers[self.program.output(0)];
+        (Extended::from(hi) + Extended::from(lo), rad)
     }
 }
 

@@ -23,6 +23,8 @@ pub(super) struct Parts<S> {
     pub(super) force: BTreeMap<usize, NodeId>,
     /// The coordinates of particles in a potential.
     pub(super) particles: Range<usize>,
+    /// Formulas of q, q̇ and p, whose rates are the velocities of the last coordinates.
+    pub(super) watched: Vec<NodeId>,
 }
 
 /// The names that the formulas of a scene may refer to.
@@ -206,7 +208,16 @@ impl<S: Real> Parts<S> {
             force.insert(*a, scope.parse(component, Place::Force(*a), 2)?);
         }
         let hamiltonian = Preset::hamiltonian(text).map(|alone| scope.hamiltonian(alone, &one_form, text.tau, omega));
-        Ok(Self { graph: scope.graph, names, metric, one_form, hamiltonian, force, particles: 0..0 })
+        Ok(Self {
+            graph: scope.graph,
+            names,
+            metric,
+            one_form,
+            hamiltonian,
+            force,
+            particles: 0..0,
+            watched: Vec::new(),
+        })
     }
 
     fn of_potential(text: &GeometryText, potential: &Potential, mut scope: Scope<S>) -> Result<Self, GeometryError> {
@@ -266,7 +277,7 @@ impl<S: Real> Parts<S> {
             }
         }
         let one_form = BTreeMap::new();
-        Ok(Self { graph: scope.graph, names, metric, one_form, hamiltonian, force, particles })
+        Ok(Self { graph: scope.graph, names, metric, one_form, hamiltonian, force, particles, watched: Vec::new() })
     }
 
     /// The same world-lines on their way back: velocities and momenta have the other sign.

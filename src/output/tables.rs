@@ -65,7 +65,8 @@ pub(crate) fn event_header(names: &[String], is_judged: bool) -> Vec<String> {
 }
 
 /// Writes `events.csv`: the name of the event, then the columns of `samples.csv` and, of runs that are judged on their
-/// way, by how much γ and every coordinate may be off. `events` are the names of what was watched.
+/// way, by how much γ and every coordinate may be off. `events` are the names of what was watched. If there are `radii`,
+/// one for each crossing, what is proved of that comes last, and is empty where nothing is.
 ///
 /// # Errors
 /// If `out` cannot be written.
@@ -73,14 +74,22 @@ pub fn write_events<S: Real>(
     out: impl Write,
     names: &[String],
     events: &[&str],
-    crossings: &[Crossing<S>],
+    (crossings, radii): (&[Crossing<S>], &[Option<Vec<f64>>]),
     (digits, is_judged): (u32, bool),
 ) -> csv::Result<()> {
+    let has_radii = radii.iter().any(Option::is_some);
+    let proved = std::iter::once("gamma").chain(names.iter().map(String::as_str)).filter(|_| has_radii);
+    let proved = proved.map(|name| format!("{name}_radius"));
+    let header = std::iter::once("event".to_owned()).chain(event_header(names, is_judged)).chain(proved);
     let mut writer = Writer::from_writer(out);
-    writer.write_record(std::iter::once("event".to_owned()).chain(event_header(names, is_judged)))?;
-    for crossing in crossings {
+    writer.write_record(header)?;
+    let cell = |radius: f64| if radius.is_nan() { String::new() } else { S::from(radius).to_decimal(digits) };
+    for (k, crossing) in crossings.iter().enumerate() {
         let name = events[crossing.watch].to_owned();
-        writer.write_record(std::iter::once(name).chain(crossing.cells(digits, is_judged)))?;
+        let radii = radii.get(k).and_then(Option::as_ref);
+        let proved =
+            (0..=names.len()).filter(|_| has_radii).map(|place| radii.map_or_else(String::new, |of| cell(of[place])));
+        writer.write_record(std::iter::once(name).chain(crossing.cells(digits, is_judged)).chain(proved))?;
     }
     Ok(writer.flush()?)
 }

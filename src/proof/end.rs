@@ -26,7 +26,7 @@ const BEHIND: f64 = 1e-6;
 pub(super) enum Goal {
     /// After a length of γ.
     Length(Extended),
-    /// Where an unknown has a value, in this direction and after about this length.
+    /// Where an unknown has a value, in this direction and after about this length, if that is known.
     Value { unknown: usize, value: Extended, sign: f64, about: f64 },
 }
 
@@ -47,6 +47,11 @@ impl Goal {
                 }
             }
         }
+    }
+
+    /// Where an unknown is 0, in this direction.
+    pub(super) fn zero(unknown: usize, sign: f64) -> Self {
+        Self::Value { unknown, value: Extended::ZERO, sign, about: f64::NAN }
     }
 
     /// About how long the motion is.
@@ -79,11 +84,16 @@ impl Goal {
 
     /// The length of the window until just behind the value, if this window passes it.
     pub(super) fn passed(&self, set: &Set, proved: &Proved) -> Option<f64> {
+        self.passed_within(set, proved, [0.0, proved.h * (1.0 + BEHIND)])
+    }
+
+    /// The same, if it is passed between these two places.
+    pub(super) fn passed_within(&self, set: &Set, proved: &Proved, [from, to]: [f64; 2]) -> Option<f64> {
         let Self::Value { unknown: k, value, sign, .. } = *self else { return None };
         let left = (value - Extended::from(set.start[k]) - Extended::from(set.centre[k])).to_f64();
         // What is missing after a length of the window.
         let missing = |h: f64| sign * (left - way(&proved.modes[k], proved.h, h));
-        let (mut low, mut high) = (0.0, proved.h * (1.0 + BEHIND));
+        let (mut low, mut high) = (from, to);
         if missing(high) > 0.0 {
             return None;
         }
@@ -99,7 +109,7 @@ impl Goal {
 }
 
 /// The way of an unknown after a part `h` of a window of this length, but for rounding.
-fn way(modes: &[f64], length: f64, h: f64) -> f64 {
+pub(super) fn way(modes: &[f64], length: f64, h: f64) -> f64 {
     let x = 2.0 * h / length - 1.0;
     let (mut before, mut here, mut sum) = (1.0, x, modes[0] * (1.0 + x));
     for (k, mode) in modes.iter().enumerate().skip(1) {
@@ -113,7 +123,7 @@ fn way(modes: &[f64], length: f64, h: f64) -> f64 {
 /// The unknowns at the end of the motion, and γ − γ_i there, with their radii.
 pub(super) struct End {
     unknowns: Vec<(Extended, f64)>,
-    gamma: (Extended, f64),
+    pub(super) gamma: (Extended, f64),
 }
 
 impl End {
@@ -227,12 +237,13 @@ pub(super) fn coordinates(
     motion: &Motion<'_>,
     equations: &Equations<'_>,
     goal: &Goal,
-    end: Option<End>,
+    end: Option<&End>,
 ) -> Vec<Coordinate> {
-    let gamma = end.as_ref().map_or((Extended::ZERO, 0.0), |end| end.gamma);
+    let gamma = end.map_or((Extended::ZERO, 0.0), |end| end.gamma);
+    let results = motion.results();
     let gamma = if let Goal::Length(length) = goal { (*length, length.to_f64() * OFF) } else { gamma };
     let unknowns = end.iter().flat_map(|end| end.unknowns.iter().zip(&equations.of));
-    let positions = unknowns.filter(|(_, (_, is_momentum))| !is_momentum);
+    let positions = unknowns.filter(|(_, (coordinate, is_momentum))| !is_momentum && *coordinate < results);
     let found = positions.map(|(&(value, radius), &(coordinate, _))| Coordinate {
         coordinate,
         value,

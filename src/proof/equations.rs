@@ -53,6 +53,8 @@ pub(super) struct Equations<'g> {
     momenta: Vec<(Register, Extended)>,
     /// The values of the unknowns at the start.
     pub(super) start: Vec<Extended>,
+    /// What they are off by, besides `OFF`.
+    off: Vec<f64>,
     /// Coordinates that move at a constant velocity.
     pub(super) steady: Vec<usize>,
     /// True if something depends on the place of a coordinate without a force along it: it jumps.
@@ -60,13 +62,20 @@ pub(super) struct Equations<'g> {
 }
 
 impl<'g> Equations<'g> {
-    /// From a start. The coordinate `unused` is no result.
-    pub(super) fn new(geometry: &'g Geometry<Extended>, start: &Start<Extended>, unused: Option<usize>) -> Self {
+    /// From a start. Of the coordinates `unused` is no result, and the last ones are `watched`, with what their starts
+    /// are off by.
+    pub(super) fn new(
+        geometry: &'g Geometry<Extended>,
+        start: &Start<Extended>,
+        unused: Option<usize>,
+        watched: &[f64],
+    ) -> Self {
+        let first_watched = geometry.dimension() - watched.len();
         let hamiltonian = &*geometry.hamiltonian;
         let (n, active, program) = (geometry.dimension(), geometry.active(), &hamiltonian.program);
         let is_variable = |register: Register| active.iter().any(|&a| register == a || register == 2 * n + a);
         let varies = program.depends_on(is_variable);
-        let is_steady = |a: usize| !varies[hamiltonian.velocities[a]];
+        let is_steady = |a: usize| a < first_watched && !varies[hamiltonian.velocities[a]];
         let ignorable: Vec<usize> = geometry.ignorable().collect();
         let is_kept: Vec<bool> = ignorable.iter().map(|&a| !is_steady(a) && unused != Some(a)).collect();
         let kept: Vec<usize> = ignorable.iter().zip(&is_kept).filter(|(_, kept)| **kept).map(|(&a, _)| a).collect();
@@ -76,7 +85,8 @@ impl<'g> Equations<'g> {
             .collect();
         let diagonal = geometry.diagonal(&start.q);
         let is_alike = |one: &(usize, bool), other: &(usize, bool)| {
-            one == other || one.1 == other.1 && diagonal[one.0] == diagonal[other.0]
+            let is_result = one.0.max(other.0) < first_watched;
+            one == other || is_result && one.1 == other.1 && diagonal[one.0] == diagonal[other.0]
         };
         let kinds = of.iter().map(|own| of.iter().position(|other| is_alike(own, other)).unwrap_or_default());
         let velocities = hamiltonian.active_velocities();
@@ -111,6 +121,7 @@ impl<'g> Equations<'g> {
             entries,
             momenta: ignorable.iter().map(|&a| (2 * n + a, start.p[a])).collect(),
             variables: active.iter().copied().chain(active.iter().map(|&a| 2 * n + a)).collect(),
+            off: of.iter().map(|&(a, _)| a.checked_sub(first_watched).map_or(0.0, |k| watched[k])).collect(),
             start: of.iter().map(|&(a, is_momentum)| if is_momentum { start.p[a] } else { start.q[a] }).collect(),
             steady: (ignorable.into_iter()).filter(|&a| is_steady(a) && unused != Some(a)).collect(),
             unknowns: slopes.len(),
@@ -155,7 +166,8 @@ impl<'g> Equations<'g> {
 
     /// The start in doubles, what that leaves of it, and a bound of the rest.
     pub(super) fn split_start(&self) -> [Vec<f64>; 3] {
-        let balls: Vec<Ball> = self.start.iter().map(|&value| number(value)).collect();
+        let start = self.start.iter().zip(&self.off);
+        let balls: Vec<Ball> = start.map(|(&value, &off)| number(value).widened(off)).collect();
         [
             balls.iter().map(|ball| ball.hi).collect(),
             balls.iter().map(|ball| ball.lo).collect(),

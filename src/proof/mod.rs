@@ -15,7 +15,8 @@
 //! window       what becomes of the errors over a window
 //! proved       what is kept of it
 //! set          the set of errors
-//! end          from the last window to γ_f, or to t_f
+//! end          from the last window to γ_f, to t_f, or to where a formula is 0
+//! watch        formulas that end the motion where they are 0
 //! ```
 
 mod algebras;
@@ -28,6 +29,7 @@ mod matrices;
 mod proved;
 mod set;
 mod tables;
+mod watch;
 mod window;
 
 pub use algebras::Obstacle;
@@ -35,7 +37,7 @@ pub use algebras::Obstacle;
 use std::fmt;
 use std::time::Instant;
 
-use crate::geometry::{Geometry, Start};
+use crate::geometry::{Direction, Geometry, Start};
 use crate::number::Extended;
 use crate::number::ball::two_sum;
 use crate::number::vector::Level;
@@ -46,6 +48,7 @@ use end::{End, Goal};
 use equations::Equations;
 use proved::Proved;
 use set::Set;
+use watch::{Met, Watches};
 use window::{Prover, Refused, Window};
 
 /// The first window is this share of the length; windows become longer or shorter at once.
@@ -82,8 +85,39 @@ pub struct Motion<'m> {
     pub start: &'m Start<Extended>,
     /// A coordinate that is no result.
     pub unused: Option<usize>,
-    /// The end.
+    /// The end, if nothing that is watched ends it before.
     pub until: Until,
+    /// What is said of the last coordinates, which are formulas, see [`Geometry::watching`].
+    pub watched: &'m [Watched],
+}
+
+/// A formula that is met where it changes its sign.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Watched {
+    /// The changes that count.
+    pub direction: Direction,
+    /// By how much its value at the start may be off.
+    pub off: f64,
+    /// True if it ends the motion.
+    pub ends: bool,
+}
+
+/// Where a formula is met.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    /// Its place among those that are watched.
+    pub watch: usize,
+    /// γ − γ_i there, and a bound of its distance from the true one.
+    pub gamma: (Extended, f64),
+    /// The coordinates there.
+    pub coordinates: Vec<Coordinate>,
+}
+
+impl Motion<'_> {
+    /// The number of coordinates that are none of these formulas.
+    fn results(&self) -> usize {
+        self.geometry.dimension() - self.watched.len()
+    }
 }
 
 /// Why a proof ends before the motion.
@@ -97,6 +131,10 @@ pub enum Reason {
     Lost,
     /// The coordinate that the motion ends by does not grow, or fall, all the way.
     NotMonotone,
+    /// It is not known whether a formula changes its sign.
+    Grazed,
+    /// Two events, or one and the end, are so close together that it is not known which comes first.
+    Together,
     /// It was asked to stop.
     Stopped,
 }
@@ -108,6 +146,8 @@ impl fmt::Display for Reason {
             Self::Short => f.write_str("windows that become ever shorter"),
             Self::Lost => f.write_str("a bound that has become too large"),
             Self::NotMonotone => f.write_str("a coordinate that is to reach a value and turns back"),
+            Self::Grazed => f.write_str("an event that the motion may graze"),
+            Self::Together => f.write_str("two events, or one and the end, that are too close together"),
             Self::Stopped => f.write_str("an interrupt"),
         }
     }
@@ -140,6 +180,10 @@ pub struct Progress {
 pub struct Proof {
     /// The coordinates at the end, or why there is no proof of them.
     pub end: Result<Vec<Coordinate>, Reason>,
+    /// The place among the formulas that are watched of the one that ends it, if one does.
+    pub ended_by: Option<usize>,
+    /// Where formulas are met, in order, with the one that ends it.
+    pub events: Vec<Event>,
     /// γ − γ_i until where windows are proved.
     pub reached: f64,
     /// The number of windows.
@@ -163,16 +207,27 @@ fn proved(motion: &Motion<'_>, is_finer: bool, goes_on: &mut dyn FnMut(Progress)
     let begun = Instant::now();
     // The state is q and p. The velocities of a run that is continued have no more digits than were written.
     let (q, p) = (motion.start.q.clone(), motion.start.p.clone());
-    let failed = |end| Proof { end: Err(end), reached: 0.0, windows: 0, seconds: begun.elapsed().as_secs_f64() };
+    let failed = |end| {
+        let seconds = begun.elapsed().as_secs_f64();
+        Proof { end: Err(end), ended_by: None, events: Vec::new(), reached: 0.0, windows: 0, seconds }
+    };
     let Ok(q_dot) = motion.geometry.velocities(&q, &p) else { return failed(Reason::Lost) };
     let motion = &Motion { start: &Start { q, q_dot, p }, ..*motion };
-    let equations = Equations::new(motion.geometry, motion.start, motion.unused);
+    let off: Vec<f64> = motion.watched.iter().map(|watched| watched.off).collect();
+    let equations = Equations::new(motion.geometry, motion.start, motion.unused, &off);
     if equations.has_jump {
         return failed(Reason::Obstacle(Obstacle::Hidden));
     }
-    let goal = Goal::new(motion, &equations);
+    let (goal, set) = (Goal::new(motion, &equations), Set::new(&equations));
+    let watches = match Watches::new(motion, &equations, &set) {
+        Ok(watches) => watches,
+        Err(reason) => return failed(reason),
+    };
     let mut run = Run {
-        set: Set::new(&equations),
+        set,
+        watches,
+        ended_by: None,
+        events: Vec::new(),
         prover: Prover {
             approximate: Approximate::new(&equations),
             defect: Defect::new(&equations),
@@ -184,15 +239,26 @@ fn proved(motion: &Motion<'_>, is_finer: bool, goes_on: &mut dyn FnMut(Progress)
         windows: 0,
         attempts: 0,
     };
-    let end = run.to(&goal, goes_on);
-    let end = end.map(|end| end::coordinates(motion, &run.prover.equations, &goal, end));
-    Proof { end, reached: run.reached, windows: run.windows, seconds: begun.elapsed().as_secs_f64() }
+    let end = run.to(motion, goal, goes_on);
+    let end = end.map(|(goal, end)| end::coordinates(motion, &run.prover.equations, &goal, end.as_ref()));
+    Proof {
+        end,
+        ended_by: run.ended_by,
+        events: run.events,
+        reached: run.reached,
+        windows: run.windows,
+        seconds: begun.elapsed().as_secs_f64(),
+    }
 }
 
 /// A proof on its way.
 struct Run<'g> {
     prover: Prover<'g>,
     set: Set,
+    watches: Watches,
+    /// The formula that ended it, once it has, and all that were met.
+    ended_by: Option<usize>,
+    events: Vec<Event>,
     /// True if windows have half the length that they may have.
     is_finer: bool,
     /// Exact up to the last window, as lengths of windows are.
@@ -202,16 +268,30 @@ struct Run<'g> {
     attempts: usize,
 }
 
+/// The ends that a window has.
+enum Ahead {
+    Nothing,
+    /// The end of the motion, so far from its start.
+    Passed(f64),
+    /// A formula that is met before.
+    Event(Met),
+}
+
 /// Lengths of windows, but for the last one, are multiples of a power of two, so that sums of them are exact.
 fn on_grid(h: f64, unit: f64) -> f64 {
     (h / unit).floor().max(1.0) * unit
 }
 
 impl Run<'_> {
-    /// To the end, which is `None` of a motion that does not vary.
-    fn to(&mut self, goal: &Goal, goes_on: &mut dyn FnMut(Progress) -> bool) -> Result<Option<End>, Reason> {
+    /// To the end, which is `None` of a motion that does not vary, with what it is.
+    fn to(
+        &mut self,
+        motion: &Motion<'_>,
+        goal: Goal,
+        goes_on: &mut dyn FnMut(Progress) -> bool,
+    ) -> Result<(Goal, Option<End>), Reason> {
         if self.prover.equations.unknowns == 0 {
-            return Ok(None);
+            return Ok((goal, None));
         }
         let first = goal.length() * FIRST;
         let unit = (first.log2().floor() - 40.0).exp2();
@@ -223,25 +303,33 @@ impl Run<'_> {
                 return Err(Reason::Stopped);
             }
             let (step, is_last) = goal.step(self.reached, h);
-            let factor = match self.window(goal, step) {
-                Ok(proved) => match goal.passed(&self.set, &proved) {
-                    Some(step) => return self.last(goal, step).map(Some),
-                    None if is_last => return self.end(goal, proved).map(Some),
-                    None => {
-                        longest = longest.max(step);
-                        short += usize::from(step < first * SHORT);
-                        // Windows may be so short beside what is behind them that γ does not stay exact.
-                        if short > MOST_SHORT || two_sum(self.reached, step).1 != 0.0 {
-                            return Err(self.reason(refused));
-                        }
-                        let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
-                        let half = on_grid(0.5 * step, unit);
-                        let proved = if self.is_finer { self.window(goal, half)? } else { proved };
-                        self.take(proved)?;
-                        refused = Reason::Short;
-                        factor
+            let ahead = self.window(&goal, step).and_then(|proved| Ok((self.ahead(&goal, &proved)?, proved)));
+            let factor = match ahead {
+                Ok((Ahead::Event(met), _)) => {
+                    let end = self.meet(motion, &goal, (&met, unit))?;
+                    if motion.watched[met.watch].ends {
+                        self.ended_by = Some(met.watch);
+                        return Ok((met.goal, Some(end)));
                     }
-                },
+                    // Behind it windows are as long as before.
+                    h / step
+                }
+                Ok((Ahead::Passed(step), _)) => return self.last(goal, step),
+                Ok((Ahead::Nothing, proved)) if is_last => return self.end(&goal, proved).map(|end| (goal, Some(end))),
+                Ok((Ahead::Nothing, proved)) => {
+                    longest = longest.max(step);
+                    short += usize::from(step < first * SHORT);
+                    // Windows may be so short beside what is behind them that γ does not stay exact.
+                    if short > MOST_SHORT || two_sum(self.reached, step).1 != 0.0 {
+                        return Err(self.reason(refused));
+                    }
+                    let factor = proved.quality.max(1e-30).powf(-1.0 / 64.0).clamp(SHORTER, LONGER);
+                    let half = on_grid(0.5 * step, unit);
+                    let proved = if self.is_finer { self.window(&goal, half)? } else { proved };
+                    self.take(proved, None)?;
+                    refused = Reason::Short;
+                    factor
+                }
                 Err(reason) => {
                     let least = if longest > 0.0 { longest * SHORTEST } else { first * SHORTEST_FIRST };
                     // In the shortest windows numbers may leave the range first; longer ones have seen why.
@@ -269,15 +357,52 @@ impl Run<'_> {
         if goal.is_ahead(&proved.bounds.sides) { Ok(proved) } else { Err(Reason::NotMonotone) }
     }
 
-    /// The window until just behind the end.
-    fn last(&mut self, goal: &Goal, h: f64) -> Result<End, Reason> {
-        let proved = self.window(goal, h)?;
-        self.end(goal, proved)
+    /// Looks for ends in a window.
+    fn ahead(&self, goal: &Goal, proved: &Proved) -> Result<Ahead, Reason> {
+        let met = self.watches.met(&self.prover.equations, &self.set, proved)?;
+        match (goal.passed(&self.set, proved), met) {
+            (None, None) => Ok(Ahead::Nothing),
+            (Some(step), None) => Ok(Ahead::Passed(step)),
+            (Some(step), Some(met)) if step < met.from => Ok(Ahead::Passed(step)),
+            (Some(step), Some(met)) if step <= met.to => Err(Reason::Together),
+            (_, Some(met)) => Ok(Ahead::Event(met)),
+        }
+    }
+
+    /// The window until just behind the end, in which nothing else ends the motion.
+    fn last(&mut self, goal: Goal, h: f64) -> Result<(Goal, Option<End>), Reason> {
+        let proved = self.window(&goal, h)?;
+        if self.watches.met(&self.prover.equations, &self.set, &proved)?.is_some() {
+            return Err(Reason::Together);
+        }
+        let end = self.end(&goal, proved)?;
+        Ok((goal, Some(end)))
+    }
+
+    /// The window until just behind where a formula is met, before which none is.
+    fn meet(&mut self, motion: &Motion<'_>, goal: &Goal, (met, unit): (&Met, f64)) -> Result<End, Reason> {
+        let step = if motion.watched[met.watch].ends { met.step } else { (met.step / unit).ceil() * unit };
+        let proved = self.window(goal, step)?;
+        if !motion.watched[met.watch].ends && two_sum(self.reached, step).1 != 0.0 {
+            return Err(Reason::Short);
+        }
+        if !self.watches.meets_last(met.watch, &self.prover.equations, &self.set, &proved) {
+            return Err(Reason::Grazed);
+        }
+        let end = self.end_at(&met.goal, proved, Some(met.watch))?;
+        let coordinates = end::coordinates(motion, &self.prover.equations, &met.goal, Some(&end));
+        self.events.push(Event { watch: met.watch, gamma: end.gamma, coordinates });
+        Ok(end)
     }
 
     fn end(&mut self, goal: &Goal, proved: Proved) -> Result<End, Reason> {
+        self.end_at(goal, proved, None)
+    }
+
+    /// The end just before that of a window, where this formula is met, if one is.
+    fn end_at(&mut self, goal: &Goal, proved: Proved, met: Option<usize>) -> Result<End, Reason> {
         let (before, h) = (self.reached, proved.h);
-        let bounds = self.take(proved)?;
+        let bounds = self.take(proved, met)?;
         if self.is_lost() {
             return Err(Reason::Lost);
         }
@@ -286,7 +411,8 @@ impl Run<'_> {
     }
 
     /// Goes to the end of a window.
-    fn take(&mut self, proved: Proved) -> Result<Bounds, Reason> {
+    fn take(&mut self, proved: Proved, met: Option<usize>) -> Result<Bounds, Reason> {
+        self.watches.take(met, &self.prover.equations, &self.set, &proved);
         self.set.advance(&self.prover.equations, &proved).ok_or(Reason::Lost)?;
         self.reached += proved.h;
         self.windows += 1;

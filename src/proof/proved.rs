@@ -12,6 +12,8 @@ pub(super) struct Proved {
     pub(super) gain: Vec<f64>,
     pub(super) delta: Vec<f64>,
     pub(super) epsilon: Vec<f64>,
+    /// Bounds of |v − f(y)| on the window.
+    pub(super) defect: Vec<f64>,
     pub(super) matrices: Matrices,
     pub(super) bounds: Bounds,
     /// What is not rounding, as a part of what may be.

@@ -66,9 +66,10 @@ impl Prover<'_> {
         let sizes = sizes(&found, start);
         let quality = closing.quality(&parts, (&sizes, &e_0), set).ok_or(Refused::Unbounded)?;
         let delta = added(&parts);
+        let Closing { defect, .. } = closing;
         // A comparison that is false for NaN.
         if quality < TOO_MUCH {
-            return Ok(Proved { h, modes, gain, delta, epsilon, matrices, bounds, quality, sizes });
+            return Ok(Proved { h, modes, gain, delta, epsilon, defect, matrices, bounds, quality, sizes });
         }
         Err(Refused::Unbounded)
     }

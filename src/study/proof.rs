@@ -3,11 +3,13 @@
 //! A proof is about the decimals of the case: the geometry, the start and the end are those of the case in 71 digits,
 //! whatever the run was computed in. Of the run it takes nothing but the numbers at its end, to compare with.
 
+mod events;
+
 use std::collections::BTreeMap;
 
 use serde::{Serialize, Serializer};
 
-use crate::case::Case;
+use crate::case::{Case, WatchedFormula};
 use crate::diagnostics::verdict::{CoordinateError, Grade, ROUNDING, Reason};
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
@@ -16,11 +18,14 @@ use crate::solve::{Limit, Setup};
 use crate::study::errors::{Judge, RunError};
 use crate::study::facts::coordinate_errors;
 use crate::study::run::{Judged, Run};
+use events::Watching;
 
 /// No number at the end is written with more digits.
 const MOST_DIGITS: i32 = 40;
 /// More than a sum of extended numbers is off by, relative to it.
 const OF_SUM: f64 = 1e-70;
+/// Numbers of a case, and what follows from them at the start, are off by no more than this part.
+const OF_STATE: f64 = 1e-60;
 /// So many doubles hold all digits of a number of any precision.
 const PARTS: usize = 6;
 
@@ -29,6 +34,9 @@ const PARTS: usize = 6;
 pub const FREE: f64 = 4e6;
 /// After this share of them it is known whether they will do.
 const KNOWN: f64 = 0.125;
+/// A bound that is smaller than this is nothing but what underflow may take from zero.
+const UNDERFLOW: f64 = 1e-100;
+const REPORT: &str = "report this run: one of both is wrong";
 const COSTLY: &str = "a proof that takes longer than a run may without --prove";
 
 /// The words for how a proof ended.
@@ -77,9 +85,15 @@ pub struct ProofOfRun {
     /// Why it ended before the motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+    /// The event that ends the motion, or `grid.until`, if one does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ended_by: Option<String>,
     /// The coordinates at the end, none if it is not reached.
     #[serde(flatten, serialize_with = "by_name")]
     pub ends: Vec<ProvedEnd>,
+    /// For each event of the run by how much its γ and coordinates may be off, as far as that is proved.
+    #[serde(skip)]
+    pub events: Vec<Option<Vec<f64>>>,
     /// γ until where windows are proved.
     pub reached: f64,
     /// The number of windows.
@@ -144,9 +158,6 @@ fn until(case: &Case, setup: &Setup<Extended>) -> Result<Until, &'static str> {
     if !case.is_determined() {
         return Err("a rate at the start whose two values agree to 16 digits, and no further");
     }
-    if !setup.until.is_empty() {
-        return Err("an event, or a formula, that may end the run");
-    }
     Ok(match setup.limit {
         Limit::Length(length) => Until::Length(length),
         Limit::Value { coordinate, value } => Until::Value(coordinate, value - setup.origin_of(coordinate)),
@@ -164,32 +175,55 @@ pub fn prove_run<S: Real>(
 ) {
     let setup: Setup<Extended> = case.setup();
     let length = run.line.signed(run.line.gamma_f() - S::from(setup.gamma_i.to_f64())).to_f64();
-    let mut is_costly = false;
     let found = until(case, &setup).map(|until| {
-        let (geometry, start) = (&*setup.place.geometry, &*setup.place.start);
-        let unused = case.is_lifted().then(|| start.q.len() - 1);
-        prove(&Motion { geometry, start, unused, until }, &mut |progress| {
-            is_costly = is_too_costly(progress, length, most);
-            !is_costly && goes_on(progress.reached / length)
-        })
+        let mut attempt = |finds: bool| {
+            let Watching { geometry, start, watched, formulas } = Watching::new(case, &setup, finds);
+            let unused = case.is_lifted().then(|| setup.place.start.q.len() - 1);
+            let motion = Motion { geometry: &geometry, start: &start, unused, until, watched: &watched };
+            let mut is_costly = false;
+            let proof = prove(&motion, &mut |progress| {
+                is_costly = is_too_costly(progress, length, most);
+                !is_costly && goes_on(progress.reached / length)
+            });
+            Attempt { formulas, proof, is_costly }
+        };
+        let first = attempt(true);
+        // An event that is only looked for is no reason to know nothing of the end.
+        let is_interrupted = first.proof.end == Err(Unproved::Stopped) && !first.is_costly;
+        let is_all = first.formulas.iter().all(|formula| formula.ends);
+        if first.proof.end.is_ok() || is_interrupted || is_all { first } else { attempt(false) }
     });
-    let of_run = match &found {
-        Ok(proof) if is_costly => {
-            ProofOfRun { status: Status::Unproved, reason: Some(COSTLY.to_owned()), ..of_run(&setup, run, proof) }
-        }
-        Ok(proof) => of_run(&setup, run, proof),
-        Err(reason) => ProofOfRun {
+    let (of_run, contradiction) = match &found {
+        Ok(attempt) => of_run(case, &setup, run, attempt),
+        Err(reason) => (ProofOfRun::without((*reason).to_owned(), setup.gamma_i.to_f64()), None),
+    };
+    judged.proof = Some(of_run);
+    judge(run, contradiction, judged);
+}
+
+/// A proof, with the formulas that it watches.
+struct Attempt<'c> {
+    formulas: Vec<WatchedFormula<'c>>,
+    proof: Proof,
+    /// True if it was ended as it takes too long.
+    is_costly: bool,
+}
+
+impl ProofOfRun {
+    /// None, for a reason.
+    fn without(reason: String, gamma_i: f64) -> Self {
+        Self {
             status: Status::Unproved,
-            reason: Some((*reason).to_owned()),
+            reason: Some(reason),
+            ended_by: None,
             ends: Vec::new(),
-            reached: setup.gamma_i.to_f64(),
+            events: Vec::new(),
+            reached: gamma_i,
             windows: 0,
             seconds: 0.0,
             radius: None,
-        },
-    };
-    judged.proof = Some(of_run);
-    judge(run, judged);
+        }
+    }
 }
 
 /// True if a run with this case is proved without being asked, as far as `FREE` operations go: one by itself that has
@@ -204,8 +238,13 @@ fn is_too_costly(Progress { reached, operations }: Progress, length: f64, most: 
     operations > most || operations > KNOWN * most && operations * length > 2.0 * most * reached
 }
 
-/// What is proved, in the words of the case.
-fn of_run<S: Real>(setup: &Setup<Extended>, run: &Run<S>, proof: &Proof) -> ProofOfRun {
+/// What is proved, in the words of the case, and what of the run contradicts it besides its numbers at the end.
+fn of_run<S: Real>(
+    case: &Case,
+    setup: &Setup<Extended>,
+    run: &Run<S>,
+    Attempt { formulas, proof, is_costly }: &Attempt<'_>,
+) -> (ProofOfRun, Option<Reason>) {
     let geometry = &setup.place.geometry;
     let sign = if setup.is_backward { -1.0 } else { 1.0 };
     let position = run.line.end().q;
@@ -222,29 +261,49 @@ fn of_run<S: Real>(setup: &Setup<Extended>, run: &Run<S>, proof: &Proof) -> Proo
             end,
             radius,
             run_off_by,
-            is_plain: found.is_steady || ends_at(a),
+            is_plain: proof.ended_by.is_none() && (found.is_steady || ends_at(a)),
         }
     };
     let (status, reason) = match &proof.end {
         Ok(_) => (Status::Proved, None),
+        Err(Unproved::Stopped) if *is_costly => (Status::Unproved, Some(COSTLY.to_owned())),
         Err(Unproved::Stopped) => (Status::Interrupted, Some(Unproved::Stopped.to_string())),
         Err(reason) => (Status::Unproved, Some(reason.to_string())),
     };
-    ProofOfRun {
+    let name = |event: Option<usize>| event.map_or("grid.until", |event| &case.events[event].name).to_owned();
+    let ended_by = proof.ended_by.map(|place| name(formulas[place].event));
+    let own = run.line.ended_by.map(|place| case.ending_names()[place].to_owned());
+    let events = match status {
+        Status::Proved => events::radii(case, setup, run, (formulas, &proof.events)),
+        _ => Ok(Vec::new()),
+    };
+    let other_end = (status == Status::Proved && ended_by != own).then(|| {
+        let told = |name: &Option<String>| name.as_ref().map_or("by none".to_owned(), |name| format!("by '{name}'"));
+        let [proved, own] = [&ended_by, &own].map(told);
+        Reason::new(format!("of the formulas that may end it the motion is ended {proved}, and the run {own}"), REPORT)
+    });
+    let (events, other_events) = events.map_or_else(|reason| (Vec::new(), Some(reason)), |radii| (radii, None));
+    let of_run = ProofOfRun {
         status,
         reason,
+        ended_by,
         ends: proof.end.iter().flatten().map(of).collect(),
+        events,
         reached: setup.gamma_i.to_f64() + sign * proof.reached,
         windows: proof.windows,
         seconds: proof.seconds,
         radius: None,
-    }
+    };
+    (of_run, other_end.or(other_events))
 }
 
 /// Errors at the end, one for each coordinate that has a proof, as the verdict sees them.
 fn errors<S: Real>(run: &Run<S>, ends: &[ProvedEnd], of: impl Fn(&ProvedEnd) -> f64) -> Vec<CoordinateError> {
     let names = run.line.geometry().names();
-    let error = |name: &String| ends.iter().find(|end| end.name == *name).map_or(0.0, &of);
+    let error = |name: &String| {
+        let error = ends.iter().find(|end| end.name == *name).map_or(0.0, &of);
+        if error.abs() < UNDERFLOW { 0.0 } else { error }
+    };
     let end: Vec<f64> = names.iter().map(error).collect();
     let own = vec![0.0; end.len()];
     let error = RunError { largest: end.clone(), end, own, end_p: None, judge: Judge::Companion, stepped_over: 0.0 };
@@ -253,7 +312,7 @@ fn errors<S: Real>(run: &Run<S>, ends: &[ProvedEnd], of: impl Fn(&ProvedEnd) -> 
 
 /// The verdict with the proof: proved where the end is as near to the proved one as was asked for, doubtful where it is
 /// further away than the run says.
-fn judge<S: Real>(run: &Run<S>, judged: &mut Judged) {
+fn judge<S: Real>(run: &Run<S>, other: Option<Reason>, judged: &mut Judged) {
     let Some(proof) = judged.proof.as_mut().filter(|proof| proof.status == Status::Proved) else { return };
     let line = &run.line;
     let most = errors(run, &proof.ends, |end| end.run_off_by + end.radius);
@@ -266,7 +325,8 @@ fn judge<S: Real>(run: &Run<S>, judged: &mut Judged) {
         a.map_or(0.0, |a| if S::IS_EXTENDED { 0.0 } else { f64::EPSILON * position[a].to_f64().abs() })
     };
     let least = errors(run, &proof.ends, |end| end.run_off_by - end.radius - printed(&end.name));
-    if let Some(reason) = judged.error.as_ref().and_then(|error| contradiction(&least, &error.at_most_at_end())) {
+    let contradicted = || contradiction(&least, &judged.error.as_ref()?.at_most_at_end());
+    if let Some(reason) = other.or_else(contradicted) {
         judged.suspicions.push(reason.to_string());
         judged.verdict.doubt_first(vec![reason]);
         return;
@@ -295,7 +355,7 @@ fn contradiction(least: &[CoordinateError], estimate: &[f64]) -> Option<Reason> 
         "the proved end is {:.1e} away in {}, more than the estimate of the run, {estimate:.1e}",
         error.end, error.name
     );
-    Some(Reason::new(finding, "report this run: one of both is wrong"))
+    Some(Reason::new(finding, REPORT))
 }
 
 #[cfg(test)]

@@ -93,6 +93,7 @@ fn quiet() -> (Set, Proved) {
         gain: vec![0.0; 2],
         delta: vec![0.0; 2],
         epsilon: vec![0.0; 2],
+        defect: vec![0.0; 2],
         matrices,
         bounds: Bounds { defect, slope, jacobian, spread, reach, sides },
         quality: 0.0,

@@ -16,6 +16,7 @@ mod orbits;
 mod presets;
 mod proof;
 mod proof_digits;
+mod proof_events;
 mod published;
 mod reference;
 mod rounding;

@@ -46,7 +46,6 @@ fn what_is_not_proved_is_told_and_changes_nothing_else() {
     let folder = Folder::new();
     for (case, reason, reached) in [
         ("kick", "an event that acts", 0.0),
-        ("light-capture", "an event, or a formula, that may end the run", 0.0),
         ("dry-friction", "a kink of abs or a jump of sign", 0.0),
         ("bouncing-ball", "a jump of step", 0.447),
         ("molecule-table", "a table, which is not one analytic function", 0.0),

@@ -1,0 +1,105 @@
+//! Scenes that watch formulas: each is one more coordinate, on which nothing depends, and which moves as the formula does.
+//!
+//! Of a formula g(q, q̇, p) of the state, ġ = ∂g/∂q^a q̇^a + ∂g/∂p_a ṗ_a is a function of q and p, as velocities are.
+//! Where g changes its sign the coordinate passes 0, so that whatever is known of coordinates is known of events, too:
+//! what their errors have in common with those of the others, and how they bend.
+
+use super::expressions::Expressions;
+use super::inverse::Inverse;
+use super::parts::{Parts, Scope, plus, variables};
+use super::{Geometry, GeometryError, GeometryText, Place, active_of};
+use crate::formula::{self, Known, NodeId};
+use crate::number::Real;
+
+impl<S: Real> Geometry<S> {
+    /// The scene of `text`, on its way back if `is_backward`, in which the last coordinates are the values of these
+    /// `formulas` of a state, where `norm` is K at the start. Their momenta are 0. What the rates of formulas depend on
+    /// is active. A mistake is reported as one of the potential.
+    ///
+    /// # Errors
+    /// [`GeometryError`] with the mistake.
+    pub fn watching(text: &GeometryText, formulas: &[&str], norm: S, is_backward: bool) -> Result<Self, GeometryError> {
+        let parts = Parts::new(text)?;
+        let parts = if is_backward { parts.reversed() } else { parts };
+        let parts = parts.watching(text, formulas, norm, is_backward)?;
+        let kept = parts.clone().places_of_rates()?;
+        Self::of_parts(parts, &kept)
+    }
+}
+
+impl<S: Real> Parts<S> {
+    /// The same with a coordinate for each formula.
+    fn watching(
+        mut self,
+        text: &GeometryText,
+        formulas: &[&str],
+        norm: S,
+        is_backward: bool,
+    ) -> Result<Self, GeometryError> {
+        let (n, all) = (self.dimension(), self.dimension() + formulas.len());
+        // Velocities and momenta stand behind so many more variables.
+        let moved: Vec<NodeId> = (0..3 * n).map(|k| self.graph.variable(k / n * all + k % n)).collect();
+        let nodes = self.metric.values_mut().chain(self.one_form.values_mut()).chain(self.force.values_mut());
+        for node in nodes.chain(&mut self.hamiltonian) {
+            *node = self.graph.substitute(&[*node], &moved)[0];
+        }
+        let one = self.graph.constant(S::ONE);
+        for a in n..all {
+            self.names.push(String::new());
+            self.metric.insert([a, a], one);
+        }
+        let mut scope = Scope::new(text)?;
+        scope.graph = std::mem::take(&mut self.graph);
+        scope.names.insert("norm".to_owned(), Known::Number(norm));
+        scope.define(&text.definitions)?;
+        let variables = variables(&text.names(), all, 3);
+        let variables: Vec<&str> = variables.iter().map(String::as_str).collect();
+        for formula in formulas {
+            let node = formula::parse(formula, &variables, &scope.names, &mut scope.graph);
+            self.watched.push(node.map_err(|error| GeometryError::Formula(Place::Potential, error))?);
+        }
+        // Formulas see velocities and momenta as a user does.
+        let mut seen: Vec<NodeId> = (0..3 * all).map(|variable| scope.graph.variable(variable)).collect();
+        let rates = if is_backward { all..3 * all } else { 0..0 };
+        let mirrored = text.mirrored().map(|a| 2 * all + a);
+        for variable in rates.chain(mirrored) {
+            seen[variable] = scope.graph.negate(seen[variable]);
+        }
+        self.watched = scope.graph.substitute(&self.watched, &seen);
+        self.graph = scope.graph;
+        Ok(self)
+    }
+
+    /// The positions that rates of what is watched depend on.
+    fn places_of_rates(mut self) -> Result<Vec<usize>, GeometryError> {
+        let inverse = Inverse::new(&mut self)?;
+        let active = active_of(&mut self, &[]);
+        let Expressions { velocities, .. } = Expressions::new(&mut self, &inverse, &active);
+        let n = self.dimension();
+        let rates = &velocities[n - self.watched.len()..];
+        let depend: Vec<Vec<bool>> = rates.iter().map(|&rate| self.graph.variables_of(rate, n)).collect();
+        Ok((0..n).filter(|&a| depend.iter().any(|of| of[a])).collect())
+    }
+}
+
+/// Puts the rates of what is watched into the velocities of their coordinates.
+pub(super) fn watch<S: Real>(parts: &mut Parts<S>, active: &[usize], velocities: &mut [NodeId], forces: &[NodeId]) {
+    let n = parts.dimension();
+    let state = |parts: &mut Parts<S>, kind: usize| -> Vec<NodeId> {
+        (0..n).map(|a| parts.graph.variable(kind * n + a)).collect()
+    };
+    let replacement = [state(parts, 0), velocities.to_vec(), state(parts, 2)].concat();
+    let watched = parts.watched.clone();
+    let formulas = parts.graph.substitute(&watched, &replacement);
+    let first = n - formulas.len();
+    for (k, formula) in formulas.into_iter().enumerate() {
+        let mut rate = parts.graph.constant(S::ZERO);
+        let moving = (0..first).map(|a| (a, velocities[a]));
+        let pushed = active.iter().zip(forces).map(|(&a, &force)| (2 * n + a, force));
+        for (variable, along) in moving.chain(pushed).collect::<Vec<_>>() {
+            let slope = parts.graph.derivative(formula, variable);
+            rate = plus(&mut parts.graph, rate, [slope, along]);
+        }
+        velocities[first + k] = rate;
+    }
+}

@@ -1,0 +1,90 @@
+//! The formulas that a proof watches, and what it says of the events of a run.
+
+use std::sync::Arc;
+
+use super::{OF_STATE, REPORT, extended};
+use crate::case::{Case, WatchedFormula};
+use crate::diagnostics::verdict::Reason;
+use crate::geometry::{Geometry, Start};
+use crate::number::{Extended, Real};
+use crate::proof::{Event, Watched};
+use crate::solve::{Place, Setup};
+use crate::study::run::Run;
+
+/// The space-time and the start of a motion with the formulas that are watched as further coordinates.
+pub(super) struct Watching<'c> {
+    pub(super) geometry: Arc<Geometry<Extended>>,
+    pub(super) start: Arc<Start<Extended>>,
+    pub(super) watched: Vec<Watched>,
+    pub(super) formulas: Vec<WatchedFormula<'c>>,
+}
+
+impl<'c> Watching<'c> {
+    /// Those of a case that may end it and, if it `finds`, those of the events that it looks for.
+    pub(super) fn new(case: &'c Case, setup: &Setup<Extended>, finds: bool) -> Self {
+        let Place { geometry, start } = &setup.place;
+        let formulas: Vec<WatchedFormula<'c>> = case.watched_formulas().filter(|of| finds || of.ends).collect();
+        if formulas.is_empty() {
+            return Self { geometry: geometry.clone(), start: start.clone(), watched: Vec::new(), formulas };
+        }
+        let norm = geometry.norm(&start.q, &start.q_dot);
+        let mut with = (**start).clone();
+        let mut watched = Vec::new();
+        for of in &formulas {
+            let formula = case.observable(of.formula);
+            let (value, off) = formula.enclosed([&start.q, &start.q_dot, &start.p], norm, OF_STATE);
+            with.q.push(value);
+            with.q_dot.push(Extended::ZERO);
+            with.p.push(Extended::ZERO);
+            watched.push(Watched { direction: of.direction, off, ends: of.ends });
+        }
+        Self { geometry: case.watching(&formulas, norm).into(), start: with.into(), watched, formulas }
+    }
+}
+
+/// By how much the γ and the coordinates of each event of a run may be off, proved; nothing for what was not proved.
+pub(super) type Radii = Vec<Option<Vec<f64>>>;
+
+/// These, or why the run contradicts the proof: it has met another number of events.
+pub(super) fn radii<S: Real>(
+    case: &Case,
+    setup: &Setup<Extended>,
+    run: &Run<S>,
+    (formulas, found): (&[WatchedFormula<'_>], &[Event]),
+) -> Result<Radii, Reason> {
+    let mut radii: Radii = vec![None; run.events.len()];
+    for event in 0..case.events.len() {
+        let is_of = |watch: usize| formulas[watch].event == Some(event);
+        if !(0..formulas.len()).any(is_of) {
+            continue;
+        }
+        let proved: Vec<&Event> = found.iter().filter(|found| is_of(found.watch)).collect();
+        let own: Vec<usize> = (0..run.events.len()).filter(|&k| run.events[k].watch == event).collect();
+        if proved.len() != own.len() {
+            let (name, proved, own) = (&case.events[event].name, proved.len(), own.len());
+            let finding =
+                format!("the motion is proved to meet '{name}' {proved} times, and the run meets it {own} times");
+            return Err(Reason::new(finding, REPORT));
+        }
+        own.into_iter().zip(proved).for_each(|(k, proved)| radii[k] = Some(radius(setup, run, k, proved)));
+    }
+    Ok(radii)
+}
+
+/// By how much the event `k` of a run is off at most.
+fn radius<S: Real>(setup: &Setup<Extended>, run: &Run<S>, k: usize, proved: &Event) -> Vec<f64> {
+    let sample = &run.events[k].sample;
+    // The difference of two extended numbers, and the number that is printed for the one of the run.
+    let off = |own: S, value: Extended, radius: f64| {
+        let own = extended(own);
+        let rounded = if S::IS_EXTENDED { 0.0 } else { f64::EPSILON * own.abs().to_f64() };
+        ((own - value).abs().to_f64() + radius + rounded) * (1.0 + 8.0 * f64::EPSILON)
+    };
+    let (length, radius) = proved.gamma;
+    let gamma = if setup.is_backward { setup.gamma_i - length } else { setup.gamma_i + length };
+    let of = |a: usize| {
+        let of = proved.coordinates.iter().find(|found| found.coordinate == a);
+        of.map_or(f64::NAN, |of| off(sample.q[a], of.value + setup.origin_of(a), of.radius))
+    };
+    std::iter::once(off(sample.gamma, gamma, radius)).chain((0..sample.q.len()).map(of)).collect()
+}
