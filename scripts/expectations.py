@@ -104,7 +104,6 @@ def read(case):
             names, formula = spec.get("coordinates", list(spec["force"])), "0"
         table.definitions = spec.get("definitions", {})
         if isinstance(formula, dict):
-            spec = spec | formula
             formula = formula["expression"]
         table.potential, table.parameters = formula or polynomial(spec), spec.get("parameters", {})
         mass, c = particle.get("mass", 1), particle.get("c", 1)

@@ -130,7 +130,7 @@ pub static KEYS: &[Key] = table! {
     /// the first value of γ
     ("grid.gamma_i", Value, "0", All);
     /// the last value of γ. Below gamma_i, the run goes backward.
-    ("grid.gamma_f", Value, "1", All);
+    ("grid.gamma_f", Value, "required without t_f", All);
     /// the time at which to end, in place of gamma_f. An earlier one lets the run go backward.
     ("grid.t_f", Value, "", All);
     /// nodes of a window. At least 3, 8, 12, 16 for SBP21, 42, 63, 84. A spectral element fixes it.

@@ -1,6 +1,7 @@
 //! Case files of scenes: what they mean, and how a mistake in one is reported.
 
 mod conformal;
+mod ends;
 mod fuzz;
 mod malformed;
 mod overrides;
