@@ -114,9 +114,14 @@ fn look(table: &Field<'_>, path: &str, names: Option<&Names>, found: &mut Found)
             _ => found.add(unknown),
         }
     }
-    for field in table.fields().into_iter().filter(|field| is_open || known.contains(&&*field.key)) {
+    let is_looked_at = |field: &Field<'_>| is_open || known.contains(&&*field.key) || keys::is_former(&field.path);
+    for field in table.fields().into_iter().filter(is_looked_at) {
         let name = named.iter().find(|name| **name == field.key).copied().or(open).unwrap_or_default();
-        let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+        let path = match keys::replaced(&field.path) {
+            Some((_, now)) => now,
+            None if path.is_empty() => name.to_owned(),
+            None => format!("{path}.{name}"),
+        };
         let kind = keys::named(&path).map_or(Kind::Table, |key| key.kind);
         let has_keys = field.is_table() && !keys::below(&path).is_empty();
         match field.tables(path == "body") {

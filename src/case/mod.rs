@@ -23,6 +23,8 @@
 mod bodies;
 pub mod builtin;
 mod check;
+mod contents;
+mod dotted;
 mod effective;
 mod error;
 mod hint;
@@ -35,6 +37,7 @@ mod mistakes;
 mod names;
 mod observables;
 mod parse;
+mod parameters;
 mod potential;
 mod reader;
 mod scenery;
@@ -116,6 +119,8 @@ pub struct Case {
     pub axes: Option<Axes>,
     /// The folder of its file, from which the paths of tables are counted.
     folder: PathBuf,
+    /// The former tables of parameters that it is given in.
+    former: Vec<&'static str>,
     /// The text as it was read, with its overrides.
     text: String,
 }

@@ -85,7 +85,16 @@ impl CaseArgs {
     /// Reads the case. Prints a note if a built-in case is used because none was named.
     pub(super) fn read(&self) -> anyhow::Result<Case> {
         let text = self.read_text()?;
-        Ok(Case::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?)
+        let case = Case::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?;
+        self.note(&case);
+        Ok(case)
+    }
+
+    /// Prints the notes on a case.
+    pub(super) fn note(&self, case: &Case) {
+        if !self.quiet {
+            case.notes().iter().for_each(|note| report::note(note));
+        }
     }
 
     /// Reads a case for a study of schemes, of which none knows events that act.

@@ -5,10 +5,11 @@ mod ends;
 mod fuzz;
 mod malformed;
 mod overrides;
+mod parameters;
 mod starts;
 mod written;
 
-use geodesic_ivp::case::Case;
+use geodesic_ivp::case::{Case, CaseError};
 
 use crate::common::parsed;
 
@@ -89,4 +90,9 @@ pub(crate) fn scene(text: &str) -> Case {
     let case = parsed(text, &[]);
     assert!(!case.is_of_x, "{text}");
     case
+}
+
+/// The case of a text, or its mistake.
+pub(crate) fn read(text: &str) -> Result<Case, CaseError> {
+    Case::parse("test", text, &[])
 }
