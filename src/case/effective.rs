@@ -79,7 +79,7 @@ impl Case {
             fill(initial, &[name], formula(q));
         }
         for (name, rate) in names.iter().zip(&self.initial.rates).filter(|_| self.bodies.is_empty()) {
-            let is_velocity = name == "x" && has(initial, "velocity");
+            let is_velocity = name != "t" && has(initial, "velocity");
             match rate {
                 Rate::Velocity(value) if !is_velocity => fill(initial, &[&format!("{name}_dot")], formula(value)),
                 Rate::Momentum(value) => fill(initial, &[&format!("p_{name}")], formula(value)),

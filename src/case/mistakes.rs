@@ -97,7 +97,7 @@ fn names_of(root: &Field<'_>) -> Option<Names> {
 fn look(table: &Field<'_>, path: &str, names: Option<&Names>, found: &mut Found) {
     let (named, open) = keys::named_and_open(path);
     let of_coordinates = match (names, path) {
-        (Some([start, _]), "initial") => initial::own_keys(start, table.source.is_of_x),
+        (Some([start, _]), "initial") => initial::own_keys(start),
         (Some([_, end]), "expect") => end.iter().map(|name| format!("{name}_final")).collect(),
         _ => Vec::new(),
     };
@@ -106,10 +106,7 @@ fn look(table: &Field<'_>, path: &str, names: Option<&Names>, found: &mut Found)
     if !is_open {
         let unknown = table.unknown(&known).into_iter();
         match (names, path) {
-            (Some([start, _]), "initial") => {
-                found.all.extend(unknown.map(|error| initial::explain_velocity(error, start)));
-            }
-            (Some(_), "expect") => found.all.extend(unknown),
+            (Some(_), "initial" | "expect") => found.all.extend(unknown),
             (_, "potential") => found.add(unknown.map(tables::explain_table)),
             _ => found.add(unknown),
         }

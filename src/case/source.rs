@@ -69,7 +69,8 @@ impl Source {
         let pairs = pairs.flat_map(|pair| [(pair.one, pair.other), (pair.other, pair.one)]);
         let pairs = pairs.chain([("solver.accuracy", "scheme"), ("solver.tolerance", "scheme")]);
         let replaced = pairs.filter(|(one, _)| given.iter().any(|key| key == one)).map(|(_, other)| other.to_owned());
-        for other in replaced.chain(given.iter().filter_map(|key| other_rate(key))) {
+        let rates = given.iter().flat_map(|key| other_rates(document.as_table(), key)).collect::<Vec<_>>();
+        for other in replaced.chain(rates) {
             if !given.iter().any(|key| is_within(key, &other)) {
                 remove(document.as_table_mut(), &other);
             }
@@ -105,11 +106,22 @@ fn is_of_time(potential: &dyn TableLike) -> bool {
     inner.or(formula).and_then(Item::as_str).is_some_and(|text| uses(text, "t"))
 }
 
-/// The momentum in whose place a velocity is given, or the other way round.
-fn other_rate(key: &str) -> Option<String> {
-    let key = key.strip_prefix("initial.")?;
-    let velocity = || Some(format!("initial.p_{}", key.strip_suffix("_dot")?));
-    key.strip_prefix("p_").map(|name| format!("initial.{name}_dot")).or_else(velocity)
+/// The rates of `[initial]` in whose place that of a key is given.
+fn other_rates(root: &Table, key: &str) -> Vec<String> {
+    let coordinate = |key: &str| key.strip_prefix("p_").or(key.strip_suffix("_dot")).map(str::to_owned);
+    let Some(key) = key.strip_prefix("initial.") else { return Vec::new() };
+    let is_added = |name: &str| ["t", "s"].contains(&name);
+    let rates: Vec<String> = match coordinate(key) {
+        Some(name) if is_added(&name) => vec![format!("p_{name}"), format!("{name}_dot")],
+        Some(name) => vec![format!("p_{name}"), format!("{name}_dot"), "velocity".to_owned()],
+        None if key == "velocity" => {
+            let initial = root.get("initial").and_then(Item::as_table_like);
+            let keys = initial.into_iter().flat_map(|table| table.iter()).map(|(key, _)| key.to_owned());
+            keys.filter(|key| coordinate(key).is_some_and(|name| !is_added(&name))).collect()
+        }
+        None => Vec::new(),
+    };
+    rates.into_iter().filter(|rate| rate != key).map(|rate| format!("initial.{rate}")).collect()
 }
 
 /// The text of a case as `overrides` change it, without what it expects if there are any: that holds for the case as it

@@ -105,8 +105,8 @@ pub static KEYS: &[Key] = table! {
     ("initial.t_dot", Value, "required in a case of x", OfX);
     /// dx/dγ at the start
     ("initial.x_dot", Value, "", OfX);
-    /// dx/dt at the start: x_dot = velocity · t_dot
-    ("initial.velocity", Value, "", OfX);
+    /// dx/dt at the start, where x, of whatever name, is the one coordinate besides t: x_dot = velocity · t_dot
+    ("initial.velocity", Value, "", All);
     /// the folder of an earlier run: its end is the start, to the last bit
     ("initial.from", Text, "", All);
     /// the place, for each coordinate q; an ignorable one may be left out and is 0

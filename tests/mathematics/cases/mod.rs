@@ -7,6 +7,7 @@ mod malformed;
 mod overrides;
 mod parameters;
 mod starts;
+mod velocity;
 mod written;
 
 use geodesic_ivp::case::{Case, CaseError};
