@@ -11,6 +11,7 @@ use geodesic_ivp::formula::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
 use super::CaseArgs;
+use super::lines::shown;
 use super::report;
 
 /// The built-in case that is used by commands to which no case is given.
@@ -53,7 +54,7 @@ impl CaseArgs {
     pub(super) fn name(&self) -> String {
         match self.source() {
             Source::StandardInput => "<stdin>".to_owned(),
-            Source::File(path) => path.display().to_string(),
+            Source::File(path) => shown(&path.display().to_string()),
             Source::BuiltIn(name) => format!("<built-in {name}>"),
         }
     }
@@ -69,14 +70,15 @@ impl CaseArgs {
 
     /// The title, or the name of the case if there is none.
     pub(super) fn headed(&self, title: Option<&str>) -> String {
-        title.map_or_else(|| self.stem().to_string_lossy().into_owned(), str::to_owned)
+        title.map_or_else(|| shown(&self.stem().to_string_lossy()), str::to_owned)
     }
 
     /// The name for the folder of results: the stem of the case's file, or the name of a built-in case.
     pub(super) fn stem(&self) -> &OsStr {
         let stem = match self.source() {
             Source::StandardInput => None,
-            Source::File(path) => path.file_stem(),
+            // The stem of `...toml` would be the folder above.
+            Source::File(path) => path.file_stem().filter(|stem| *stem != "." && *stem != "..").or(path.file_name()),
             Source::BuiltIn(name) => Some(name.as_ref()),
         };
         stem.unwrap_or("stdin".as_ref())

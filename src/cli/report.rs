@@ -8,6 +8,8 @@ pub(super) use geodesic_ivp::output::{refused, refused_by_system};
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
+use super::lines::shown;
+
 /// The exit code of an interrupted command.
 pub(super) const INTERRUPTED: u8 = 130;
 
@@ -126,7 +128,8 @@ fn render_case_error(error: &CaseError) -> String {
 
 /// A message and, if there is any, what to do about it.
 fn rendered<'m>(message: Group<'m>, help: &'m str) -> String {
-    let message = if help.is_empty() { message } else { message.element(Level::HELP.message(help)) };
+    let help = shown(help);
+    let message = if help.is_empty() { message } else { message.element(Level::HELP.message(help.as_str())) };
     let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
     renderer.render(&[message])
