@@ -1,11 +1,11 @@
 //! `[initial]`: which positions, velocities and momenta are given.
 
-use std::fs;
 use std::path::PathBuf;
 
 use serde::Deserialize;
 
 use super::CaseError;
+use super::files::{MOST_OF_SUMMARY, read_text};
 use super::keys;
 use super::reader::Field;
 use super::scenery::{Scenery, known};
@@ -75,7 +75,8 @@ fn continued<'t>(field: &Field<'t>, geometry: &Geometry) -> Result<(Continuation
     if path.is_dir() {
         path.push("summary.json");
     }
-    let text = fs::read_to_string(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let text = read_text(&path, MOST_OF_SUMMARY);
+    let text = text.map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let end = serde_json::from_str(&text).map(|Ended { end_state }| end_state);
     let end = end.map_err(|error| format!("{} has no end_state: {error}", path.display()))?;
     let given = |(a, name): (usize, &String)| {

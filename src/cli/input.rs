@@ -6,7 +6,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::Context;
-use geodesic_ivp::case::builtin;
+use geodesic_ivp::case::{MOST_OF_CASE, builtin, read_at_most};
 use geodesic_ivp::formula::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
@@ -16,9 +16,6 @@ use super::report;
 
 /// The built-in case that is used by commands to which no case is given.
 const DEFAULT: &str = "quartic";
-
-/// A case is a page of text. Anything longer than this is not a case, and is not read.
-const MOST_BYTES: u64 = 1 << 20;
 
 /// Where a case comes from.
 enum Source<'a> {
@@ -158,13 +155,15 @@ fn built_in_text(name: &str) -> &'static str {
 
 /// Reads all bytes, or fails if there are too many for a case.
 fn at_most(reader: impl Read, size: Option<u64>, name: &str) -> anyhow::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    reader.take(MOST_BYTES + 1).read_to_end(&mut bytes).with_context(|| format!("cannot read the case {name}"))?;
-    if bytes.len() as u64 <= MOST_BYTES {
-        return Ok(bytes);
+    let too_long = |error: &io::Error| error.kind() == io::ErrorKind::FileTooLarge;
+    let read = read_at_most(reader, MOST_OF_CASE);
+    if !read.as_ref().err().is_some_and(too_long) {
+        return read.with_context(|| format!("cannot read the case {name}"));
     }
-    let found = size.map_or_else(|| "it has more".to_owned(), |size| format!("it has {size}"));
-    let message = format!("too long for a case: {found} bytes, {MOST_BYTES} at most");
+    // A device says that it has no bytes.
+    let size = size.filter(|size| *size > MOST_OF_CASE);
+    let found = size.map_or_else(|| "more".to_owned(), |size| size.to_string());
+    let message = format!("too long for a case: it has {found} bytes, {MOST_OF_CASE} at most");
     Err(CaseError::without_place(name, message).into())
 }
 

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::json::json;
 use super::lock::FolderLock;
 
+use crate::case::{MOST_OF_SUMMARY, read_text};
 /// The summary of a command. It is put in place last and removed first: if it is there, all the others are there too.
 pub const SUMMARY: &str = "summary.json";
 /// The effective case, with every default.
@@ -116,7 +117,7 @@ pub fn refused_by_system(message: impl Into<String>, help: impl Into<String>) ->
 /// The record of `folder`, if there is one.
 fn manifest_of(folder: &Path) -> anyhow::Result<Option<Manifest>> {
     let path = folder.join(MANIFEST);
-    let text = match fs::read_to_string(&path) {
+    let text = match read_text(&path, MOST_OF_SUMMARY) {
         Ok(text) => text,
         Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
             return Ok(None);
