@@ -42,10 +42,12 @@ fn interrupt() {
 /// Calls `interrupted` for every Ctrl-C and SIGTERM, on a thread of its own. SIGHUP is left alone, so that nohup works.
 #[cfg(unix)]
 fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
-    thread::Builder::new().spawn(move || signals.forever().for_each(|_| interrupted()))?;
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGXFSZ])?;
+    let heeded = move || signals.forever().filter(|signal| *signal != SIGXFSZ).for_each(|_| interrupted());
+    thread::Builder::new().spawn(heeded)?;
     Ok(())
+/// SIGXFSZ is heard and not heeded: what is written beyond a limit is an error then, which is told like any other.
 }
 
 /// Calls `interrupted` for every Ctrl-C, on a thread of its own.
