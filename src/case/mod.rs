@@ -37,8 +37,8 @@ mod missing;
 mod mistakes;
 mod names;
 mod observables;
-mod parse;
 mod parameters;
+mod parse;
 mod potential;
 mod reader;
 mod scenery;
@@ -119,10 +119,10 @@ pub struct Case {
     pub events: Vec<Event>,
     /// `[plot]`.
     pub axes: Option<Axes>,
-    /// The folder of its file, from which the paths of tables are counted.
-    folder: PathBuf,
     /// The former tables of parameters that it is given in.
     former: Vec<&'static str>,
+    /// The folder of its file, from which the paths of tables are counted.
+    folder: PathBuf,
     /// The text as it was read, with its overrides.
     text: String,
 }

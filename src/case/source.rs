@@ -82,8 +82,8 @@ impl Source {
             let (place, now) = renamed(setting);
             set(document.as_table_mut(), &now)
                 .map_err(|message| self.error(None, format!("--set {setting}: {message}"), None))?;
-        }
             former.extend(place.into_iter().chain(parameters::gather(document.as_table_mut(), true)));
+        }
         let name = format!("{} with --set {}", self.name, overrides.join(" --set "));
         Ok(Self { name, text: document.to_string(), former, ..self })
     }

@@ -46,6 +46,7 @@ fn interrupt() {
 }
 
 /// Calls `interrupted` for every Ctrl-C and SIGTERM, on a thread of its own. SIGHUP is left alone, so that nohup works.
+/// SIGXFSZ is heard and not heeded: what is written beyond a limit is an error then, which is told like any other.
 #[cfg(unix)]
 fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
     use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
@@ -53,7 +54,6 @@ fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
     let heeded = move || signals.forever().filter(|signal| *signal != SIGXFSZ).for_each(|_| interrupted());
     thread::Builder::new().spawn(heeded)?;
     Ok(())
-/// SIGXFSZ is heard and not heeded: what is written beyond a limit is an error then, which is told like any other.
 }
 
 /// Calls `interrupted` for every Ctrl-C, on a thread of its own.
