@@ -155,7 +155,7 @@ class Scene:
         names = formulas.names(q)
         expression = lambda text: hy.expression(0.0) + formulas.formula(text)[0](names)
         preset = case.get("metric", {}).get("preset")
-        if preset in HOLES and case["metric"].keys() <= {"preset", "parameters", "definitions"}:
+        if preset in HOLES and case["metric"].keys() <= {"preset", "definitions"}:
             spin = formulas.parameters.get(HOLES[preset], 0.0)
             parts = hole(formulas.parameters["m"], spin, place, momenta, float(start.k))
         elif is_newtonian and table.potential == KEPLER:

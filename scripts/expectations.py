@@ -97,16 +97,15 @@ def read(case):
         coordinates, table.definitions, components = PRESETS.get(preset, (metric.get("coordinates"), {}, {}))
         table.definitions = table.definitions | metric.get("definitions", {})
         table.components = components | metric.get("components", {})
-        table.parameters = DEFAULTS.get(preset, {}) | metric.get("parameters", {})
+        table.parameters = DEFAULTS.get(preset, {}) | case.get("parameters", {})
     else:
         names, formula = spec.get("coordinates", ["x"]), spec.get("formula")
         if table.law == "newtonian" and not any(kind in spec for kind in ("formula", *KINDS)):
             names, formula = spec.get("coordinates", list(spec["force"])), "0"
         table.definitions = spec.get("definitions", {})
         if isinstance(formula, dict):
-            spec = spec | formula
             formula = formula["expression"]
-        table.potential, table.parameters = formula or polynomial(spec), spec.get("parameters", {})
+        table.potential, table.parameters = formula or polynomial(spec), case.get("parameters", {})
         mass, c = particle.get("mass", 1), particle.get("c", 1)
         table.masses = particle.get("masses", dict.fromkeys(names, mass))
         # L = 1/2 (c^2 + 2 V/m) t_dot^2 - 1/2 (m_a/m) q_dot^a q_dot^a: minus Newton's L, in units of m, for large c.
@@ -135,8 +134,7 @@ def of_bodies(case):
         for axis, place, speed in zip(axes, body["position"], body["velocity"]):
             initial |= {f"{axis}_{body['name']}": place, f"{axis}_{body['name']}_dot": speed}
     names = [f"{axis}_{body['name']}" for body in bodies for axis in axes]
-    parameters = case["pair"].get("parameters", {})
-    potential = {"coordinates": names, "formula": " + ".join(f"({term})" for term in terms), "parameters": parameters}
+    potential = {"coordinates": names, "formula": " + ".join(f"({term})" for term in terms)}
     particle = {"law": "newtonian", "masses": {name: mass[name[2:]] for name in names}}
     return case | {"potential": potential, "particle": particle, "initial": initial}
 

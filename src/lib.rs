@@ -39,7 +39,7 @@
 //! let text = r#"
 //!     potential.quartic.kappa = 0.5
 //!     initial = { t = 0.0, x = 1.0, t_dot = 1.0, x_dot = 0.1 }
-//!     grid.n_gamma = 32
+//!     grid = { gamma_f = 1.0, n_gamma = 32 }
 //!     scheme.sbp = "SBP42"
 //! "#;
 //! let case = Case::parse("example", text, &[])?;

@@ -20,11 +20,11 @@ pub(crate) fn drawn(template: &str, random: &mut Random) -> (String, Vec<String>
     if let Some((axes, potential)) = newtonian {
         text += &newtonian_keys(axes, potential, around);
     }
-    let (table, units) = if text.contains("potential") { ("potential", "LE") } else { ("metric", "ABCK") };
+    let units = if text.contains("potential") { "LE" } else { "ABCK" };
     let mut unit = || if is_in_units { random.scale(1.0 / LARGEST, LARGEST) } else { 1.0 };
     let units = units.chars().filter(|name| text.contains(*name));
-    let mut settings: Vec<String> = units.map(|name| format!("{table}.parameters.{name}={:e}", unit())).collect();
-    settings.push(format!("{table}.parameters.N={}", random.scale(0.3, 1000.0)));
+    let mut settings: Vec<String> = units.map(|name| format!("parameters.{name}={:e}", unit())).collect();
+    settings.push(format!("parameters.N={}", random.scale(0.3, 1000.0)));
     if !text.contains("gamma_f") {
         settings.push("grid.gamma_f=\"N\"".to_owned());
     }

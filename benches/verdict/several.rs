@@ -81,7 +81,7 @@ fn kerr(random: &mut Random) -> String {
     let (a, r, theta) = (random.between(0.0, 0.98), random.between(7.0, 20.0), random.between(1.0, 2.0));
     let (theta_dot, phi_dot) = (random.between(-0.01, 0.01), random.between(0.015, 0.03));
     format!(
-        "[metric]\npreset = \"kerr\"\nparameters = {{ a = {a:?} }}\n[initial]\nr = {r:?}\ntheta = {theta:?}\n\
+        "parameters = {{ a = {a:?} }}\n[metric]\npreset = \"kerr\"\n[initial]\nr = {r:?}\ntheta = {theta:?}\n\
          r_dot = {:?}\ntheta_dot = {theta_dot:?}\nphi_dot = {phi_dot:?}\nnorm = \"timelike\"\n\
          solve = {{ t_dot = \"+\" }}\n[grid]\nuntil = \"r - 2.5\"\n{} = {:?}\n",
         random.between(-0.05, 0.05),

@@ -83,7 +83,8 @@ figure.savefig(FOLDER / "errors.svg")
 # %%
 PENDULUM = {
     "title": "A pendulum from Python",
-    "potential.formula": {"expression": "g*(1 - cos(x))", "parameters": {"g": 1.0}},
+    "potential.formula": "g*(1 - cos(x))",
+    "parameters.g": 1.0,
     "particle.c": 3000.0,
     "initial": {"t": 0.0, "x": 2.5, "t_dot": 1.0, "velocity": 0.0},
     "grid.t_f": 20.0,

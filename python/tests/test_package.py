@@ -83,7 +83,7 @@ class Runs(InAFolder):
         self.assertEqual((run.summary["n_gamma"], run.summary["sbp"], len(run.trajectory)), (64, "SBP42", 64))
         run = geodesic_ivp.run("quartic", set={"potential": {"linear": {"alpha": 0.25}}, "grid.t_f": 4.0})
         self.assertAlmostEqual(run.summary["t_final"], 4.0, delta=1e-12)
-        doubled = {"potential.formula": {"expression": "a*(1 - cos(x))", "parameters": {"a": 2}}}
+        doubled = {"potential": {"formula": "a*(1 - cos(x))"}, "parameters": {"a": 2}}
         run = geodesic_ivp.run(PENDULUM, set={**doubled, "initial.x": 0.5})
         self.assertAlmostEqual(run.summary["energy"], 2 * (1 - math.cos(0.5)), delta=1e-12)
 

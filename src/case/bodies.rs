@@ -9,7 +9,7 @@ use super::CaseError;
 use super::names::{self, NameTable};
 use super::potential::added;
 use super::reader::Field;
-use super::scenery::{PARAMETER, Places, Scenery};
+use super::scenery::{Places, Scenery};
 use super::start_data::{Given, Rate};
 use crate::geometry::{GeometryText, Law, Place, Potential, value_of};
 
@@ -26,8 +26,9 @@ struct Body<'t> {
     velocity: Field<'t>,
 }
 
-/// Reads the bodies and their potential.
-pub(super) fn read<'t>(field: &Field<'t>, pair: Field<'t>) -> Result<Scenery<'t>, CaseError> {
+/// Reads the bodies, which are `field`, and their potential.
+pub(super) fn read<'t>(root: &Field<'t>, field: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
+    let pair = root.table("pair");
     let bodies = field.tables(true)?.into_iter().map(body).collect::<Result<Vec<_>, _>>()?;
     let formula = pair.get("formula").ok_or_else(|| {
         let help = "give the energy of a pair, for example [pair] formula = \"-m_1*m_2/r\"";
@@ -57,7 +58,7 @@ pub(super) fn read<'t>(field: &Field<'t>, pair: Field<'t>) -> Result<Scenery<'t>
     }
     let mut taken = NameTable::of_potential(&coordinates, added(Law::Newtonian));
     let (mut places, mut parameters) = (Places::default(), Vec::new());
-    places.keep_named(&pair.table("parameters"), PARAMETER, &mut taken, &mut parameters)?;
+    places.keep_parameters(root, &mut taken, &mut parameters)?;
     if let Some((_, own)) = places.0.iter().find(|(_, field)| ["r", "m_1", "m_2"].contains(&field.key.as_str())) {
         let message = format!("'{}' has a meaning in the formula of a pair: its distance, or a mass", own.key);
         return Err(own.key_error(message).with_help("choose another name"));

@@ -37,8 +37,8 @@ pub(super) fn geometry<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
         return Err(pair.error("[pair] needs bodies").with_help("give [[body]], one table for each"));
     }
     match (body, metric) {
-        (Some(body), _) => bodies::read(&body, root.table("pair")),
-        (None, Some(metric)) => metric::read(metric),
+        (Some(body), _) => bodies::read(root, &body),
+        (None, Some(metric)) => metric::read(root, metric),
         (None, None) if root.get("potential").or(root.get("force")).is_none() => {
             let error = root.error("missing field `metric` or `potential`");
             Err(error.with_help("a case has exactly one of [metric] and [potential]"))

@@ -2,8 +2,9 @@
 
 use toml_edit::{DocumentMut, InlineTable, Item, Value, value};
 
+use super::keys::PARAMETERS;
 use super::tables::absolute;
-use super::{Case, Key, Rate, keys};
+use super::{Case, Key, Rate, keys, parameters};
 use crate::geometry::Law;
 
 impl Case {
@@ -11,11 +12,12 @@ impl Case {
     /// same case.
     pub fn to_toml(&self) -> String {
         let mut document = document(&self.text);
+        parameters::gather(document.as_table_mut(), false);
         let root = document.as_item_mut();
         let text = &self.geometry_text;
         if self.preset.is_some() {
-            fill_formulas(root, "definitions", &text.definitions);
-            fill_formulas(root, "parameters", &text.parameters);
+            fill_formulas(root, &["metric", "definitions"], &text.definitions);
+            fill_formulas(root, &[PARAMETERS], &text.parameters);
         }
         if let Some(law) = text.law().filter(|_| self.bodies.is_empty()) {
             let is_relativistic = law == Law::Relativistic;
@@ -77,7 +79,7 @@ impl Case {
             fill(initial, &[name], formula(q));
         }
         for (name, rate) in names.iter().zip(&self.initial.rates).filter(|_| self.bodies.is_empty()) {
-            let is_velocity = name == "x" && has(initial, "velocity");
+            let is_velocity = name != "t" && has(initial, "velocity");
             match rate {
                 Rate::Velocity(value) if !is_velocity => fill(initial, &[&format!("{name}_dot")], formula(value)),
                 Rate::Momentum(value) => fill(initial, &[&format!("p_{name}")], formula(value)),
@@ -123,14 +125,14 @@ fn fill_defaults<const N: usize>(root: &mut Item, keys: [impl AsRef<str>; N]) {
     }
 }
 
-/// Gives the metric those of these formulas that it lacks.
-fn fill_formulas(root: &mut Item, key: &str, formulas: &[(String, String)]) {
-    if formulas.is_empty() {
-        return;
+/// Gives the table at a path those of these formulas that it lacks.
+fn fill_formulas(root: &mut Item, path: &[&str], formulas: &[(String, String)]) {
+    if let ([.., last], false) = (path, formulas.is_empty()) {
+        let around = path[..path.len() - 1].iter().fold(&mut *root, |within, key| table(within, key));
+        let around = around.as_table_like_mut().expect("a valid case has a table there");
+        around.entry(last).or_insert_with(|| value(InlineTable::new()));
     }
-    let metric = table(root, "metric").as_table_like_mut().expect("a valid case has a table there");
-    metric.entry(key).or_insert_with(|| value(InlineTable::new()));
-    formulas.iter().for_each(|(name, text)| fill(root, &["metric", key, name], formula(text)));
+    formulas.iter().for_each(|(name, text)| fill(root, &[path, &[name]].concat(), formula(text)));
 }
 
 /// A number as it is written, or a formula as a string.

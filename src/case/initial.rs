@@ -1,11 +1,11 @@
 //! `[initial]`: which positions, velocities and momenta are given.
 
-use std::fs;
 use std::path::PathBuf;
 
 use serde::Deserialize;
 
 use super::CaseError;
+use super::files::{MOST_OF_SUMMARY, read_text};
 use super::keys;
 use super::reader::Field;
 use super::scenery::{Scenery, known};
@@ -16,6 +16,9 @@ use crate::solve::Continuation;
 
 const FROM: &str =
     "initial.from is the folder of an earlier run, or the summary.json there; it stands alone in [initial]";
+
+/// The key of dq/dt.
+const VELOCITY: &str = "velocity";
 
 /// The initial data with their places in the text.
 pub(super) struct Initial<'t> {
@@ -42,10 +45,11 @@ pub(super) fn read<'t>(
         from = Some((end, path));
         given
     } else if scenery.start.is_empty() {
-        let own = own_keys(names, section.source.is_of_x);
-        section.finish(&keys::named_in("initial", &own)).map_err(|error| explain_velocity(error, names))?;
+        section.finish(&keys::named_in("initial", &own_keys(names)))?;
         check_positions(&section, geometry, has_time)?;
-        names.iter().map(|name| self::given(&section, name)).collect::<Result<_, _>>()?
+        let mut given = names.iter().map(|name| self::given(&section, name)).collect::<Result<Vec<_>, _>>()?;
+        add_velocity(&section, names, is_lifted, &mut given)?;
+        given
     } else {
         section
             .finish(&["from", "t"])
@@ -71,7 +75,8 @@ fn continued<'t>(field: &Field<'t>, geometry: &Geometry) -> Result<(Continuation
     if path.is_dir() {
         path.push("summary.json");
     }
-    let text = fs::read_to_string(&path).map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    let text = read_text(&path, MOST_OF_SUMMARY);
+    let text = text.map_err(|error| format!("cannot read {}: {error}", path.display()))?;
     let end = serde_json::from_str(&text).map(|Ended { end_state }| end_state);
     let end = end.map_err(|error| format!("{} has no end_state: {error}", path.display()))?;
     let given = |(a, name): (usize, &String)| {
@@ -84,11 +89,10 @@ fn continued<'t>(field: &Field<'t>, geometry: &Geometry) -> Result<(Continuation
 }
 
 /// The keys of positions and rates.
-pub(super) fn own_keys(coordinates: &[String], is_of_x: bool) -> Vec<String> {
+pub(super) fn own_keys(coordinates: &[String]) -> Vec<String> {
     let velocities = coordinates.iter().map(|name| format!("{name}_dot"));
     let momenta = coordinates.iter().map(|name| format!("p_{name}"));
-    let velocity = is_of_x.then(|| "velocity".to_owned());
-    coordinates.iter().cloned().chain(velocities).chain(momenta).chain(velocity).collect()
+    coordinates.iter().cloned().chain(velocities).chain(momenta).collect()
 }
 
 /// These keys of a summary are read.
@@ -111,17 +115,42 @@ fn given<'t>(section: &Field<'t>, name: &str) -> Result<Given<'t>, CaseError> {
         let help = format!("they determine each other: keep one of {} and {}", velocity.key, momentum.key);
         return Err(momentum.key_error(message).with_help(help));
     }
-    let by_time = match section.get("velocity").filter(|_| name == "x" && section.source.is_of_x) {
-        Some(field) => {
-            // dx/dγ, where dx/dt is given.
-            let t_dot = section.get("t_dot");
-            let t_dot = t_dot
-                .ok_or_else(|| field.key_error("velocity needs t_dot").with_help("give x_dot or p_x in its place"))?;
-            Some((Rate::Velocity(format!("({})*({})", field.formula()?, t_dot.formula()?)), field))
-        }
-        None => None,
+    Ok(Given { position: position(section, name)?, rate: velocity.or(momentum) })
+}
+
+/// The rate dq/dγ of the one coordinate besides t, and s of Newton's law, where dq/dt is given.
+fn add_velocity<'t>(
+    section: &Field<'t>,
+    names: &[String],
+    is_lifted: bool,
+    given: &mut [Given<'t>],
+) -> Result<(), CaseError> {
+    let Some(field) = section.get(VELOCITY).filter(|_| !names.iter().any(|name| name == VELOCITY)) else {
+        return Ok(());
     };
-    Ok(Given { position: position(section, name)?, rate: by_time.or(velocity).or(momentum) })
+    let last = names.len() - 1;
+    let others: Vec<usize> = (0..=last).filter(|&a| names[a] != "t" && !(is_lifted && a == last)).collect();
+    let &[q] = others.as_slice() else {
+        let others = others.iter().map(|&a| names[a].as_str()).collect::<Vec<_>>();
+        let message = format!("velocity is that of one coordinate, and there are {}", others.join(", "));
+        let help =
+            format!("give {}_dot, the rates by gamma, or momenta p_{}", others.join("_dot, "), others.join(", p_"));
+        return Err(field.key_error(message).with_help(help));
+    };
+    let name = &names[q];
+    if given[q].rate.is_some() {
+        let help = format!("keep one of {name}_dot (d{name}/dgamma), p_{name} and velocity (d{name}/dt)");
+        return Err(field.key_error(format!("velocity and another rate of {name} are given")).with_help(help));
+    }
+    // By Newton's law dt/dγ is 1 unless something else is given.
+    let t_dot = section.read("t_dot", Field::formula)?;
+    let t_dot = t_dot.or_else(|| (is_lifted && section.get("p_t").is_none()).then(|| "1".to_owned()));
+    let t_dot = t_dot.ok_or_else(|| {
+        let help = format!("give {name}_dot or p_{name} in its place");
+        field.key_error("velocity needs t_dot").with_help(help)
+    })?;
+    given[q].rate = Some((Rate::Velocity(format!("({})*({t_dot})", field.formula()?)), field));
+    Ok(())
 }
 
 /// Refuses initial data without the position of a coordinate that something depends on, but for the time.
@@ -238,15 +267,6 @@ fn missing(section: &Field<'_>, name: &str, norm: &Option<String>, is_lifted: bo
         format!("give exactly one of {name}_dot (d{name}/dgamma) and p_{name} (its momentum){or}")
     };
     section.error(format!("neither {name}_dot nor p_{name} is given")).with_help(help)
-}
-
-/// Says what a case takes in place of the velocity of one in x alone.
-pub(super) fn explain_velocity(error: CaseError, names: &[String]) -> CaseError {
-    if !error.message.starts_with("unknown field `velocity`") {
-        return error;
-    }
-    let name = names.get(1).unwrap_or(&names[0]);
-    error.with_help(format!("this case takes {name}_dot = d{name}/dgamma, and so on, or the momentum p_{name}"))
 }
 
 impl Initial<'_> {

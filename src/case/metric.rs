@@ -3,13 +3,13 @@
 use super::CaseError;
 use super::names::{self, NameTable};
 use super::reader::Field;
-use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
+use super::scenery::{DEFINITION, Places, Scenery};
 use super::source::is_used;
 use crate::formula::similar::nearest;
 use crate::geometry::{GeometryText, PRESETS, Place, Preset};
 
-/// Reads `[metric]`.
-pub(super) fn read(section: Field<'_>) -> Result<Scenery<'_>, CaseError> {
+/// Reads `[metric]`, which is `section`.
+pub(super) fn read<'t>(root: &Field<'t>, section: Field<'t>) -> Result<Scenery<'t>, CaseError> {
     let [coordinates, components] = ["coordinates", "components"].map(|key| section.get(key));
     let mut places = Places::default();
     let preset = section.read("preset", preset)?;
@@ -18,7 +18,7 @@ pub(super) fn read(section: Field<'_>) -> Result<Scenery<'_>, CaseError> {
         None => metric(&section, [&coordinates, &components], &mut places)?,
     };
     let mut taken = NameTable::new(&text.coordinates);
-    places.keep_named(&section.table("parameters"), PARAMETER, &mut taken, &mut text.parameters)?;
+    places.keep_parameters(root, &mut taken, &mut text.parameters)?;
     places.keep_named(&section.table("definitions"), DEFINITION, &mut taken, &mut text.definitions)?;
     text.one_form = places.keep_by_coordinate(&section.table("one_form"), &text.coordinates, Place::OneForm)?;
     text.force = places.keep_by_coordinate(&section.table("force"), &text.coordinates, Place::Force)?;

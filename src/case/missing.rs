@@ -5,6 +5,7 @@ use super::hint::last;
 use super::keys;
 use super::potential::POTENTIALS;
 use super::reader::Field;
+use super::settings::{END, NO_END, SCHEME};
 
 /// The mistake of a case of the paper that lacks required keys, with its place and what to do; it names all of them.
 pub(super) fn missing(root: &Field<'_>) -> Option<CaseError> {
@@ -22,11 +23,15 @@ pub(super) fn missing(root: &Field<'_>) -> Option<CaseError> {
         ("scheme", "sbp", !is_chosen),
         // A spectral element has a fixed number of nodes.
         ("grid", "n_gamma", !is_chosen && !sbp.is_some_and(|sbp| sbp.starts_with("GLL"))),
+        ("grid", "gamma_f", !has("grid", "t_f")),
     ];
     // As dotted keys, with the tables that they belong to.
     let mut lacking: Vec<(String, Field<'_>)> = Vec::new();
     for (name, key, _) in needed.into_iter().filter(|(.., is_needed)| *is_needed) {
         match root.get(name) {
+            None if lacking.iter().any(|(other, _)| other == name) => {}
+            // A grid is nothing but its end where nodes are chosen.
+            None if key == "gamma_f" => lacking.push((format!("{name}.{key}"), root.clone())),
             None => lacking.push((name.to_owned(), root.clone())),
             Some(table) if !key.is_empty() && table.get(key).is_none() => {
                 lacking.push((format!("{name}.{key}"), table));
@@ -42,6 +47,7 @@ pub(super) fn missing(root: &Field<'_>) -> Option<CaseError> {
     let (_, table) = lacking.first()?;
     let message = match lacking.as_slice() {
         [(key, _)] if key == "initial.x_dot" => "neither x_dot nor velocity is given".to_owned(),
+        [(key, _)] if key == "grid.gamma_f" => NO_END.to_owned(),
         [(key, _)] => format!("missing field `{}`", last(key)),
         keys => {
             let dotted = keys.iter().map(|(key, _)| format!("`{key}`"));
@@ -54,7 +60,7 @@ pub(super) fn missing(root: &Field<'_>) -> Option<CaseError> {
 }
 
 /// Remedies for missing keys.
-const REMEDIES: [(&[&str], &str); 5] = [
+const REMEDIES: [(&[&str], &str); 6] = [
     (&["potential"], "[potential]: POTENTIALS"),
     (&["initial"], "[initial] needs x, t_dot (dt/dgamma) and either x_dot (dx/dgamma) or velocity (dx/dt)"),
     (
@@ -63,8 +69,6 @@ const REMEDIES: [(&[&str], &str); 5] = [
          particle.law = \"newtonian\"",
     ),
     (&["initial.x_dot"], "give exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)"),
-    (
-        &["scheme", "grid", "scheme.sbp", "grid.n_gamma"],
-        "give scheme.sbp and grid.n_gamma, or solver.accuracy in place of both",
-    ),
+    (&["scheme", "grid", "scheme.sbp", "grid.n_gamma"], SCHEME),
+    (&["grid", "grid.gamma_f"], END),
 ];

@@ -97,7 +97,7 @@ fn names_of(root: &Field<'_>) -> Option<Names> {
 fn look(table: &Field<'_>, path: &str, names: Option<&Names>, found: &mut Found) {
     let (named, open) = keys::named_and_open(path);
     let of_coordinates = match (names, path) {
-        (Some([start, _]), "initial") => initial::own_keys(start, table.source.is_of_x),
+        (Some([start, _]), "initial") => initial::own_keys(start),
         (Some([_, end]), "expect") => end.iter().map(|name| format!("{name}_final")).collect(),
         _ => Vec::new(),
     };
@@ -106,17 +106,19 @@ fn look(table: &Field<'_>, path: &str, names: Option<&Names>, found: &mut Found)
     if !is_open {
         let unknown = table.unknown(&known).into_iter();
         match (names, path) {
-            (Some([start, _]), "initial") => {
-                found.all.extend(unknown.map(|error| initial::explain_velocity(error, start)));
-            }
-            (Some(_), "expect") => found.all.extend(unknown),
+            (Some(_), "initial" | "expect") => found.all.extend(unknown),
             (_, "potential") => found.add(unknown.map(tables::explain_table)),
             _ => found.add(unknown),
         }
     }
-    for field in table.fields().into_iter().filter(|field| is_open || known.contains(&&*field.key)) {
+    let is_looked_at = |field: &Field<'_>| is_open || known.contains(&&*field.key) || keys::is_former(&field.path);
+    for field in table.fields().into_iter().filter(is_looked_at) {
         let name = named.iter().find(|name| **name == field.key).copied().or(open).unwrap_or_default();
-        let path = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
+        let path = match keys::replaced(&field.path) {
+            Some((_, now)) => now,
+            None if path.is_empty() => name.to_owned(),
+            None => format!("{path}.{name}"),
+        };
         let kind = keys::named(&path).map_or(Kind::Table, |key| key.kind);
         let has_keys = field.is_table() && !keys::below(&path).is_empty();
         match field.tables(path == "body") {

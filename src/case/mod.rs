@@ -23,8 +23,11 @@
 mod bodies;
 pub mod builtin;
 mod check;
+mod contents;
+mod dotted;
 mod effective;
 mod error;
+mod files;
 mod hint;
 mod initial;
 mod keys;
@@ -34,6 +37,7 @@ mod missing;
 mod mistakes;
 mod names;
 mod observables;
+mod parameters;
 mod parse;
 mod potential;
 mod reader;
@@ -55,6 +59,7 @@ pub use crate::geometry::Direction;
 pub use crate::sbp::SbpName;
 pub use crate::solve::System;
 pub use error::CaseError;
+pub use files::{MOST_OF_CASE, MOST_OF_SUMMARY, MOST_OF_TABLE, read_at_most, read_file, read_text};
 pub use keys::{Cases, KEYS, Key};
 pub use limits::on_grid;
 pub use observables::{Axes, Event};
@@ -115,6 +120,8 @@ pub struct Case {
     pub events: Vec<Event>,
     /// `[plot]`.
     pub axes: Option<Axes>,
+    /// The former tables of parameters that it is given in.
+    former: Vec<&'static str>,
     /// The folder of its file, from which the paths of tables are counted.
     folder: PathBuf,
     /// The text as it was read, with its overrides.

@@ -79,6 +79,7 @@ impl Case {
             settings,
             proof: root.table("solver").read("proof", Field::is_true)?,
             floors,
+            former: root.source.former.clone(),
             folder: root.source.folder.clone(),
             text: root.source.text.clone(),
         };

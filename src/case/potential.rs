@@ -4,14 +4,13 @@ use super::CaseError;
 use super::keys;
 use super::names::{self, NameTable};
 use super::reader::Field;
-use super::scenery::{DEFINITION, PARAMETER, Places, Scenery};
+use super::scenery::{DEFINITION, Places, Scenery};
 use crate::geometry::{GeometryText, Law, Place, Potential};
 
 /// The words for a law of motion.
 pub(super) const LAWS: [(&str, Law); 2] = [("relativistic", Law::Relativistic), ("newtonian", Law::Newtonian)];
-pub(super) const POTENTIALS: &str = "give formula = \"expression\" or { expression, parameters } or, with one \
-                                     coordinate, one of free = {}, linear = { alpha }, quartic = { kappa }, \
-                                     polynomial = { coefficients }";
+pub(super) const POTENTIALS: &str = "give formula = \"expression\" or, with one coordinate, one of free = {}, \
+                                     linear = { alpha }, quartic = { kappa }, polynomial = { coefficients }";
 
 /// Reads `[potential]` and `[particle]`, and `[force]`, which stands for `[potential]` with this force.
 pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
@@ -33,9 +32,7 @@ pub(super) fn read<'t>(root: &Field<'t>) -> Result<Scenery<'t>, CaseError> {
     };
     let mut taken = NameTable::of_potential(&names, added(law));
     let mut text = GeometryText { coordinates: names, ..GeometryText::default() };
-    for section in [&section, &section.table("formula")] {
-        places.keep_named(&section.table("parameters"), PARAMETER, &mut taken, &mut text.parameters)?;
-    }
+    places.keep_parameters(root, &mut taken, &mut text.parameters)?;
     text.parameters.sort();
     places.keep_named(&section.table("definitions"), DEFINITION, &mut taken, &mut text.definitions)?;
     text.one_form = places.keep_by_coordinate(&section.table("one_form"), &text.coordinates, Place::OneForm)?;

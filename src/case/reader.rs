@@ -60,6 +60,11 @@ impl<'t> Field<'t> {
         Some(Self { source, path: self.dotted(key), key: key.to_owned(), item: Some(item), table, span, key_span })
     }
 
+    /// The value of a dotted key below this table, of which the table of keys may know nothing.
+    pub(super) fn find(&self, dotted: &str) -> Option<Self> {
+        dotted.split('.').try_fold(self.clone(), |table, key| table.entry(key))
+    }
+
     /// The value of a key of this table, as `read` understands it.
     pub(super) fn read<T>(
         &self,
@@ -114,7 +119,8 @@ impl<'t> Field<'t> {
             let error = field.key_error(format!("unknown field `{}`, {list}", field.key));
             error.with_hint(meant.map(|meant| format!("did you mean `{meant}`?")))
         };
-        self.fields().into_iter().filter(|field| !known.contains(&field.key.as_str())).map(mistake).collect()
+        let is_known = |field: &Self| known.contains(&field.key.as_str()) || keys::is_former(&field.path);
+        self.fields().into_iter().filter(|field| !is_known(field)).map(mistake).collect()
     }
 
     fn dotted(&self, key: &str) -> String {

@@ -5,6 +5,7 @@
 //! for K > 0 and 1 for K < 0, and dtau/dγ = √|K|.
 
 use super::CaseError;
+use super::keys::{FORMER, PARAMETERS};
 use super::names::{self, NameTable};
 use super::reader::Field;
 use super::start::{self, NoStart};
@@ -18,7 +19,7 @@ const MOST_NAMED: usize = 12;
 
 /// The meaning of names of the case's own: in words, and as places of formulas.
 type Kind = (&'static str, fn(String) -> Place);
-pub(super) const PARAMETER: Kind = ("a parameter", Place::Parameter);
+const PARAMETER: Kind = ("a parameter", Place::Parameter);
 pub(super) const DEFINITION: Kind = ("a definition", Place::Definition);
 
 /// Formulas with where they stand. Those of a preset stand nowhere.
@@ -31,6 +32,19 @@ impl<'t> Places<'t> {
         let formula = field.formula()?;
         self.0.push((place, field));
         Ok(formula)
+    }
+
+    /// The parameters of the case, in the table of all formulas and in the former ones: they replace those of these names, or are appended.
+    pub(super) fn keep_parameters(
+        &mut self,
+        root: &Field<'t>,
+        taken: &mut NameTable,
+        formulas: &mut Vec<(String, String)>,
+    ) -> Result<(), CaseError> {
+        let former = FORMER.iter().filter_map(|place| root.find(place));
+        std::iter::once(root.table(PARAMETERS))
+            .chain(former)
+            .try_for_each(|table| self.keep_named(&table, PARAMETER, taken, formulas))
     }
 
     /// The formulas of a table below names of their own: they replace those of these names, or are appended.

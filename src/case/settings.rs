@@ -38,6 +38,11 @@ pub struct Expect {
     pub tolerance: Option<String>,
 }
 
+/// The ways to say how a case is solved.
+pub(super) const SCHEME: &str = "the simple way is solver.accuracy = 1e-10, the error allowed: the program chooses all \
+                                 else then. For a grid of your own give scheme.sbp, for example \"GLL16\", and, unless \
+                                 it is a spectral element, grid.n_gamma";
+
 /// Reads `[solver]` and `[scheme]`, but for `solver.floor`, which needs the coordinates: the settings, without the
 /// numbers of nodes and of windows. With an accuracy `[scheme]` is not used.
 pub(super) fn solver(root: &Field<'_>) -> Result<Settings, CaseError> {
@@ -93,10 +98,8 @@ pub(super) fn solver(root: &Field<'_>) -> Result<Settings, CaseError> {
     }
     if accuracy.is_none() {
         (settings.form, settings.regularised) = (form, regularised);
-        settings.sbp = scheme.read("sbp", Field::word)?.ok_or_else(|| {
-            let help = "give scheme.sbp, for example \"GLL16\", and, unless it is a spectral element, grid.n_gamma";
-            scheme.error("missing field `sbp`").with_help(help)
-        })?;
+        settings.sbp =
+            scheme.read("sbp", Field::word)?.ok_or_else(|| scheme.error("missing field `sbp`").with_help(SCHEME))?;
     }
     Ok(settings)
 }
@@ -157,11 +160,18 @@ fn nodes(grid: &Field<'_>, settings: &mut Settings) -> Result<(), CaseError> {
         return Ok(());
     }
     let n_gamma = grid.read("n_gamma", Field::whole)?.or(settings.sbp.fixed_points());
-    settings.n_gamma = n_gamma.ok_or_else(|| grid.error("missing field `n_gamma`"))?;
+    settings.n_gamma = n_gamma.ok_or_else(|| grid.error("missing field `n_gamma`").with_help(SCHEME))?;
     settings.windows = grid.given("windows", at_least_one)?;
     let checked = check_nodes(settings.sbp, settings.n_gamma, settings.windows);
     checked.map_err(|invalid| invalid.error(grid))
 }
+
+/// The words for a case that nothing ends for sure.
+pub(super) const NO_END: &str = "neither gamma_f nor t_f is given: the run has no end";
+
+/// The end that a case must have. An event, or `until`, may never be met.
+pub(super) const END: &str = "give grid.gamma_f, the last value of gamma, or grid.t_f, the time at which to end; until \
+                              and events end a run before that";
 
 /// Reads `[grid]`; γ begins at `gamma_i`, if that is known, unless it says something else.
 pub(super) fn grid(
@@ -173,13 +183,13 @@ pub(super) fn grid(
 ) -> Result<Grid, CaseError> {
     let grid = root.table("grid");
     nodes(&grid, settings)?;
-    let number = |key: &str| grid.given(key, |field| formulas.number(field));
+    let until = grid.read("until", |field| formulas.of_velocities(field))?;
     let (gamma_i, first) = match gamma_i.filter(|_| grid.get("gamma_i").is_none()) {
         Some(text) => {
             let value = value_of(&text, &[]).unwrap_or(f64::NAN);
             (text, value)
         }
-        None => number("gamma_i")?,
+        None => grid.given("gamma_i", |field| formulas.number(field))?,
     };
     let (key, t_f, gamma_f, length) = match grid.get("t_f") {
         Some(field) => {
@@ -187,17 +197,17 @@ pub(super) fn grid(
             ("t_f", Some(t_f), None, length)
         }
         None => {
-            let (text, last) = number("gamma_f")?;
+            let field = grid.get("gamma_f").ok_or_else(|| grid.error(NO_END).with_help(END))?;
+            let (text, last) = formulas.number(&field)?;
             if last == first {
                 let message = format!("gamma_f = {last} must be another value than gamma_i = {first}");
-                return Err(grid.at("gamma_f").error(message).with_help("gamma_f is 1 if it is not given"));
+                return Err(field.error(message));
             }
             ("gamma_f", None, Some(text), (last - first).abs())
         }
     };
     check_spacing(key, first, (settings.n_gamma.max(2) - 1) * settings.windows, length)
         .map_err(|invalid| invalid.error(&grid))?;
-    let until = grid.read("until", |field| formulas.of_velocities(field))?;
     Ok(Grid { gamma_i, gamma_f, t_f, until })
 }
 

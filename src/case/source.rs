@@ -1,5 +1,6 @@
 //! The text of a case with its overrides, and the places of mistakes in it.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
@@ -7,7 +8,9 @@ use std::sync::LazyLock;
 use toml_edit::{Document, DocumentMut, Item, Table, TableLike, TomlError, Value};
 
 use super::CaseError;
+use super::dotted::remove;
 use super::keys::{self, EXCLUSIVE, KEYS, Key};
+use super::parameters;
 use crate::geometry::uses;
 
 /// The text of a case and its name, to which errors refer.
@@ -18,22 +21,29 @@ pub(super) struct Source {
     pub(super) folder: PathBuf,
     /// True if it is a potential of x alone, as the paper has it.
     pub(super) is_of_x: bool,
+    /// The former tables of parameters in it and in the overrides.
+    pub(super) former: Vec<&'static str>,
 }
 
 /// The value that a case has without a key, for every key that has a default.
 pub(super) static DEFAULTS: LazyLock<Source> = LazyLock::new(|| {
     let line = |key: &Key| Some(format!("{} = {}\n", key.name, key.written_default()?));
     let text = KEYS.iter().filter_map(line).collect();
-    Source { name: "defaults".to_owned(), text, folder: PathBuf::new(), is_of_x: false }
+    Source { name: "defaults".to_owned(), text, folder: PathBuf::new(), is_of_x: false, former: Vec::new() }
 });
 
 impl Source {
     /// The text as the overrides change it.
     pub(super) fn new(name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
         let folder = Path::new(name).parent().filter(|folder| folder.is_dir()).unwrap_or(Path::new("")).to_owned();
-        let plain = Self { name: name.to_owned(), text: text.to_owned(), folder, is_of_x: false };
-        let source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
-        let is_of_x = is_of_x(source.document()?.as_table());
+        let (name, text) = (name.to_owned(), text.to_owned());
+        let plain = Self { name, text, folder, is_of_x: false, former: Vec::new() };
+        let mut source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
+        let document = source.document()?;
+        let (is_of_x, former) = (is_of_x(document.as_table()), parameters::former(document.as_table()));
+        drop(document);
+        source.former.extend(former);
+        source.former.dedup();
         Ok(Self { is_of_x, ..source })
     }
 
@@ -53,12 +63,14 @@ impl Source {
 
     fn with_overrides(self, overrides: &[String]) -> Result<Self, CaseError> {
         let mut document: DocumentMut = self.text.parse().map_err(|error| self.syntax(&error))?;
+        let mut former = parameters::gather(document.as_table_mut(), false);
         let given: Vec<String> = overrides.iter().filter_map(|setting| dotted(setting)).collect();
         let pairs = EXCLUSIVE.iter().filter(|pair| pair.one.contains('.') && pair.other.contains('.'));
         let pairs = pairs.flat_map(|pair| [(pair.one, pair.other), (pair.other, pair.one)]);
         let pairs = pairs.chain([("solver.accuracy", "scheme"), ("solver.tolerance", "scheme")]);
         let replaced = pairs.filter(|(one, _)| given.iter().any(|key| key == one)).map(|(_, other)| other.to_owned());
-        for other in replaced.chain(given.iter().filter_map(|key| other_rate(key))) {
+        let rates = given.iter().flat_map(|key| other_rates(document.as_table(), key)).collect::<Vec<_>>();
+        for other in replaced.chain(rates) {
             if !given.iter().any(|key| is_within(key, &other)) {
                 remove(document.as_table_mut(), &other);
             }
@@ -67,11 +79,13 @@ impl Source {
             remove(document.as_table_mut(), "initial");
         }
         for setting in overrides {
-            set(document.as_table_mut(), setting)
+            let (place, now) = renamed(setting);
+            set(document.as_table_mut(), &now)
                 .map_err(|message| self.error(None, format!("--set {setting}: {message}"), None))?;
+            former.extend(place.into_iter().chain(parameters::gather(document.as_table_mut(), true)));
         }
         let name = format!("{} with --set {}", self.name, overrides.join(" --set "));
-        Ok(Self { name, text: document.to_string(), ..self })
+        Ok(Self { name, text: document.to_string(), former, ..self })
     }
 }
 
@@ -92,11 +106,22 @@ fn is_of_time(potential: &dyn TableLike) -> bool {
     inner.or(formula).and_then(Item::as_str).is_some_and(|text| uses(text, "t"))
 }
 
-/// The momentum in whose place a velocity is given, or the other way round.
-fn other_rate(key: &str) -> Option<String> {
-    let key = key.strip_prefix("initial.")?;
-    let velocity = || Some(format!("initial.p_{}", key.strip_suffix("_dot")?));
-    key.strip_prefix("p_").map(|name| format!("initial.{name}_dot")).or_else(velocity)
+/// The rates of `[initial]` in whose place that of a key is given.
+fn other_rates(root: &Table, key: &str) -> Vec<String> {
+    let coordinate = |key: &str| key.strip_prefix("p_").or(key.strip_suffix("_dot")).map(str::to_owned);
+    let Some(key) = key.strip_prefix("initial.") else { return Vec::new() };
+    let is_added = |name: &str| ["t", "s"].contains(&name);
+    let rates: Vec<String> = match coordinate(key) {
+        Some(name) if is_added(&name) => vec![format!("p_{name}"), format!("{name}_dot")],
+        Some(name) => vec![format!("p_{name}"), format!("{name}_dot"), "velocity".to_owned()],
+        None if key == "velocity" => {
+            let initial = root.get("initial").and_then(Item::as_table_like);
+            let keys = initial.into_iter().flat_map(|table| table.iter()).map(|(key, _)| key.to_owned());
+            keys.filter(|key| coordinate(key).is_some_and(|name| !is_added(&name))).collect()
+        }
+        None => Vec::new(),
+    };
+    rates.into_iter().filter(|rate| rate != key).map(|rate| format!("initial.{rate}")).collect()
 }
 
 /// The text of a case as `overrides` change it, without what it expects if there are any: that holds for the case as it
@@ -131,15 +156,13 @@ fn is_within(key: &str, path: &str) -> bool {
     key == path || below(key, path) || below(path, key)
 }
 
-/// Removes a dotted key.
-fn remove(root: &mut Table, path: &str) {
-    let (tables, last) = path.rsplit_once('.').unwrap_or(("", path));
-    let mut table: &mut dyn TableLike = root;
-    for key in tables.split('.').filter(|key| !key.is_empty()) {
-        let Some(inner) = table.get_mut(key).and_then(Item::as_table_like_mut) else { return };
-        table = inner;
+/// An override as it is written today, and the former table that its key lies in.
+fn renamed(setting: &str) -> (Option<&'static str>, Cow<'_, str>) {
+    let value = setting.split_once('=').map_or("", |(_, value)| value);
+    match dotted(setting).as_deref().and_then(keys::replaced) {
+        Some((place, now)) => (Some(place), format!("{now}={value}").into()),
+        None => (None, setting.into()),
     }
-    table.remove(last);
 }
 
 /// Applies one `dotted.key=value`.

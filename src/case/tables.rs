@@ -1,13 +1,18 @@
 //! `[tables]`: functions of one argument that are known by values, for the formulas of a case.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use super::CaseError;
+use super::files::{MOST_OF_TABLE, read_file};
 use super::names::NameTable;
 use super::reader::Field;
 use crate::geometry::GeometryText;
 use crate::number::spline::{Kind, Outside, Table, TableError};
 use crate::number::{Extended, Real};
+
+/// A spline through more points takes gigabytes while it is made.
+const MOST_POINTS: usize = 2_000_000;
 
 /// The words for splines.
 pub(super) const SPLINES: [(&str, Kind); 3] =
@@ -77,9 +82,10 @@ fn from_arrays(x: &Field<'_>, y: &Field<'_>) -> Result<Vec<[Extended; 2]>, CaseE
 }
 
 fn from_file(file: &Field<'_>, path: &Path, columns: [&Field<'_>; 2]) -> Result<Vec<[Extended; 2]>, CaseError> {
-    let cannot = |error: &csv::Error| file.error(format!("cannot read the table {}: {error}", path.display()));
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_path(path);
-    let reader = reader.as_mut().map_err(|error| cannot(error))?;
+    let unreadable = |error: &dyn Display| file.error(format!("cannot read the table {}: {error}", path.display()));
+    let bytes = read_file(path, MOST_OF_TABLE).map_err(|error| unreadable(&error))?;
+    let cannot = |error: &csv::Error| unreadable(error);
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(bytes.as_slice());
     let heads = reader.headers().map_err(|error| cannot(&error))?.clone();
     let mut places = [0; 2];
     for (place, column) in places.iter_mut().zip(columns) {
@@ -102,6 +108,10 @@ fn from_file(file: &Field<'_>, path: &Path, columns: [&Field<'_>; 2]) -> Result<
             })?;
         }
         points.push(point);
+        if points.len() > MOST_POINTS {
+            let error = file.error(format!("the table {} has more than {MOST_POINTS} points", path.display()));
+            return Err(error.with_help("leave points out where the function is smooth"));
+        }
     }
     Ok(points)
 }

@@ -1,6 +1,7 @@
 //! Warnings about cases that are valid but may surprise.
 
 use super::Case;
+use super::keys::PARAMETERS;
 use super::source::is_used;
 use crate::geometry::{Law, Preset, Start};
 
@@ -17,6 +18,14 @@ impl Case {
         let fixed = [(!self.settings.regularised, unregularised), (self.ignores_scheme, unread)];
         let fixed = fixed.into_iter().filter(|(holds, _)| *holds).map(|(_, warning)| warning.to_owned());
         unused.chain(fixed).chain(self.warning_of_speed()).collect()
+    }
+
+    /// Notes on what the case is written in and the next version does not read.
+    pub fn notes(&self) -> Vec<String> {
+        let note = |place: &&str| {
+            format!("{place} goes in the next version: [{PARAMETERS}] has the parameters of all formulas")
+        };
+        self.former.iter().map(note).collect()
     }
 
     /// Says that a particle of the paper's metric is as fast as light, or nearly so.

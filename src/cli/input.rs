@@ -6,18 +6,16 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::Context;
-use geodesic_ivp::case::builtin;
+use geodesic_ivp::case::{MOST_OF_CASE, builtin, read_at_most};
 use geodesic_ivp::formula::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
 use super::CaseArgs;
+use super::lines::shown;
 use super::report;
 
 /// The built-in case that is used by commands to which no case is given.
 const DEFAULT: &str = "quartic";
-
-/// A case is a page of text. Anything longer than this is not a case, and is not read.
-const MOST_BYTES: u64 = 1 << 20;
 
 /// Where a case comes from.
 enum Source<'a> {
@@ -53,7 +51,7 @@ impl CaseArgs {
     pub(super) fn name(&self) -> String {
         match self.source() {
             Source::StandardInput => "<stdin>".to_owned(),
-            Source::File(path) => path.display().to_string(),
+            Source::File(path) => shown(&path.display().to_string()),
             Source::BuiltIn(name) => format!("<built-in {name}>"),
         }
     }
@@ -69,14 +67,15 @@ impl CaseArgs {
 
     /// The title, or the name of the case if there is none.
     pub(super) fn headed(&self, title: Option<&str>) -> String {
-        title.map_or_else(|| self.stem().to_string_lossy().into_owned(), str::to_owned)
+        title.map_or_else(|| shown(&self.stem().to_string_lossy()), str::to_owned)
     }
 
     /// The name for the folder of results: the stem of the case's file, or the name of a built-in case.
     pub(super) fn stem(&self) -> &OsStr {
         let stem = match self.source() {
             Source::StandardInput => None,
-            Source::File(path) => path.file_stem(),
+            // The stem of `...toml` would be the folder above.
+            Source::File(path) => path.file_stem().filter(|stem| *stem != "." && *stem != "..").or(path.file_name()),
             Source::BuiltIn(name) => Some(name.as_ref()),
         };
         stem.unwrap_or("stdin".as_ref())
@@ -85,7 +84,16 @@ impl CaseArgs {
     /// Reads the case. Prints a note if a built-in case is used because none was named.
     pub(super) fn read(&self) -> anyhow::Result<Case> {
         let text = self.read_text()?;
-        Ok(Case::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?)
+        let case = Case::parse(&self.name(), &text, &self.set).map_err(|error| self.of_another_kind(error))?;
+        self.note(&case);
+        Ok(case)
+    }
+
+    /// Prints the notes on a case.
+    pub(super) fn note(&self, case: &Case) {
+        if !self.quiet {
+            case.notes().iter().for_each(|note| report::note(note));
+        }
     }
 
     /// Reads a case for a study of schemes, of which none knows events that act.
@@ -147,13 +155,15 @@ fn built_in_text(name: &str) -> &'static str {
 
 /// Reads all bytes, or fails if there are too many for a case.
 fn at_most(reader: impl Read, size: Option<u64>, name: &str) -> anyhow::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    reader.take(MOST_BYTES + 1).read_to_end(&mut bytes).with_context(|| format!("cannot read the case {name}"))?;
-    if bytes.len() as u64 <= MOST_BYTES {
-        return Ok(bytes);
+    let too_long = |error: &io::Error| error.kind() == io::ErrorKind::FileTooLarge;
+    let read = read_at_most(reader, MOST_OF_CASE);
+    if !read.as_ref().err().is_some_and(too_long) {
+        return read.with_context(|| format!("cannot read the case {name}"));
     }
-    let found = size.map_or_else(|| "it has more".to_owned(), |size| format!("it has {size}"));
-    let message = format!("too long for a case: {found} bytes, {MOST_BYTES} at most");
+    // A device says that it has no bytes.
+    let size = size.filter(|size| *size > MOST_OF_CASE);
+    let found = size.map_or_else(|| "more".to_owned(), |size| size.to_string());
+    let message = format!("too long for a case: it has {found} bytes, {MOST_OF_CASE} at most");
     Err(CaseError::without_place(name, message).into())
 }
 

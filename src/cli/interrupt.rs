@@ -7,6 +7,7 @@
 //! program stops it.
 
 use std::error::Error;
+use std::num::NonZero;
 use std::panic::resume_unwind;
 use std::process::exit;
 use std::sync::Once;
@@ -25,6 +26,11 @@ const IDLE: u8 = 0;
 const WATCHED: u8 = 1;
 const STOPPED: u8 = 2;
 
+/// The variable of rayon that says how many threads there are.
+const THREADS: &str = "RAYON_NUM_THREADS";
+/// More threads than so many on a core take time to start, and none is faster for them.
+const MOST_PER_CORE: usize = 4;
+
 /// The main thread looks for an interrupt so often.
 const WATCH: Duration = Duration::from_millis(20);
 
@@ -40,11 +46,13 @@ fn interrupt() {
 }
 
 /// Calls `interrupted` for every Ctrl-C and SIGTERM, on a thread of its own. SIGHUP is left alone, so that nohup works.
+/// SIGXFSZ is heard and not heeded: what is written beyond a limit is an error then, which is told like any other.
 #[cfg(unix)]
 fn watch(interrupted: impl Fn() + Send + 'static) -> anyhow::Result<()> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
-    thread::Builder::new().spawn(move || signals.forever().for_each(|_| interrupted()))?;
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGXFSZ])?;
+    let heeded = move || signals.forever().filter(|signal| *signal != SIGXFSZ).for_each(|_| interrupted());
+    thread::Builder::new().spawn(heeded)?;
     Ok(())
 }
 
@@ -93,12 +101,24 @@ pub(super) fn start_threads() {
     static STARTED: Once = Once::new();
     STARTED.call_once(|| {
         // Threads that run already are no error of the system, and have no source.
-        if let Err(error) = rayon::ThreadPoolBuilder::new().build_global()
+        if let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(threads()).build_global()
             && error.source().is_some()
         {
             without_threads(error);
         }
     });
+}
+
+/// The number of threads: that of `RAYON_NUM_THREADS` up to a limit, or 0, which stands for one on each core.
+fn threads() -> usize {
+    let asked = std::env::var(THREADS).ok().and_then(|text| text.parse().ok()).unwrap_or(0);
+    let cores = thread::available_parallelism().map_or(1, NonZero::get);
+    let most = MOST_PER_CORE * cores;
+    if asked > most {
+        let message = format!("{THREADS} = {asked} is more than {MOST_PER_CORE} threads for each of {cores} cores");
+        report::warn(&format!("{message}: {most} are started"));
+    }
+    asked.min(most)
 }
 
 fn without_threads(error: impl Into<anyhow::Error>) -> ! {

@@ -5,6 +5,14 @@ pub(super) const COLUMNS: usize = 100;
 /// So many of a list are named.
 const MOST_NAMED: usize = 6;
 
+/// A text in which control characters, which a file name may have, are written as escapes: a terminal obeys them. Ends
+/// of lines and tabs stay.
+pub(super) fn shown(text: &str) -> String {
+    let is_shown = |c: char| !c.is_control() || ['\n', '\t'].contains(&c);
+    let one = |c: char| if is_shown(c) { c.to_string() } else { c.escape_default().to_string() };
+    text.replace("\r\n", "\n").chars().map(one).collect()
+}
+
 /// A line with its name, which goes on below itself where it is too long.
 pub(super) fn row(name: &str, text: &str) -> String {
     wrapped(&format!("  {name:<8} {text}"), 11)

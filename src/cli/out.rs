@@ -9,6 +9,7 @@ use geodesic_ivp::Case;
 use geodesic_ivp::output::{Origin, Target, origin_of};
 
 use super::CaseArgs;
+use super::lines::shown;
 use super::report;
 
 /// The commands that write files. Those of the first go into the folder of the case itself, those of the others into
@@ -132,10 +133,10 @@ fn folder_of(home: &Path, command: &str) -> PathBuf {
     if command == COMMANDS[0] { home.to_owned() } else { home.join(command) }
 }
 
-/// Writes `text` and flushes it, so that a full disk is noticed before the program ends.
+/// Writes `text`, which is for people, and flushes it, so that a full disk is noticed before the program ends.
 pub(super) fn write(text: &str) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())?;
+    out.write_all(shown(text).as_bytes())?;
     Ok(out.flush()?)
 }
 

@@ -8,6 +8,8 @@ pub(super) use geodesic_ivp::output::{refused, refused_by_system};
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
+use super::lines::shown;
+
 /// The exit code of an interrupted command.
 pub(super) const INTERRUPTED: u8 = 130;
 
@@ -81,6 +83,8 @@ pub(super) fn explain(error: &anyhow::Error) -> u8 {
         of_reference(end.reason)
     } else if let Some(refused) = error.downcast_ref::<Refused>() {
         (refused.help.as_str(), if refused.is_usage { INVALID_CASE } else { IO_FAILURE })
+    } else if is_beyond_limit(error) {
+        ("a limit of the size of files was reached: raise it (ulimit -f)", IO_FAILURE)
     } else {
         ("", if error.is::<ExpectationNotMet>() { EXPECTATION } else { IO_FAILURE })
     };
@@ -126,7 +130,8 @@ fn render_case_error(error: &CaseError) -> String {
 
 /// A message and, if there is any, what to do about it.
 fn rendered<'m>(message: Group<'m>, help: &'m str) -> String {
-    let message = if help.is_empty() { message } else { message.element(Level::HELP.message(help)) };
+    let help = shown(help);
+    let message = if help.is_empty() { message } else { message.element(Level::HELP.message(help.as_str())) };
     let colours = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let renderer = if colours { Renderer::styled() } else { Renderer::plain() };
     renderer.render(&[message])
@@ -138,12 +143,22 @@ fn print(text: &str) {
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    is_of_system(error, io::ErrorKind::BrokenPipe)
+}
+
+/// Returns true if the system did not let a file grow.
+fn is_beyond_limit(error: &anyhow::Error) -> bool {
+    is_of_system(error, io::ErrorKind::FileTooLarge)
+}
+
+/// Returns true if the system, and not this program, gave this reason.
+fn is_of_system(error: &anyhow::Error, kind: io::ErrorKind) -> bool {
     error.chain().any(|cause| {
-        let io = cause.downcast_ref::<io::Error>().map(io::Error::kind);
         let csv = cause.downcast_ref::<csv::Error>().and_then(|error| match error.kind() {
-            csv::ErrorKind::Io(error) => Some(error.kind()),
+            csv::ErrorKind::Io(error) => Some(error),
             _ => None,
         });
-        io.or(csv) == Some(io::ErrorKind::BrokenPipe)
+        let io = cause.downcast_ref::<io::Error>().or(csv);
+        io.is_some_and(|error| error.kind() == kind && error.raw_os_error().is_some())
     })
 }

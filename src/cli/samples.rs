@@ -1,15 +1,21 @@
 //! `run --sample-t` and `--sample-gamma`: where samples are wanted.
 
+use std::path::Path;
+
 use clap::Args;
 use geodesic_ivp::Case;
+use geodesic_ivp::case::{MOST_OF_TABLE, read_file};
 use geodesic_ivp::number::Real;
 use geodesic_ivp::trajectory::{Coordinate, NoSamples, OutsideRun, SampleStream};
 
+use super::lines::shown;
 use super::out::RESULTS;
 use super::report;
 
 /// More rows than this are taken for a typing mistake.
 const MOST_SAMPLES: f64 = 1e8;
+/// More rows of a file are not kept as text.
+const MOST_LISTED: usize = 10_000_000;
 /// The option that takes samples by time.
 const BY_TIME: &str = "sample-t";
 /// The remedy where that is not possible.
@@ -118,16 +124,22 @@ impl Range {
 fn read_column(column: &str) -> Result<Vec<String>, String> {
     let example = "expected @FILE.csv:COLUMN, for example @times.csv:t";
     let (path, name) = column.rsplit_once(':').ok_or(example)?;
-    let cannot = |error: csv::Error| format!("cannot read {path}: {error}");
-    let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(cannot)?;
+    let shown = shown(path);
+    let bytes = read_file(Path::new(path), MOST_OF_TABLE).map_err(|error| format!("cannot read {shown}: {error}"))?;
+    let cannot = |error: csv::Error| format!("cannot read {shown}: {error}");
+    let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
     let headings = table.headers().map_err(cannot)?.clone();
     let place = headings.iter().position(|heading| heading == name).ok_or_else(|| {
         let headings = headings.iter().collect::<Vec<_>>().join(", ");
-        format!("{path} has no column '{name}'; its columns are {headings}")
+        format!("{shown} has no column '{name}'; its columns are {headings}")
     })?;
-    let rows: Result<Vec<String>, _> = table.records().map(|row| Ok(row?[place].to_owned())).collect();
-    let rows = rows.map_err(cannot)?;
-    if rows.is_empty() { Err(format!("{path} has no rows")) } else { Ok(rows) }
+    let rows = table.records().take(MOST_LISTED + 1).map(|row| Ok(row?[place].to_owned()));
+    let rows = rows.collect::<Result<Vec<String>, _>>().map_err(cannot)?;
+    match rows.len() {
+        0 => Err(format!("{shown} has no rows")),
+        1..=MOST_LISTED => Ok(rows),
+        _ => Err(format!("{shown} has more than {MOST_LISTED} rows: give START:STOP:STEP, or several runs")),
+    }
 }
 
 impl SampleArgs {

@@ -52,7 +52,8 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let runs = ManyRuns::new(&name, &text, set, axes.clone()).map_err(|error| args.case.of_another_kind(error))?;
     let case = overridden(&name, &text, set).map_err(|error| args.case.of_another_kind(error))?;
     let asked = axes.iter().map(|axis| axis.text.clone()).collect();
-    let identity = Identity::new(case, asked, part.map(|Share { k, n }| format!("{k}/{n}")));
+    let identity = Identity::new(case, asked, part.map(|Share { k, n }| format!("{k}/{n}")), runs.contents());
+    args.case.note(runs.first());
     runs.first().warnings().iter().for_each(|warning| report::warn(warning));
 
     let columns = Columns::new(&runs);

@@ -3,6 +3,8 @@
 //! The f256 crate can convert both ways, at the price of 15 MB of tables. But its formatting with a given precision (in
 //! version 0.11.3) writes numbers just below a power of ten ten times too large: 9.99…97 as 9.99…97e1.
 
+use std::sync::LazyLock;
+
 use num_bigint::BigUint;
 
 use super::Extended;
@@ -45,6 +47,9 @@ pub(super) fn to_f64(number: Extended) -> f64 {
             (_, negative) => f64::INFINITY.copysign(if negative { -1.0 } else { 1.0 }),
         };
     }
+    if number.eq_zero() {
+        return 0.0_f64.copysign(if number.is_sign_negative() { -1.0 } else { 1.0 });
+    }
     let Binary { negative, significand: (high, low), exponent } = decode(number);
     // The first 64 bits are rounded to `f64`. The last of them is set if any later bit is, so that ties are seen.
     let dropped = FRACTION_BITS_OF_HIGH + 1 - 64;
@@ -52,9 +57,28 @@ pub(super) fn to_f64(number: Extended) -> f64 {
     let first = (high >> dropped) as u64 | u64::from(sticky);
     // The power of two is applied in two factors, which are both in the range of `f64` even if their product is not.
     let scale = (exponent + 128 + i64::from(dropped)).clamp(-2400, 2400) as i32;
-    let size = first as f64 * 2.0_f64.powi(scale / 2) * 2.0_f64.powi(scale - scale / 2);
+    let size = first as f64 * power_of_two(scale / 2) * power_of_two(scale - scale / 2);
     if negative { -size } else { size }
 }
+
+/// 2^`exponent`.
+fn power_of_two(exponent: i32) -> f64 {
+    const LAST: i32 = f64::MAX_EXP - 1;
+    match exponent {
+        -1022..=LAST => f64::from_bits(((exponent + LAST) as u64) << (f64::MANTISSA_DIGITS - 1)),
+        _ => 2.0_f64.powi(exponent),
+    }
+}
+
+/// 10^k for those k for which it is a number of the type.
+static POWERS: LazyLock<[Extended; 72]> = LazyLock::new(|| {
+    let mut next = Extended::ONE;
+    std::array::from_fn(|_| {
+        let power = next;
+        next *= Extended::from(10.0);
+        power
+    })
+});
 
 /// The number nearest to a decimal of the form `[+-]digits[.digits][e[+-]digits]`; `None` if the text is not one.
 pub(super) fn parse(text: &str) -> Option<Extended> {
@@ -62,8 +86,16 @@ pub(super) fn parse(text: &str) -> Option<Extended> {
     text.parse::<f64>().ok().filter(|_| !text.contains(['n', 'N']))?;
     let (mantissa, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
     let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
-    let digits = BigUint::parse_bytes([whole.trim_start_matches(['+', '-']), fraction].concat().as_bytes(), 10)?;
+    let digits = [whole.trim_start_matches(['+', '-']), fraction].concat();
     let exponent = exponent.parse::<i64>().ok()?.saturating_sub(fraction.len() as i64);
+    let power = usize::try_from(exponent.unsigned_abs()).ok().and_then(|power| POWERS.get(power));
+    if let (Ok(digits), Some(&power)) = (digits.parse::<u128>(), power) {
+        // Both are numbers of the type, so that this operation is the only one that rounds.
+        let digits = Extended::from(digits);
+        let size = if exponent < 0 { digits / power } else { digits * power };
+        return Some(if text.starts_with('-') { -size } else { size });
+    }
+    let digits = BigUint::parse_bytes(digits.as_bytes(), 10)?;
     let size = if digits.bits() == 0 || exponent.saturating_add(mantissa.len() as i64) < -MOST_EXPONENT {
         Extended::ZERO
     } else if exponent > MOST_EXPONENT {

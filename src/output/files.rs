@@ -9,7 +9,9 @@ use atomic_write_file::AtomicWriteFile;
 use serde::{Deserialize, Serialize};
 
 use super::json::json;
+use super::leftovers;
 use super::lock::FolderLock;
+use crate::case::{MOST_OF_SUMMARY, read_text};
 
 /// The summary of a command. It is put in place last and removed first: if it is there, all the others are there too.
 pub const SUMMARY: &str = "summary.json";
@@ -116,7 +118,7 @@ pub fn refused_by_system(message: impl Into<String>, help: impl Into<String>) ->
 /// The record of `folder`, if there is one.
 fn manifest_of(folder: &Path) -> anyhow::Result<Option<Manifest>> {
     let path = folder.join(MANIFEST);
-    let text = match fs::read_to_string(&path) {
+    let text = match read_text(&path, MOST_OF_SUMMARY) {
         Ok(text) => text,
         Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
             return Ok(None);
@@ -218,16 +220,16 @@ impl OutputSet {
     pub fn open(target: Target, names: &[&'static str]) -> anyhow::Result<Self> {
         let folder = &target.folder;
         let made = MadeFolders::make(folder)?;
-        {
-            let _lock = FolderLock::wait(folder)?;
-            let before = target.before(names)?;
-            let incomplete = before.filter(|before| before.state == INCOMPLETE);
-            // An incomplete set without its summary is removed. One with a summary is complete after all: the program
-            // was killed before it could record that.
-            if let Some(before) = incomplete.filter(|_| !folder.join(SUMMARY).exists()) {
-                before.files.iter().try_for_each(|name| target.take_away(name, false))?;
-                target.record(COMPLETE, &[])?;
-            }
+        let _lock = FolderLock::wait(folder)?;
+        let before = target.before(names)?;
+        let recorded = before.iter().flat_map(|before| before.files.iter().map(String::as_str));
+        leftovers::remove(folder, names.iter().copied().chain([MANIFEST]).chain(recorded));
+        let incomplete = before.filter(|before| before.state == INCOMPLETE);
+        // An incomplete set without its summary is removed. One with a summary is complete after all: the program was
+        // killed before it could record that.
+        if let Some(before) = incomplete.filter(|_| !folder.join(SUMMARY).exists()) {
+            before.files.iter().try_for_each(|name| target.take_away(name, false))?;
+            target.record(COMPLETE, &[])?;
         }
         let pending = names
             .iter()
@@ -236,6 +238,7 @@ impl OutputSet {
                 let path = folder.join(name);
                 let path = fs::canonicalize(&path).unwrap_or(path);
                 let file = AtomicWriteFile::open(&path).with_context(|| format!("cannot write {}", path.display()))?;
+                leftovers::hold(file.as_file());
                 Ok((name, file))
             })
             .collect::<anyhow::Result<_>>()?;

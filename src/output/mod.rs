@@ -19,6 +19,7 @@ mod chart;
 mod convergence;
 mod files;
 mod json;
+mod leftovers;
 mod lock;
 pub mod pictures;
 pub mod runs;

@@ -21,6 +21,7 @@ t_dot = 1.0
 x_dot = 0.1
 
 [grid]
+gamma_f = 1.0
 n_gamma = 32
 
 [scheme]

@@ -2,11 +2,13 @@
 //! hints, the manual page, the list in `docs/cases.md` and the schema.
 
 mod exclusive;
+mod former;
 mod table;
 #[cfg(test)]
 mod tests;
 
 pub(super) use exclusive::{EXCLUSIVE, Exclusion};
+pub(super) use former::{FORMER, PARAMETERS, is_former, replaced};
 pub use table::KEYS;
 
 use crate::number::{Extended, Real};
@@ -170,6 +172,9 @@ pub(super) fn of_potential(kind: &str) -> Option<&'static str> {
 
 /// The key that a dotted name of a case has in the table, where it is a name or stands for others.
 pub(super) fn of(dotted: &str) -> Option<&'static Key> {
+    if let Some((_, now)) = replaced(dotted) {
+        return of(&now);
+    }
     let is_like = |key: &&Key| {
         let mut parts = dotted.split('.');
         let is_alike = |part: &str| parts.next().is_some_and(|own| stands_for(part, own));

@@ -25,6 +25,8 @@ macro_rules! table {
 pub static KEYS: &[Key] = table! {
     /// A name for people. It heads the output and the pictures.
     ("title", Line, "none", All);
+    /// named numbers, or formulas in each other, for all formulas of the case
+    ("parameters", Named(&Formula), "none", All);
 
     /// the names of the coordinates, in the order of the columns
     ("metric.coordinates", Names, "", MakesScene);
@@ -32,8 +34,6 @@ pub static KEYS: &[Key] = table! {
     ("metric.components", Named(&Formula), "", MakesScene);
     /// named expressions, which may use each other
     ("metric.definitions", Named(&Formula), "none", MakesScene);
-    /// named numbers, or formulas in each other
-    ("metric.parameters", Named(&Formula), "none", MakesScene);
     /// A_a: `{ t = "e*x", y = "-b*x" }`, the electromagnetic potential times the charge per mass
     ("metric.one_form", Named(&Formula), "none", MakesScene);
     /// F_a in coordinates and velocities: `{ r = "-k*r_dot" }`
@@ -60,12 +60,10 @@ pub static KEYS: &[Key] = table! {
     ("potential.polynomial", Table, "", All);
     /// c₀, c₁, c₂, … of V
     ("potential.polynomial.coefficients", Numbers, "required", All);
-    /// V from an expression; a table with the keys below is taken, too
+    /// V from an expression; a table with the key below is taken, too
     ("potential.formula", Expression, "", All);
     /// V as a formula in the coordinates
     ("potential.formula.expression", Expression, "required", All);
-    /// the names used in it: numbers, or formulas in each other
-    ("potential.formula.parameters", Named(&Formula), "none", All);
     /// A of L = ½mv² − V + A·v: a magnetic field, a rotating frame
     ("potential.one_form", Named(&Formula), "none", MakesScene);
     /// named expressions, which may use each other
@@ -74,8 +72,6 @@ pub static KEYS: &[Key] = table! {
     ("potential.force", Named(&Formula), "none", MakesScene);
     /// a factor Ω of the metric of Newton's law
     ("potential.conformal", Formula, "", MakesScene);
-    /// named numbers or formulas in each other, for all formulas of this table
-    ("potential.parameters", Named(&Formula), "none", All);
 
     /// the same as `potential.force`, where there is no potential: Newton's law with V = 0
     ("force.q", Formula, "", MakesScene);
@@ -90,8 +86,6 @@ pub static KEYS: &[Key] = table! {
     ("body.velocity", Values, "required", MakesScene);
     /// the energy of each pair in their distance r and masses m_1 and m_2: `"-G*m_1*m_2/r"`
     ("pair.formula", Expression, "", Scenes);
-    /// named numbers or formulas in each other
-    ("pair.parameters", Named(&Formula), "none", Scenes);
 
     /// the mass m
     ("particle.mass", Positive, "1.0", All);
@@ -111,8 +105,8 @@ pub static KEYS: &[Key] = table! {
     ("initial.t_dot", Value, "required in a case of x", OfX);
     /// dx/dγ at the start
     ("initial.x_dot", Value, "", OfX);
-    /// dx/dt at the start: x_dot = velocity · t_dot
-    ("initial.velocity", Value, "", OfX);
+    /// dx/dt at the start, where x, of whatever name, is the one coordinate besides t: x_dot = velocity · t_dot
+    ("initial.velocity", Value, "", All);
     /// the folder of an earlier run: its end is the start, to the last bit
     ("initial.from", Text, "", All);
     /// the place, for each coordinate q; an ignorable one may be left out and is 0
@@ -130,7 +124,7 @@ pub static KEYS: &[Key] = table! {
     /// the first value of γ
     ("grid.gamma_i", Value, "0", All);
     /// the last value of γ. Below gamma_i, the run goes backward.
-    ("grid.gamma_f", Value, "1", All);
+    ("grid.gamma_f", Value, "required without t_f", All);
     /// the time at which to end, in place of gamma_f. An earlier one lets the run go backward.
     ("grid.t_f", Value, "", All);
     /// nodes of a window. At least 3, 8, 12, 16 for SBP21, 42, 63, 84. A spectral element fixes it.

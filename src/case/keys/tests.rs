@@ -50,5 +50,5 @@ fn names_stand_once_and_defaults_are_values() {
         let default = key.written_default().map(str::parse::<toml_edit::Value>);
         assert!(default.is_none_or(|default| default.is_ok()), "{}: {}", key.name, key.default);
     }
-    assert_eq!(KEYS.iter().filter(|key| key.cases == Cases::OfX).count(), 7);
+    assert_eq!(KEYS.iter().filter(|key| key.cases == Cases::OfX).count(), 6);
 }

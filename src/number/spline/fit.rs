@@ -31,17 +31,24 @@ pub(super) fn even_derivatives(points: &[[Extended; 2]], kind: Kind) -> Vec<[Ext
     // of the first knot, then of the second one, and so on.
     let mut rows = vec![[Extended::ZERO; 8]; 2 * points.len()];
     let mut add = |row: usize, factors: [(usize, Extended); 4], known: Extended| {
-        factors.into_iter().for_each(|(unknown, factor)| rows[row][3 + unknown - row] += factor);
+        let factors = factors.into_iter().filter(|(_, factor)| !factor.eq_zero());
+        factors.for_each(|(unknown, factor)| rows[row][3 + unknown - row] += factor);
         rows[row][7] += known;
     };
+    let (of_six, of_cube) = (Extended::ONE / number(6.0), Extended::ONE / number(360.0));
     for (k, [h, slope]) in intervals(points).into_iter().enumerate() {
-        let [third, sixth, inverse] = [h / number(3.0), h / number(6.0), Extended::ONE / h];
-        let cube = h * h * h / number(360.0);
+        let sixth = h * of_six;
+        let third = sixth + sixth;
+        // N is 0 where the degree is 3.
+        let (inverse, cube) = match kind {
+            Kind::Quintic => (Extended::ONE / h, h * h * h * of_cube),
+            _ => (Extended::ZERO, Extended::ZERO),
+        };
         for (knot, other, slope) in [(k, k + 1, slope), (k + 1, k, -slope)] {
             let ([m, n], [m_other, n_other]) = ([2 * knot, 2 * knot + 1], [2 * other, 2 * other + 1]);
             let is_end = knot == 0 || knot == last;
             if kind == Kind::Clamped || !is_end {
-                let fourth = [(n, number(-8.0) * cube), (n_other, number(-7.0) * cube)];
+                let fourth = [(n, number(-8.0)), (n_other, number(-7.0))].map(|(of, factor)| (of, factor * cube));
                 add(m, [(m, third), (m_other, sixth), fourth[0], fourth[1]], slope);
             }
             if kind == Kind::Quintic {
@@ -55,22 +62,30 @@ pub(super) fn even_derivatives(points: &[[Extended; 2]], kind: Kind) -> Vec<[Ext
     solved(rows).as_chunks().0.to_vec()
 }
 
-/// Solves a system of seven diagonals by Gauss's elimination from the top: 70 digits leave room for what that loses.
+/// Solves a system of seven diagonals by Gauss's elimination from the top: 70 digits leave room for what that loses. Of
+/// splines of degree 3 most of the diagonals are zeros, which are passed over.
 fn solved(mut rows: Vec<[Extended; 8]>) -> Vec<Extended> {
     let count = rows.len();
     for pivot in 0..count {
         let above = rows[pivot];
         for below in 1..=3.min(count - 1 - pivot) {
             let row = &mut rows[pivot + below];
+            if row[3 - below].eq_zero() {
+                continue;
+            }
             let factor = row[3 - below] / above[3];
-            (1..=3).for_each(|k| row[3 - below + k] -= factor * above[3 + k]);
-            row[7] -= factor * above[7];
+            (1..=4).filter(|k| !above[3 + k].eq_zero()).for_each(|k| {
+                let column = if k == 4 { 7 } else { 3 - below + k };
+                row[column] -= factor * above[3 + k];
+            });
         }
     }
     let mut found = vec![Extended::ZERO; count + 3];
     for k in (0..count).rev() {
-        let known = (1..=3).fold(rows[k][7], |sum, j| sum - rows[k][3 + j] * found[k + j]);
-        found[k] = known / rows[k][3];
+        let row = &rows[k];
+        let factors = (1..=3).filter(|j| !row[3 + j].eq_zero());
+        let known = factors.fold(row[7], |sum, j| sum - row[3 + j] * found[k + j]);
+        found[k] = if known.eq_zero() { known } else { known / row[3] };
     }
     found.truncate(count);
     found
@@ -81,9 +96,13 @@ pub(super) fn coefficients(points: &[[Extended; 2]], even: &[[Extended; 2]]) -> 
     let (zero, number) = (Extended::ZERO, |value: f64| Extended::from(value));
     let (intervals, last) = (intervals(points), points.len() - 1);
     // s′ at one end of an interval, where M and N are those at this end and at the other one.
+    let of_six = Extended::ONE / number(6.0);
     let slope = |[h, secant]: [Extended; 2], [m, n]: [Extended; 2], [m_other, n_other]: [Extended; 2]| {
-        let by_fourth = h * h * h * (number(8.0) * n + number(7.0) * n_other) / number(360.0);
-        secant - h * (m + m + m_other) / number(6.0) + by_fourth
+        let cubic = secant - h * (m + m + m_other) * of_six;
+        if n.eq_zero() && n_other.eq_zero() {
+            return cubic;
+        }
+        cubic + h * h * h * (number(8.0) * n + number(7.0) * n_other) / number(360.0)
     };
     let first_slope = slope(intervals[0], even[0], even[1]);
     let [length, secant] = intervals[last - 1];
@@ -91,8 +110,13 @@ pub(super) fn coefficients(points: &[[Extended; 2]], even: &[[Extended; 2]]) -> 
     let mut coefficients = vec![points[0][1], first_slope, zero, zero, zero, zero];
     for (k, &[h, secant]) in intervals.iter().enumerate() {
         let ([m, n], [m_next, n_next]) = (even[k], even[k + 1]);
-        let third = (m_next - m) / h - h * (n + n + n_next) / number(6.0);
-        let powers = [m.half(), third / number(6.0), n / number(24.0), (n_next - n) / (number(120.0) * h)];
+        let third = (m_next - m) / h;
+        let powers = if n.eq_zero() && n_next.eq_zero() {
+            [m.half(), third * of_six, zero, zero]
+        } else {
+            let third = third - h * (n + n + n_next) * of_six;
+            [m.half(), third * of_six, n / number(24.0), (n_next - n) / (number(120.0) * h)]
+        };
         coefficients.extend([points[k][1], slope([h, secant], even[k], even[k + 1])]);
         coefficients.extend(powers);
     }

@@ -41,13 +41,16 @@ pub struct Identity {
     pub vary: Vec<String>,
     /// The part, if the table is one.
     pub part: Option<String>,
+    /// The files that the case is read from besides its text, each with its content.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<String>,
 }
 
 impl Identity {
     /// A table of this program.
-    pub fn new(case: String, vary: Vec<String>, part: Option<String>) -> Self {
+    pub fn new(case: String, vary: Vec<String>, part: Option<String>, files: Vec<String>) -> Self {
         let [program, version] = [env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")].map(str::to_owned);
-        Self { program, version, case, vary, part }
+        Self { program, version, case, vary, part, files }
     }
 
     /// The first line of its journal.
@@ -68,6 +71,10 @@ impl Identity {
             Some(format!("{}, and now it is {}", list(&other.vary), list(&self.vary)))
         } else if self.part != other.part {
             Some(format!("{}, and now it is {}", part(&other.part), part(&self.part)))
+        } else if self.case == other.case {
+            let changed = self.files.iter().find(|file| !other.files.contains(file)).or(other.files.first());
+            let name = changed.and_then(|file| file.rsplit_once(' ')).map_or("a file", |(name, _)| name);
+            Some(format!("another content of {name}"))
         } else {
             Some("another text of the case, or another --set".to_owned())
         }
@@ -226,7 +233,7 @@ mod tests {
     }
 
     fn open(folder: &Path) -> Journal {
-        let identity = Identity::new("a = 1\n".to_owned(), vec!["b=1,2".to_owned()], None);
+        let identity = Identity::new("a = 1\n".to_owned(), vec!["b=1,2".to_owned()], None, Vec::new());
         let headers =
             ["row,x,status", "row,event"].map(|names| names.split(',').map(str::to_owned).collect::<Vec<_>>());
         Journal::open(folder, &identity, &headers, false).unwrap()

@@ -1,13 +1,13 @@
 //! Joining the parts of a table. The joined table is the one that a single run would have written, byte for byte.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use super::super::files::{CASE, SUMMARY, refused};
 use super::rows::{self, RowFile};
 use super::{JOURNAL, RUNS, RUNS_EVENTS, RunsSummary, TABLES};
+use crate::case::{MOST_OF_CASE, MOST_OF_SUMMARY, read_text};
 
 /// Rows that a message names at most.
 const MOST_NAMED: usize = 5;
@@ -39,7 +39,7 @@ impl Part {
             refused(message, "finish it with the command that began it")
         };
         let is_begun = folder.join(JOURNAL).exists();
-        let text = match fs::read_to_string(folder.join(SUMMARY)) {
+        let text = match read_text(&folder.join(SUMMARY), MOST_OF_SUMMARY) {
             Ok(text) => text,
             Err(_) if is_begun => return Err(unfinished()),
             Err(error) => return Err(no_table(format!("{SUMMARY}: {error}"))),
@@ -49,7 +49,7 @@ impl Part {
             false => no_table(format!("its {SUMMARY} is that of another command ({error})")),
         })?;
         let runs = RowFile::open(folder, RUNS)?.ok_or_else(|| no_table(format!("there is no {RUNS}")))?;
-        let case = fs::read_to_string(folder.join(CASE));
+        let case = read_text(&folder.join(CASE), MOST_OF_CASE);
         let case = case.map_err(|error| no_table(format!("{CASE}: {error}")))?;
         let tables = [runs].into_iter().chain(RowFile::open(folder, RUNS_EVENTS)?).collect();
         Ok(Self { folder: folder.to_owned(), summary, case, tables })

@@ -64,7 +64,7 @@ impl RunsSummary {
 
     /// The count of rows of a table that has no other summary.
     pub fn of_rows() -> Self {
-        Self::new(None, &Identity::new(String::new(), Vec::new(), None), 0)
+        Self::new(None, &Identity::new(String::new(), Vec::new(), None, Vec::new()), 0)
     }
 
     /// The same table without rows.

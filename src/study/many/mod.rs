@@ -111,6 +111,23 @@ impl ManyRuns {
         Err(CaseError::without_place(&self.name, message))
     }
 
+    /// The content of the files that the cases are read from besides their text. Of keys that vary, tables and
+    /// `initial.from` name such files: all their values count, each with the first one of other keys.
+    pub fn contents(&self) -> Vec<String> {
+        let mut contents = self.first().contents();
+        let mut count = 1;
+        for axis in self.axes.iter().rev() {
+            if axis.key.starts_with("tables") || axis.key == "initial.from" {
+                let cases = (0..axis.values.len()).filter_map(|value| self.case(value * count).ok());
+                contents.extend(cases.flat_map(|case| case.contents()));
+            }
+            count *= axis.values.len();
+        }
+        contents.sort();
+        contents.dedup();
+        contents
+    }
+
     /// Solves the case of a run.
     ///
     /// # Errors

@@ -123,7 +123,7 @@ fn of_formula(formula: &str, is_scene: bool) -> String {
     };
     format!(
         "[potential]\n{table}formula = {formula:?}\n[initial]\nx = 0.3\n{initial}t_dot = 1.0\nx_dot = 0.2\n\
-         [grid]\nn_gamma = 16\n[scheme]\nsbp = \"SBP21\"\n"
+         [grid]\ngamma_f = 1\nn_gamma = 16\n[scheme]\nsbp = \"SBP21\"\n"
     )
 }
 
@@ -133,7 +133,7 @@ fn of_metric(components: &[(&str, String)], definition: &str, force: &str) -> St
     format!(
         "[metric]\ncoordinates = [\"t\", \"r\", \"phi\"]\nparameters = {{ a = 0.5 }}\n\
          definitions = {{ y = {definition:?} }}\ncomponents = {{ {} }}\nforce = {{ r = {force:?} }}\n\
-         [initial]\nr = 3.0\nt_dot = 1.0\nr_dot = 0.1\nphi_dot = 0.2\n[grid]\nn_gamma = 16\n\
+         [initial]\nr = 3.0\nt_dot = 1.0\nr_dot = 0.1\nphi_dot = 0.2\n[grid]\ngamma_f = 1\nn_gamma = 16\n\
          [scheme]\nsbp = \"SBP21\"\n",
         components.join(", ")
     )

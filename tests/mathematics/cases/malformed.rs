@@ -186,7 +186,7 @@ law = "relativistic"\n\n[initial]\nt_dot = 1 | must be positive and finite at th
 y_dot = 1\ns_dot = 3 | a newtonian scene has K = 0 | [initial]
 norm = 1\nsolve = { y_dot = "+" } | a newtonian case has norm = 0, got 1 | 1
 norm = 0\nsolve = { y_dot = "+" } | neither s_dot nor p_s is given | [initial]
-velocity = 3 | unknown field `velocity` | velocity
+velocity = 3 | both x_dot and velocity are given | velocity
 @ x = 0.1\n
 x = 0\n | not finite | [initial]
 from = "none"\n | unknown field `y` | y

@@ -1,13 +1,16 @@
 //! Case files of scenes: what they mean, and how a mistake in one is reported.
 
 mod conformal;
+mod ends;
 mod fuzz;
 mod malformed;
 mod overrides;
+mod parameters;
 mod starts;
+mod velocity;
 mod written;
 
-use geodesic_ivp::case::Case;
+use geodesic_ivp::case::{Case, CaseError};
 
 use crate::common::parsed;
 
@@ -88,4 +91,9 @@ pub(crate) fn scene(text: &str) -> Case {
     let case = parsed(text, &[]);
     assert!(!case.is_of_x, "{text}");
     case
+}
+
+/// The case of a text, or its mistake.
+pub(crate) fn read(text: &str) -> Result<Case, CaseError> {
+    Case::parse("test", text, &[])
 }

@@ -12,13 +12,7 @@ fn with(text: &str, overrides: &[&str]) -> Result<Case, CaseError> {
 fn numbers_formulas_and_names() {
     let scene = with(
         SCHWARZSCHILD,
-        &[
-            "metric.parameters.m=2",
-            "metric.components.\"r r\"=-1/f",
-            "initial.phi=pi/3",
-            "grid.t_f=12",
-            "scheme.sbp=GLL16",
-        ],
+        &["parameters.m=2", "metric.components.\"r r\"=-1/f", "initial.phi=pi/3", "grid.t_f=12", "scheme.sbp=GLL16"],
     )
     .unwrap();
     let start = scene.start::<f64>();
@@ -40,8 +34,7 @@ fn a_rate_takes_the_place_of_the_other() {
 
 #[test]
 fn a_preset_takes_the_place_of_components() {
-    let scene =
-        with(SCHWARZSCHILD, &["metric.preset=kerr-equatorial", "metric.definitions={}", "metric.parameters.a=0.5"]);
+    let scene = with(SCHWARZSCHILD, &["metric.preset=kerr-equatorial", "metric.definitions={}", "parameters.a=0.5"]);
     assert_eq!(scene.unwrap().preset, Some("kerr-equatorial"));
 }
 

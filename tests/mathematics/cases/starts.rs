@@ -42,7 +42,7 @@ fn momenta_and_velocities_mix() {
     assert_eq!((start.p[0], start.p[2]), (0.96, -3.0));
     // A null coordinate, g_rr = 0: p_v alone has r_dot in it, and p_r alone v_dot.
     let plunge = "metric.preset = \"schwarzschild-ef\"\ninitial = { r = 10, p_v = 0.9, p_r = -1.1, phi_dot = 0 }\n\
-                  scheme.sbp = \"GLL8\"\n";
+                  grid.gamma_f = 1\nscheme.sbp = \"GLL8\"\n";
     let start: Start = scene(plunge).start();
     near(start.q_dot[0], 1.1);
     near(start.q_dot[1], 0.8 * 1.1 - 0.9);
@@ -111,7 +111,7 @@ fn masses_of_their_own() {
     assert!(Case::parse("case", text, &[]).is_err(), "an inline table cannot be extended");
     let text = "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"x*y\"\nparameters = { k = 3 }\n[particle]\n\
                 masses = { x = 2, y = \"k\" }\nmass = 1.5\nc = 10\n[initial]\nx = 1\ny = 2\nx_dot = 0.1\ny_dot = 0.2\n\
-                t_dot = 1\n[grid]\nn_gamma = 20\n[scheme]\nsbp = \"SBP42\"\n";
+                t_dot = 1\n[grid]\ngamma_f = 1\nn_gamma = 20\n[scheme]\nsbp = \"SBP42\"\n";
     let start: Start = scene(text).start();
     near(start.p[1], -0.1 * 2.0 / 1.5);
     near(start.p[2], -0.2 * 3.0 / 1.5);
@@ -133,7 +133,7 @@ fn named_potentials_are_those_of_one_coordinate() {
         let start = |potential: &str| -> Start {
             let text = format!(
                 "[potential]\ncoordinates = [\"x\"]\n{potential}\n[initial]\nx = 0.5\nt_dot = 1\nx_dot = 0.1\n\
-                 [grid]\nn_gamma = 20\n[scheme]\nsbp = \"SBP42\"\n"
+                 [grid]\ngamma_f = 1\nn_gamma = 20\n[scheme]\nsbp = \"SBP42\"\n"
             );
             scene(&text).start()
         };
@@ -162,7 +162,7 @@ fn forty_digits_of_a_root() {
 fn a_root_below_rounding_is_zero() {
     let orbit = |digits: u32| {
         format!(
-            "metric.preset = \"schwarzschild\"\nscheme.sbp = \"GLL12\"\nsolver.digits = {digits}\n[initial]\n\
+            "metric.preset = \"schwarzschild\"\ngrid.gamma_f = 1\nscheme.sbp = \"GLL12\"\nsolver.digits = {digits}\n[initial]\n\
              r = \"20/3\"\np_t = 0.96609178307929590491\np_phi = 3.84900179459750509673\nnorm = 1\n\
              solve = {{ r_dot = \"+\" }}\n"
         )
@@ -184,7 +184,7 @@ fn a_root_below_rounding_is_zero() {
 fn a_null_coordinate_makes_the_equation_linear() {
     let ray = |sign: &str| {
         format!(
-            "metric.preset = \"schwarzschild-ef\"\nscheme.sbp = \"GLL8\"\n[initial]\nr = 10\nv_dot = 1\n\
+            "metric.preset = \"schwarzschild-ef\"\ngrid.gamma_f = 1\nscheme.sbp = \"GLL8\"\n[initial]\nr = 10\nv_dot = 1\n\
              phi_dot = 0.02\nnorm = \"null\"\nsolve = {{ r_dot = \"{sign}\" }}\n"
         )
     };
@@ -199,7 +199,7 @@ fn a_null_coordinate_makes_the_equation_linear() {
 fn units_of_any_size() {
     let text = "[metric]\ncoordinates = [\"t\", \"x\"]\n\
                 components = { \"t t\" = 1e40, \"x x\" = -1e-40, \"t x\" = 0.5 }\n\
-                [initial]\np_t = 2e40\np_x = -3e-40\n[grid]\nn_gamma = 3\n[scheme]\nsbp = \"SBP21\"\n";
+                [initial]\np_t = 2e40\np_x = -3e-40\n[grid]\ngamma_f = 1\nn_gamma = 3\n[scheme]\nsbp = \"SBP21\"\n";
     let start: Start = scene(text).start();
     assert!(start.q_dot.iter().all(|u| u.is_finite()), "{start:?}");
 }
@@ -213,8 +213,8 @@ fn rates_are_kept_as_they_are_given() {
 
 #[test]
 fn cases_of_one_coordinate_are_no_scenes() {
-    let text = "potential.quartic.kappa = 0.5\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\ngrid.n_gamma = 32\n\
-                scheme.sbp = \"SBP42\"\n";
+    let text = "potential.quartic.kappa = 0.5\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\n\
+                grid = { gamma_f = 1, n_gamma = 32 }\nscheme.sbp = \"SBP42\"\n";
     let is_of_x = |overrides: &[String]| Case::parse("case", text, overrides).unwrap().is_of_x;
     assert!(is_of_x(&[]));
     assert!(!is_of_x(&["particle.law=newtonian".to_owned()]));
@@ -229,8 +229,8 @@ fn cases_of_one_coordinate_are_no_scenes() {
 /// What is no value of TOML is a formula where a number may be one, in a case of x, too.
 #[test]
 fn an_override_by_a_formula_needs_no_quotes() {
-    let text = "potential.quartic.kappa = 0.5\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\ngrid.n_gamma = 32\n\
-                scheme.sbp = \"SBP42\"\n";
+    let text = "potential.quartic.kappa = 0.5\ninitial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\n\
+                grid = { gamma_f = 1, n_gamma = 32 }\nscheme.sbp = \"SBP42\"\n";
     let length =
         |setting: &str| match Case::parse("case", text, &[setting.to_owned()]).map(|case| case.setup::<f64>().limit) {
             Ok(Limit::Length(length)) => Some(length),

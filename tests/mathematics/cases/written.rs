@@ -65,11 +65,11 @@ fn what_is_written_reads_back_as_the_same_scene() {
     let masses = "[potential]\ncoordinates = [\"x\", \"y\"]\nformula = \"x*y\"\nparameters = { k = 3 }\n\
                   one_form = { y = \"k*x\" }\nforce = { x = \"-x_dot\" }\n[particle]\nmasses = { x = 2, y = \"k\" }\n\
                   mass = 1.5\nc = 10\n[initial]\nx = 1\ny = 2\nx_dot = 0.1\ny_dot = 0.2\nt_dot = 1\n[grid]\n\
-                  n_gamma = 20\n[scheme]\nsbp = \"SBP42\"\n";
+                  gamma_f = 1\nn_gamma = 20\n[scheme]\nsbp = \"SBP42\"\n";
     let energy = KEPLER.replace("y_dot = \"sqrt(19)\"", "p_t = -0.5\nnorm = 0\nsolve = { y_dot = \"+\" }");
     let newtonian = KEPLER.replace("law = \"newtonian\"", "law = \"newtonian\"\nmasses = { x = 2, y = 2 }");
     let fish_eye = "metric = { preset = \"optics\", definitions = { n = \"2/(1 + x^2 + y^2)\" } }\nscheme.sbp = \
-                    \"GLL8\"\ninitial = { x = 0.5, y = 0, x_dot = 0, y_dot = 1 }\n";
+                    \"GLL8\"\ngrid.gamma_f = 1\ninitial = { x = 0.5, y = 0, x_dot = 0, y_dot = 1 }\n";
     let massive = SCHWARZSCHILD.replace("[initial]", "conformal = \"1/r\"\n[initial]");
     for text in [SCHWARZSCHILD, KEPLER, KERR, EVERYTHING, masses, &energy, &newtonian, fish_eye, &massive] {
         let first = scene(text);

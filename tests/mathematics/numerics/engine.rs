@@ -11,13 +11,13 @@ use crate::common::{QUARTIC_POTENTIAL, line_of, one, parsed};
 pub(super) const SCENES: [(&str, &str); 6] = [
     (
         "kerr",
-        "metric.preset = \"kerr\"\nmetric.parameters.a = 0.9\n\
+        "metric.preset = \"kerr\"\nparameters.a = 0.9\n\
          initial = { r = 8.0, theta = \"pi/3\", p_t = 0.95, p_phi = -2.5, p_theta = 1.0, norm = 1, \
          solve = { r_dot = \"+\" } }\ngrid = { gamma_f = 6.0, windows = 3 }\n",
     ),
     (
         "charged schwarzschild",
-        "metric.preset = \"schwarzschild\"\nmetric.parameters.e = 0.3\n\
+        "metric.preset = \"schwarzschild\"\nparameters.e = 0.3\n\
          metric.one_form = { t = \"e/r\", phi = \"0.01*r^2\" }\n\
          initial = { r = 10.0, phi = 0.0, t_dot = 1.2, r_dot = -0.05, phi_dot = 0.045 }\n\
          grid = { gamma_f = 9.0, windows = 3 }\n",

@@ -138,7 +138,7 @@ fn forces_and_one_forms_have_their_digits() {
     let end = [("x", "0.537793675895076626149310967612394177407696740")];
     has_digits(&newtonian(100, "\"x\"", driven), &end, 1e-18);
     let restricted = "potential.formula = \"-(x^2 + y^2)/2 - (1 - mu)/sqrt((x + mu)^2 + y^2) \
-                      - mu/sqrt((x - 1 + mu)^2 + y^2)\"\npotential.parameters.mu = 0.0009537\n\
+                      - mu/sqrt((x - 1 + mu)^2 + y^2)\"\nparameters.mu = 0.0009537\n\
                       potential.one_form = { x = \"-y\", y = \"x\" }\n\
                       initial = { x = 0.9208034913207400196, y = 0, x_dot = 0, y_dot = 0.10444767270690774 }";
     let ends = [

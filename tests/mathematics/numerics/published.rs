@@ -58,7 +58,8 @@ const PUBLISHED: [Published; 4] = [
 ];
 
 fn check_published<S: Real>(row: &Published, digits: u32, (most, is_relative): Tolerance) {
-    let case = parsed(&format!("{}\nscheme.sbp = 'GLL12'\nsolver.digits = {digits}", row.text), &[]);
+    let rest = format!("grid.gamma_f = {}\nscheme.sbp = 'GLL12'\nsolver.digits = {digits}", row.length);
+    let case = parsed(&format!("{}\n{rest}", row.text), &[]);
     let (geometry, start, length) = (case.geometry::<S>(), case.start::<S>(), S::from(row.length));
     let reference = ReferenceTrajectory::new(&geometry, &start, length, digits).unwrap();
     let end = reference.at(length);

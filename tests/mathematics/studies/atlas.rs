@@ -46,7 +46,8 @@ fn default_grids_go_with_the_pace_of_the_motion() {
 
 #[test]
 fn only_one_block_of_the_strong_form_has_a_last_node_that_is_told() {
-    let rest = "initial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\ngrid.n_gamma = 32\nscheme.sbp = 'SBP21'\n";
+    let rest =
+        "initial = { x = 1.0, t_dot = 1.0, x_dot = 0.1 }\ngrid = { gamma_f = 1, n_gamma = 32 }\nscheme.sbp = 'SBP21'\n";
     let arenas = one_and_scene("x^4/2", rest).map(|case| Arena::new(&case, &[4.0]).unwrap());
     let methods = vec![
         Method::Block(SbpName::Sbp21, Form::Strong),

@@ -239,7 +239,7 @@ fn an_event_can_move_its_own_formula() {
     // Each bounce lowers the floor by a quarter, from which a ball without loss returns as fast as it came.
     let lower =
         "events.floor={ when = \"z - h\", direction = \"down\", set = { z_dot = \"-z_dot\", h = \"h - 0.25\" } }";
-    let scene = "potential.parameters={ g = 8, h = 0.5 }";
+    let scene = "parameters={ g = 8, h = 0.5 }";
     let run = solved(BALL, &[scene, lower, "grid.gamma_f=2.0"]).unwrap();
     // It falls from 1 to 0.5, rises to 1, and falls to 0.25.
     let fall = |depth: f64| (2.0 * depth / 8.0).sqrt();

@@ -23,7 +23,7 @@ pub(crate) const DUST: &str = "[[body]]\nname = \"dust\"\nmass = 0\nposition = [
 const WRITTEN: &str = r#"
     potential.coordinates = ["x", "y", "u", "v"]
     potential.formula = "-g*mu/sqrt((x - u)^2 + (y - v)^2)"
-    potential.parameters = { g = 2.0, mu = 1e-3 }
+    parameters = { g = 2.0, mu = 1e-3 }
     particle = { law = "newtonian", masses = { x = 1.0, y = 1.0, u = "mu", v = "mu" } }
     initial = { x = 0.0, y = 0.0, u = 1.0, v = 0.0, x_dot = 0.0, y_dot = "-mu", u_dot = 0.0, v_dot = 1.25 }
     grid.t_f = 10.0

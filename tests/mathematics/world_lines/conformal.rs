@@ -12,10 +12,10 @@ const SCHWARZSCHILD: &str = "metric.preset = \"schwarzschild\"\n\
 const SPACELIKE: &str = "metric.preset = \"schwarzschild\"\n\
                          initial = { r = 10.0, phi = 0.0, t_dot = 0.5, phi_dot = 0.1, norm = -1, \
                          solve = { r_dot = \"+\" } }\n";
-const KERR: &str = "metric.preset = \"kerr\"\nmetric.parameters.a = 0.9\n\
+const KERR: &str = "metric.preset = \"kerr\"\nparameters.a = 0.9\n\
                     initial = { r = 8.0, theta = \"pi/3\", p_t = 0.95, p_phi = -2.5, p_theta = 1.0, norm = 1, \
                     solve = { r_dot = \"+\" } }\n";
-const CHARGED: &str = "metric.preset = \"schwarzschild\"\nmetric.parameters.e = 0.3\n\
+const CHARGED: &str = "metric.preset = \"schwarzschild\"\nparameters.e = 0.3\n\
                        metric.one_form = { t = \"e/r\", phi = \"0.01*r^2\" }\n\
                        initial = { r = 10.0, phi = 0.0, t_dot = 1.2, r_dot = -0.05, phi_dot = 0.045 }\n";
 

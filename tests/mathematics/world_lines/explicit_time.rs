@@ -50,7 +50,7 @@ fn masses_may_change_in_time() {
     let text = |force: &str, x_dot: f64| {
         format!(
             "particle = {{ law = \"newtonian\", masses = {{ x = \"2 - k*t\", y = 3.0 }} }}\n\
-             potential.parameters = {{ k = 0.1, u = 3.0 }}\nforce = {{ x = \"{force}\", y = \"-y\" }}\n\
+             parameters = {{ k = 0.1, u = 3.0 }}\nforce = {{ x = \"{force}\", y = \"-y\" }}\n\
              initial = {{ x = 0.0, x_dot = {x_dot}, y = 1.0, y_dot = 0.0 }}"
         )
     };

@@ -134,9 +134,10 @@ fn of_an_action_that_overflows() {
 #[test]
 fn of_velocities_whose_squares_overflow() {
     let one = "potential.formula.expression = 'exp(101/x+pi)'\ninitial = { t_dot = 1.0, x = 0.3, x_dot = 0.2 }\n\
-               grid.n_gamma = 16\nscheme.sbp = 'SBP21'";
+               grid = { gamma_f = 1, n_gamma = 16 }\nscheme.sbp = 'SBP21'";
     let scene = "potential = { coordinates = ['x'], formula = '1/x^20' }\n\
-                 initial = { t_dot = 1.0, x = 1e-8, x_dot = 0.2 }\ngrid.n_gamma = 12\nscheme.sbp = 'SBP21'";
+                 initial = { t_dot = 1.0, x = 1e-8, x_dot = 0.2 }\n\
+                 grid = { gamma_f = 1, n_gamma = 12 }\nscheme.sbp = 'SBP21'";
     for (text, is_one) in [(one, true), (scene, false)] {
         let failure = failed(&parsed(text, &[]));
         assert_eq!((failure.status, failure.gamma), (Status::OutsideDomain, 1.0), "{failure}");

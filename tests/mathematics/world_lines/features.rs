@@ -10,7 +10,7 @@ use crate::common::{line_of, parsed};
 const SCENE: &str = "initial = { t = 0.1, x = 0.5, y = -0.2, z = 0.3, \
      t_dot = 1, x_dot = 0.3, y_dot = -0.4, z_dot = 0.2 }\n\
      metric.coordinates = ['t', 'x', 'y', 'z']\nmetric.components = { 't t' = '1 + x^2/4', 't x' = '0.2*cos(t)', \
-     'x x' = '-1 - y^2/10', 'y y' = '-1', 'x z' = '0.3*y', 'z z' = '-2 - sin(x)' }\nmetric.parameters.k = 0.3\n\
+     'x x' = '-1 - y^2/10', 'y y' = '-1', 'x z' = '0.3*y', 'z z' = '-2 - sin(x)' }\nparameters.k = 0.3\n\
      metric.one_form = { x = '0.1*y', y = '0.2*x*t' }\n\
      metric.force = { t = '0.05*x_dot^2', x = '-k*x_dot', y = '-k*y_dot*t_dot' }\n";
 

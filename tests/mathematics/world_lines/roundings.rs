@@ -68,7 +68,7 @@ fn witnesses_know_what_their_formulas_lose() {
                 potential.force.x = \"-0.7*((7472087588794138.0 + x) - 7472087588794138.0)\"";
     is_trusted(&particle([x, 0.0, length], rest), x * (0.7_f64.sqrt() * length).cos());
     // V = (1 − cos bx)/b² has the force sin(bx)/b, which is x to 3e-11 of it.
-    let flat = "potential.formula = \"(1 - cos(b*x))/b^2\"\npotential.parameters.b = 2.0438494937388545e-6\n";
+    let flat = "potential.formula = \"(1 - cos(b*x))/b^2\"\nparameters.b = 2.0438494937388545e-6\n";
     for scheme in [
         "solver.accuracy = 1e-6",
         "solver.accuracy = 1e-9",

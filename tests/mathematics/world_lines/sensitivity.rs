@@ -136,7 +136,7 @@ fn growth_is_that_of_other_software() {
     let off = |found: [f64; 2], exact: [f64; 2]| distance(&found, &exact);
     let regular = off(growth(&[LONG]), [0.009_838_034_150_487_13, 1.739_481_898_884_65]);
     assert!(regular < 1e-9, "{regular:e}");
-    let chaotic = growth(&[LONG, "potential.parameters.y_i=-0.25"]);
+    let chaotic = growth(&[LONG, "parameters.y_i=-0.25"]);
     let chaotic = off(chaotic, [0.053_207_722_960_799_8, 7.859_273_585_024_95]);
     assert!(chaotic < 1e-5, "{chaotic:e}");
 }
@@ -151,7 +151,7 @@ fn megno_tends_to_two_on_a_regular_orbit() {
 /// this program one of 0.049. |δ| would be e^1000 at the end.
 #[test]
 fn chaos_has_a_positive_exponent_and_overflows_nowhere() {
-    let line = run("henon-heiles-megno", &["potential.parameters.y_i=-0.25", "grid.gamma_f=20000"]);
+    let line = run("henon-heiles-megno", &["parameters.y_i=-0.25", "grid.gamma_f=20000"]);
     let found = sensitivity(&line);
     let Growth { lyapunov, megno, .. } = found.growth();
     assert_eq!(found.growths().len(), line.windows.len() + 1);
@@ -165,7 +165,7 @@ fn chaos_has_a_positive_exponent_and_overflows_nowhere() {
 
 #[test]
 fn matrices_begin_again_with_the_run() {
-    let case = case("henon-heiles-megno", &["potential.parameters.y_i=-0.25"]);
+    let case = case("henon-heiles-megno", &["parameters.y_i=-0.25"]);
     let setup = case.setup::<f64>();
     let (geometry, start) = (&setup.place.geometry, &setup.place.start);
     let mut engine = Engine::accurate(geometry, start, 300.0, Accuracy::Promised(1e-8)).unwrap();

@@ -67,7 +67,7 @@ fn bounces_without_an_end_keep_what_was_before() {
 #[test]
 fn many_runs_and_checks_know_events_that_act_and_others_refuse_them() {
     let folder = Folder::new();
-    let text = folder.succeeds("run restitution --vary potential.parameters.e=0.5,0.9 --set grid.t_f=1.3");
+    let text = folder.succeeds("run restitution --vary parameters.e=0.5,0.9 --set grid.t_f=1.3");
     assert!(text.contains("2 trusted"), "{text}");
     folder.succeeds("check kick --run --quiet");
     let set = "run restitution --set events.floor.set.g=5";

@@ -40,7 +40,7 @@ fn gamma_at_the_end_of_a_scene_may_be_expected() {
 
 #[test]
 fn where_the_residual_is_rounding_more_iterations_are_not_recommended() {
-    let message = Folder::new().fails("run pendulum --set potential.formula.parameters.g=9.81", 3);
+    let message = Folder::new().fails("run pendulum --set parameters.g=9.81", 3);
     assert!(message.contains("max-iterations") && message.contains("more iterations would not help"), "{message}");
     assert!(message.contains("solver.accuracy") && !message.contains("raise solver.max_iterations"), "{message}");
 }

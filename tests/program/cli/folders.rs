@@ -114,3 +114,59 @@ fn a_link_is_written_through() {
         assert_eq!(folder.read("elsewhere.csv").lines().count(), 33);
     }
 }
+
+#[test]
+fn names_of_dots_alone_have_a_folder_of_their_own() {
+    let folder = Folder::new();
+    for name in ["...toml", "..toml"] {
+        folder.write(name, fs::read(format!("{CASES}/free.toml")).unwrap());
+        assert!(folder.succeeds(&format!("run {name}")).contains(&format!("results/{name} (")));
+        assert_eq!(folder.names(&format!("results/{name}")), SET);
+    }
+    assert_eq!(folder.names(""), ["...toml", "..toml", "results"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn control_characters_of_names_are_shown_and_not_sent() {
+    let folder = Folder::new();
+    let untitled = fs::read_to_string(format!("{CASES}/free.toml")).unwrap().replace("title = ", "# title = ");
+    folder.write("a\u{1b}[31m\u{9b}b.toml", untitled);
+    folder.write("bad\u{7}.toml", "x = 1\n");
+    for (line, code) in [
+        ("run a\u{1b}[31m\u{9b}b.toml", 0),
+        ("run a\u{1b}[31m\u{9b}b.toml --plot", 0),
+        ("run a\u{1b}[31m\u{9b}b.toml --vary initial.x=0,1", 0),
+        ("check bad\u{7}.toml", 2),
+        ("check missing\u{7}.toml", 1),
+        ("run free --sample-t @missing\u{7}.csv:t", 2),
+        ("run free --out bad\u{7}.toml", 1),
+    ] {
+        let output = folder.run(line);
+        assert_eq!(output.status.code(), Some(code), "{}", stderr(&output));
+        let told = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+        assert!(!told.contains(|c: char| c.is_control() && c != '\n'), "{told:?}");
+        assert!(code != 0 || told.contains("a\\u{1b}[31m\\u{9b}b"), "{told}");
+    }
+    assert!(folder.read("results/a\u{1b}[31m\u{9b}b/orbit.svg").contains("a\\u{1b}[31m\\u{9b}b"));
+}
+
+/// A file of a living program, which holds a lock on it, is left alone, as are those whose names are only similar.
+#[test]
+fn what_killed_programs_left_under_temporary_names_is_removed_by_the_next() {
+    let folder = Folder::new();
+    folder.succeeds("run quartic --out out --plot");
+    let left = [".trajectory.csv.Ab3dE9", ".orbit.svg.000000", "..geodesic-ivp-manifest.json.zzzzzz"];
+    let others = [".trajectory.csv.swp", ".notes.csv.Ab3dE9", "trajectory.csv.Ab3dE9", ".trajectory.csv.Ab3-E9"];
+    left.iter().chain(&others).for_each(|name| folder.write(&format!("out/{name}"), "1"));
+    folder.write("out/.residuals.csv.living", "1");
+    let living = fs::File::open(folder.path("out/.residuals.csv.living")).unwrap();
+    living.lock().unwrap();
+    folder.succeeds("run quartic --out out");
+    assert!(left.iter().all(|name| !folder.has(&format!("out/{name}"))), "{:?}", folder.names("out"));
+    let stay = others.iter().chain(&[".residuals.csv.living"]);
+    assert!(stay.clone().all(|name| folder.has(&format!("out/{name}"))), "{:?}", folder.names("out"));
+    drop(living);
+    folder.succeeds("run quartic --out out");
+    assert!(!folder.has("out/.residuals.csv.living"));
+}

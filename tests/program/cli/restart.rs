@@ -158,8 +158,7 @@ fn a_run_goes_on_with_other_formulas() {
          initial={x=1.0, x_dot=0.0}\ngrid.t_f=5.0\nsolver.accuracy=1e-8\n",
     );
     folder.succeeds("run spring.toml --out first");
-    let told =
-        folder.succeeds("run spring.toml --from first --set potential.parameters.k=1.5 --set grid.t_f=20 --out second");
+    let told = folder.succeeds("run spring.toml --from first --set parameters.k=1.5 --set grid.t_f=20 --out second");
     assert!(told.contains("trusted"), "{told}");
     let summary = folder.summary("second");
     let energy = summary["energy"].as_f64().unwrap();

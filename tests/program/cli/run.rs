@@ -97,7 +97,7 @@ fn an_accuracy_stands_in_for_scheme_and_grid() {
     assert_eq!(folder.summary("grid")["n_gamma"], 32);
     // What stands in [scheme] beside an accuracy is not used, and that is said.
     let text = "potential.free = {}\ninitial = { t = 0.0, x = 0.0, t_dot = 1.0, x_dot = 0.5 }\nscheme.sbp = \"SBP21\"\n\
-                solver.accuracy = 1e-6\n[grid]\n";
+                solver.accuracy = 1e-6\n[grid]\ngamma_f = 1\n";
     folder.write("both.toml", text);
     assert!(stderr(&folder.run("run both.toml")).contains("what [scheme] says is not used"));
     // Beyond what the arithmetic can do.

@@ -116,9 +116,9 @@ fn a_sensitivity_has_a_table_and_says_how_changes_grow() {
 #[test]
 fn many_runs_have_the_growth_of_each_in_columns() {
     let folder = Folder::new();
-    let run = "run henon-heiles-megno --set grid.gamma_f=20 --set potential.parameters.v_i=0.1";
-    folder.succeeds(&format!("{run} --vary potential.parameters.y_i=0.1,0.2 --out many"));
-    folder.succeeds(&format!("{run} --set potential.parameters.y_i=0.2 --out one"));
+    let run = "run henon-heiles-megno --set grid.gamma_f=20 --set parameters.v_i=0.1";
+    folder.succeeds(&format!("{run} --vary parameters.y_i=0.1,0.2 --out many"));
+    folder.succeeds(&format!("{run} --set parameters.y_i=0.2 --out one"));
     let (table, summary) = (folder.table("many/runs.csv"), &folder.summary("one")["sensitivity"]);
     for key in ["lyapunov", "megno"] {
         assert_eq!(table.numbers(key)[1], summary[key].as_f64().unwrap(), "{key}");

@@ -3,6 +3,8 @@
 
 use std::fs;
 
+#[cfg(target_os = "linux")]
+use crate::common::shell;
 use crate::common::{CASES, Folder, MANIFEST, failed, stderr, succeeded};
 
 const JOURNAL: &str = "runs.partial.csv";
@@ -102,7 +104,8 @@ fn a_row_without_a_result_is_a_row_with_a_reason() {
     let messages = table.column("message");
     assert!(messages[0].is_empty() && messages[1].contains("sawtooth"), "{messages:?}");
     // A table has one set of columns, those of the first valid row.
-    let text = "potential = { coordinates = [\"x\", \"y\"], formula = \"x^2 + y^2\" }\ngrid.n_gamma = 32\n\
+    let text = "potential = { coordinates = [\"x\", \"y\"], formula = \"x^2 + y^2\" }\n\
+                grid = { gamma_f = 1, n_gamma = 32 }\n\
                 initial = { x = 1.0, y = 0.0, t_dot = 1.0, x_dot = 0.0, y_dot = 0.1 }\nscheme.sbp = \"SBP42\"\n";
     folder.write("laws.toml", text);
     folder.succeeds("run laws.toml --vary particle.law=relativistic,newtonian --out laws");
@@ -243,6 +246,37 @@ mod killed {
         let journal = format!("out/{JOURNAL}");
         folder.write(&journal, folder.read(&journal).replacen(env!("CARGO_PKG_VERSION"), "0.0.1", 1));
         folder.refuses(&[(LONG, 2, "geodesic-ivp 0.0.1, and this is")]);
+    }
+}
+
+/// A limit of the size of files leaves a journal of some rows. Its table goes on as long as what it is computed from is
+/// the same, and not with another table of points, or another run that is continued.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_table_is_not_continued_from_files_with_another_content() {
+    let folder = Folder::new();
+    let points = |last: u32| folder.write("points.csv", format!("r,v\n0,0\n1,1\n2,4\n3,{last}\n"));
+    let first = |x: &str| drop(folder.succeeds(&format!("run free --set initial.x={x} --out first")));
+    folder.write(
+        "table.toml",
+        "tables.v = { file = \"points.csv\", x = \"r\", y = \"v\" }\npotential.formula = \"v(x)\"\n\
+         initial = { t = 0, x = 1, t_dot = 1, x_dot = 0 }\ngrid.gamma_f = 0.1\nsolver.accuracy = 1e-6\n",
+    );
+    let table = "run table.toml --vary initial.x=1:2:100 --out a";
+    let from = "run free --from first --set grid.gamma_f=2 --vary particle.mass=1:2:100 --out b";
+    let change = |is_changed: bool| {
+        points(if is_changed { 8 } else { 9 });
+        first(if is_changed { "0.5" } else { "0.25" });
+    };
+    change(false);
+    for (line, name) in [(table, "points.csv"), (from, "first/summary.json")] {
+        failed(&shell(&folder.path(""), &format!("ulimit -f 16; exec geodesic-ivp {line}")), 1);
+        change(true);
+        folder.refuses(&[(line, 2, format!("rows of another table … another content of {name} … --out"))]);
+        change(false);
+        let rest = folder.run(line);
+        assert!(stderr(&rest).contains("of 100 rows are there already"), "{}", stderr(&rest));
+        succeeded(&rest);
     }
 }
 
