@@ -23,8 +23,10 @@
 mod bodies;
 pub mod builtin;
 mod check;
+mod condition;
 mod effective;
 mod error;
+mod find;
 mod hint;
 mod initial;
 mod keys;
@@ -54,7 +56,9 @@ pub use crate::action::Form;
 pub use crate::geometry::Direction;
 pub use crate::sbp::SbpName;
 pub use crate::solve::System;
+pub use condition::Condition;
 pub use error::CaseError;
+pub use find::{Data, Find, Goal, Series, Unknown};
 pub use keys::{Cases, KEYS, Key};
 pub use limits::on_grid;
 pub use observables::{Axes, Event};
@@ -114,6 +118,8 @@ pub struct Case {
     pub events: Vec<Event>,
     /// `[plot]`.
     pub axes: Option<Axes>,
+    /// `[find]`.
+    pub find: Option<Find>,
     /// The folder of its file, from which the paths of tables are counted.
     folder: PathBuf,
     /// The text as it was read, with its overrides.
