@@ -22,6 +22,8 @@ use super::{CaseArgs, memory, out, study};
 const FOUND: &str = "found.toml";
 const ITERATES: &str = "find.csv";
 const FIT: &str = "fit.csv";
+/// An imaginary part is not shown below this share of a multiplier: rounding splits a double one by about so much.
+const UNSEEN: f64 = 1e-6;
 
 #[derive(Debug, Args)]
 pub(super) struct FindArgs {
@@ -147,19 +149,22 @@ fn told(title: &str, wanted: &Find, found: &Found, steps: usize) -> String {
     };
     let errors = found.fit.as_ref().map_or_else(|| found.errors.clone(), |fit| fit.standard_errors());
     let one = |(unknown, (value, error)): (&geodesic_ivp::case::Unknown, (&f64, &f64))| {
-        format!("{} = {} (from {})", unknown.key, with_error(*value, *error), short(unknown.value))
+        format!("{} = {}, from {}", unknown.key, with_error(*value, *error), short(unknown.value))
     };
-    let all = wanted.unknowns.iter().zip(found.values.iter().zip(&errors)).map(one);
-    let mut text = wrapped(&head, 2) + &row("found", &all.collect::<Vec<_>>().join(", "));
+    let mut text = wrapped(&head, 2);
+    for (k, all) in wanted.unknowns.iter().zip(found.values.iter().zip(&errors)).enumerate() {
+        text += &row(if k == 0 { "found" } else { "" }, &one(all));
+    }
     if !found.residuals.is_empty() {
         let one = |(name, residual, error): &(String, f64, f64)| format!("{name} = {residual:.1e} ± {error:.0e}");
         text += &row("residual", &listed(found.residuals.iter().map(one)));
     }
     if let Some(fit) = &found.fit {
         let own = found.errors.iter().map(|error| format!("{error:.0e}")).collect::<Vec<_>>().join(", ");
-        let sigmas = if fit.has_sigmas { "of the data" } else { "as the residuals scatter" };
-        let chi = format!("chi^2 = {} of {} degrees of freedom", short(fit.chi_squared), fit.degrees_of_freedom);
-        text += &row("fit", &format!("{chi}; errors are standard errors, {sigmas}, and those of the run {own}"));
+        let sigmas = if fit.has_sigmas { "" } else { ", by the scatter of the residuals" };
+        let chi = if fit.has_sigmas { "chi^2" } else { "sum of squares" };
+        let chi = format!("{chi} {} with {} degrees of freedom", short(fit.chi_squared), fit.degrees_of_freedom);
+        text += &row("fit", &format!("{chi}; the errors are standard errors{sigmas}, and the run's own are {own}"));
     }
     let unknowns = wanted.unknowns.len();
     let mut system = format!("condition {:.0e}", found.condition);
@@ -183,7 +188,7 @@ fn multipliers(found: &Found) -> String {
         return "its multipliers need solver.accuracy or solver.tolerance, and no event that acts".to_owned();
     };
     let complex = |re: f64, im: f64| match im {
-        0.0 => short(re),
+        _ if im.abs() <= UNSEEN * f64::hypot(re, im) => short(re),
         _ if im < 0.0 => format!("{} - {}i", short(re), short(-im)),
         _ => format!("{} + {}i", short(re), short(im)),
     };

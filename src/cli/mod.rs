@@ -79,8 +79,8 @@ enum Command {
     Run(Box<run::RunArgs>),
     /// Find a start, an end or parameters with which the run of a case meets its [find]
     ///
-    /// The case says in [find] which of its numbers are unknown, and what is to be met: formulas that are 0 at the end, a
-    /// motion that returns, or data that the run is fitted to.
+    /// The case says in [find] which of its numbers are unknown, and what is to be met: formulas that are 0 at the end,
+    /// a motion that returns, or data that the run is fitted to.
     #[command(
         mut_arg("case", |case| case.required(true)),
         after_help = "Examples:\n  geodesic-ivp find lambert\n  geodesic-ivp run results/lambert/find/found.toml --plot"

@@ -16,8 +16,8 @@ fn decimal(number: f64) -> String {
     number.to_decimal(f64::MOST_DIGITS)
 }
 
-/// Writes `find.csv`: a row for each iterate with its unknowns, the residuals unless they are those of data, the root of
-/// the sum of their squares, the length of the full step from there, and the part of a step that led there.
+/// Writes `find.csv`: a row for each iterate with its unknowns, the residuals unless they are those of data, the root
+/// of the sum of their squares, the length of the full step from there, and the part of a step that led there.
 ///
 /// # Errors
 /// If `out` cannot be written.

@@ -96,11 +96,10 @@ fn at_end(
 ) -> Option<Change> {
     let (n, active) = (geometry.dimension(), geometry.active());
     let scene = &case.geometry_text;
-    // In the lift of Newton's law t runs like γ, and no motion depends on the momenta of t and s.
+    // In the lift of Newton's law t runs like γ, and no motion depends on the momentum of t; that of s is a mass.
     let is_plain_lift = case.is_lifted() && scene.conformal.is_none() && scene.tau.is_none();
     let is_same_start = q.iter().chain(p).all(|change| *change == 0.0);
-    let ignorable: Vec<usize> = geometry.ignorable().collect();
-    if !is_plain_lift && ignorable.iter().any(|&a| p[a] != 0.0) {
+    if geometry.ignorable().any(|a| p[a] != 0.0 && !(is_plain_lift && a == 0)) {
         return None;
     }
     let mut end = Change { q: vec![is_same_start.then_some(0.0); n], p: p.iter().map(|&p| Some(p)).collect() };
@@ -112,9 +111,6 @@ fn at_end(
     }
     if is_plain_lift {
         end.q[0] = Some(q[0]);
-        for &a in &ignorable {
-            end.p[a] = is_same_start.then_some(0.0);
-        }
     }
     let direction = if case.is_backward() { -1.0 } else { 1.0 };
     let longer = match case.limit::<f64>() {

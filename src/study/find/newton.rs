@@ -1,16 +1,16 @@
 //! Damped Newton steps, which are Gauss–Newton steps where there are more equations than unknowns.
 //!
 //! A step is taken if the one that the same derivatives would make next is shorter, which neither the units of the
-//! equations nor their scales change (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1.2 and 4.3).
-//! It is halved where there is no run, and it never takes away more than half of the length of the run: a run of no
-//! length returns, too.
+//! equations nor their scales change (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, sections 2.1.2 and
+//! 4.3). It is halved where there is no run, and it never takes away more than half of the length of the run: a run of
+//! no length returns, too.
 
 use super::jacobian::Jacobian;
 use super::least_squares::PseudoInverse;
 use super::problem::{Evaluation, NoValue, Problem};
+use super::states::Residuals;
 use super::{Iterate, NotFound};
 use crate::case::Case;
-use crate::number::norm::larger;
 use crate::solve::Limit;
 
 /// So many steps are enough for any search that converges.
@@ -49,11 +49,12 @@ struct Linear {
 /// [`NotFound`], if the search does not converge.
 pub(super) fn search(problem: &Problem, tell: &mut dyn FnMut(Iterate)) -> Result<Converged, NotFound> {
     let start: Vec<f64> = problem.find.unknowns.iter().map(|unknown| unknown.value).collect();
-    let here = problem.evaluate(&start, true).map_err(|none| NotFound::at_start(&none.message, none.is_outside))?;
-    let mut here = here;
+    let at_start = |none: NoValue| NotFound::at_start(&none.message, none.is_outside);
+    let mut here = problem.evaluate(&start, true).map_err(at_start)?;
+    let at_once = |none: NoValue| NotFound::on_the_way(&none.message, none.advice);
+    let mut linear = Linear::new(problem, &here).map_err(at_once)?;
     let (mut damping, mut before): (f64, Option<f64>) = (1.0, None);
     for iteration in 0..MOST_STEPS {
-        let linear = Linear::new(problem, &here).map_err(|none| NotFound::on_the_way(&none.message, none.advice))?;
         tell(Iterate {
             iteration,
             values: here.values.clone(),
@@ -68,9 +69,8 @@ pub(super) fn search(problem: &Problem, tell: &mut dyn FnMut(Iterate)) -> Result
         if is_small(SMALL) || is_small(1.0) && stays {
             return ended(problem, here, linear);
         }
-        let next = stepped(problem, &here, &linear, damping)?;
         before = Some(linear.length);
-        (here, damping) = next;
+        (here, linear, damping) = stepped(problem, &here, &linear, damping)?;
     }
     Err(NotFound::on_the_way(
         &format!("the search has not converged in {MOST_STEPS} steps"),
@@ -89,7 +89,7 @@ impl Linear {
         for (j, error) in errors.iter_mut().enumerate() {
             *error += f64::EPSILON * here.values[j].abs();
             if !is_square {
-                // Where residuals stay, the errors of derivatives move the place at which their sum of squares is least.
+                // Where residuals stay, errors of derivatives move the place at which their sum of squares is least.
                 *error += jacobian.share * size * inverse.matrix.row(j).norm();
             }
         }
@@ -102,22 +102,30 @@ fn length(problem: &Problem, step: &[f64]) -> f64 {
     step.iter().zip(&problem.scales).map(|(step, scale)| (step / scale).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The next point, and the damping of the step to it; the last one had another.
-fn stepped(problem: &Problem, here: &Evaluation, linear: &Linear, before: f64) -> Result<(Evaluation, f64), NotFound> {
+/// The next point with its derivatives, and the damping of the step to it; that of the step before was `before`.
+fn stepped(
+    problem: &Problem,
+    here: &Evaluation,
+    linear: &Linear,
+    before: f64,
+) -> Result<(Evaluation, Linear, f64), NotFound> {
     let mut damping = (4.0 * before).min(1.0).min(longest(problem, here, &linear.step));
     let mut reason = None;
     while damping >= LEAST_DAMPING {
         let values: Vec<f64> =
             here.values.iter().zip(&linear.step).map(|(value, step)| value + damping * step).collect();
+        let is_nearer = |there: &Evaluation| {
+            let next = linear.inverse.times(&there.residuals);
+            // Where the errors of runs are all that is left, steps do not get shorter.
+            let is_noise = next.iter().zip(&linear.errors).all(|(next, error)| next.abs() <= *error);
+            is_noise || length(problem, &next) <= (1.0 - 0.25 * damping) * linear.length
+        };
         match problem.evaluate(&values, true) {
-            Ok(there) => {
-                let next = linear.inverse.times(&there.residuals);
-                // Where the errors of runs are all that is left, steps do not get shorter.
-                let is_noise = next.iter().zip(&linear.errors).all(|(next, error)| next.abs() <= *error);
-                if is_noise || length(problem, &next) <= (1.0 - 0.25 * damping) * linear.length {
-                    return Ok((there, damping));
-                }
-            }
+            Ok(there) if is_nearer(&there) => match Linear::new(problem, &there) {
+                Ok(next) => return Ok((there, next, damping)),
+                Err(none) => reason = Some(none.message),
+            },
+            Ok(_) => {}
             Err(none) => reason = Some(none.message),
         }
         damping *= 0.5;
@@ -167,14 +175,13 @@ fn ended(problem: &Problem, here: Evaluation, linear: Linear) -> Result<Converge
         ));
     }
     if !is_met && !problem.is_least_squares() {
-        let worst = here
-            .residuals
-            .iter()
-            .zip(&here.errors)
-            .fold(0.0, |most, (residual, error)| larger(most, residual.abs() / error));
+        let names = Residuals::new(&here.case, &problem.find.goal).map_or_else(Vec::new, |states| states.names());
+        let times = |k: &usize| here.residuals[*k].abs() / here.errors[*k];
+        let worst = (0..here.residuals.len()).max_by(|a, b| times(a).total_cmp(&times(b)));
+        let left = worst.map_or(String::new(), |k| format!("{} = {:.1e} is left", names[k], here.residuals[k]));
         return Err(NotFound::on_the_way(
-            &format!("the search stands still where a residual is {worst:.0e} times its error: no unknown changes it"),
-            "begin elsewhere, or take more unknowns; what is to be met may not be possible",
+            &format!("the search comes no nearer than this: {left}, and should be 0"),
+            "begin nearer to what is to be found, or take more unknowns; there may be nothing to find",
         ));
     }
     let errors = errors.iter().zip(&step).map(|(error, step)| error + step.abs()).collect();

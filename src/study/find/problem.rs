@@ -80,7 +80,8 @@ impl Problem {
         }
     }
 
-    /// True if the least sum of squares is asked for, and not residuals of 0: of data, or of more formulas than unknowns.
+    /// True if the least sum of squares is asked for, and not residuals of 0: of data, or of more formulas than there
+    /// are unknowns.
     pub(super) fn is_least_squares(&self) -> bool {
         match &self.find.goal {
             Goal::Meet(conditions) => conditions.len() > self.scales.len(),
