@@ -70,6 +70,10 @@ const NOT_OF_THE_RUN: [&str; 4] = ["solver", "expect", "scheme", "find"];
 /// Reads `[find]`, if there is one.
 pub(super) fn read(root: &Field<'_>, formulas: &Formulas<'_>) -> Result<Option<Find>, CaseError> {
     let Some(find) = root.get("find") else { return Ok(None) };
+    // The start of a run that goes on from another one is the end of that: there is nothing to find in it.
+    if root.table("initial").get("from").is_some() {
+        return Ok(None);
+    }
     let keys = find.get("unknowns").ok_or_else(|| {
         let help = "name the numbers that are to be found: unknowns = [\"initial.x_dot\"]";
         find.error("missing field `unknowns`").with_help(help)
@@ -140,8 +144,9 @@ fn conditions(field: &Field<'_>, formulas: &Formulas<'_>) -> Result<Vec<Conditio
 fn data(field: &Field<'_>, formulas: &Formulas<'_>) -> Result<Data, CaseError> {
     let file = field.get("file");
     let (coordinates, results) = (formulas.coordinates, formulas.scene.positions());
-    let by = coordinates.iter().position(|name| name == "t").filter(|_| field.get("t").is_some());
-    let place = field.get(if by.is_some() { "t" } else { "gamma" }).ok_or_else(|| {
+    let gamma = field.get("gamma");
+    let by = coordinates.iter().position(|name| name == "t").filter(|_| gamma.is_none());
+    let place = gamma.or_else(|| by.and_then(|_| field.get("t"))).ok_or_else(|| {
         let help = "give the times, t = [numbers], or values of gamma, gamma = [numbers]; with file = \"obs.csv\" \
                     the names of columns, t = \"…\"";
         field.error("it is not said where the observations were made").with_help(help)

@@ -186,9 +186,11 @@ struct CaseArgs {
 /// Executes the command.
 fn execute(command: Command) -> anyhow::Result<ExitCode> {
     match &command {
-        Command::Converge(_) | Command::WorkPrecision(_) | Command::Stability(_) => memory::require_room(true)?,
+        Command::Converge(_) | Command::WorkPrecision(_) | Command::Stability(_) | Command::Find(_) => {
+            memory::require_room(true)?
+        }
         Command::Run(args) => memory::require_room(!args.vary.vary.is_empty())?,
-        Command::Check(_) | Command::Merge(_) | Command::Find(_) => memory::require_room(false)?,
+        Command::Check(_) | Command::Merge(_) => memory::require_room(false)?,
         Command::Init(_) | Command::Schema | Command::Completions { .. } | Command::Man => {}
     }
     interrupt::install()?;

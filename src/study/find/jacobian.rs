@@ -34,7 +34,7 @@ impl Jacobian {
     /// # Errors
     /// [`NoValue`] where a run beside it is needed and has no solution, or does not depend on an unknown.
     pub(super) fn new(problem: &Problem, here: &Evaluation) -> Result<Self, NoValue> {
-        let phi = chain::matrix(&here.run.line);
+        let phi = chain::matrix(&here.run.line).filter(|_| problem.is_linearised);
         let column = |j: usize| -> Result<(Vec<f64>, bool), NoValue> {
             let known = phi.as_ref().and_then(|phi| chain::column(problem, here, phi, j));
             let is_difference = known.is_none();

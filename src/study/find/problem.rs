@@ -17,8 +17,10 @@ pub(super) struct Problem {
     pub(super) find: Find,
     /// The size of each unknown: its value in the case, or 1 where that is 0.
     pub(super) scales: Vec<f64>,
-    /// True if runs may carry the linearised equations.
-    pub(super) has_sensitivity: bool,
+    /// True if runs carry the linearised equations.
+    has_sensitivity: bool,
+    /// True if derivatives come from these: the end of the run is where the case says, and not where a formula does.
+    pub(super) is_linearised: bool,
 }
 
 /// A run with these values, and by how much it misses.
@@ -68,14 +70,14 @@ impl Problem {
     /// The problem of a case that has something to find.
     pub(super) fn new(case: &Case, find: &Find) -> Self {
         let ends_early = case.grid.until.is_some() || case.events.iter().any(|event| event.until);
+        let is_carried = case.settings.accuracy.is_some() && !case.has_acting_events();
+        let has_sensitivity = is_carried && !matches!(find.goal, Goal::Data(_));
         let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
         Self {
             text: case.text_of_run(),
             scales: find.unknowns.iter().map(|unknown| size(unknown.value)).collect(),
-            has_sensitivity: case.settings.accuracy.is_some()
-                && !case.has_acting_events()
-                && !ends_early
-                && !matches!(find.goal, Goal::Data(_)),
+            has_sensitivity,
+            is_linearised: has_sensitivity && !ends_early,
             find: find.clone(),
         }
     }
