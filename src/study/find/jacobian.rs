@@ -46,7 +46,9 @@ impl Jacobian {
             }
             Ok((column, is_difference))
         };
-        let columns = (0..here.values.len()).into_par_iter().map(column).collect::<Result<Vec<_>, _>>()?;
+        // Of several columns that there are not, the first is told, whichever is computed first.
+        let columns: Vec<_> = (0..here.values.len()).into_par_iter().map(column).collect();
+        let columns = columns.into_iter().collect::<Result<Vec<_>, _>>()?;
         let matrix = DMatrix::from_fn(here.residuals.len(), columns.len(), |i, j| columns[j].0[i]);
         let is_difference: Vec<bool> = columns.iter().map(|(_, is_difference)| *is_difference).collect();
         Ok(Self { matrix, is_difference, share: share_of(here.noise) })
