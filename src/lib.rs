@@ -91,7 +91,7 @@
 //! | [`diagnostics`] | charges, residuals, bound, sawtooth, gaps between nodes; never calls a solver |
 //! | [`trajectory`] | values between the nodes, and events |
 //! | [`case`] | the strict TOML case file, and the setup that it describes |
-//! | [`study`] | the error of a run by a second solve; sweeps and fits, on top of [`solve`](crate::solve()) |
+//! | [`study`] | the error of a run by a second solve; searches, sweeps and fits, on top of [`solve`](crate::solve()) |
 //! | [`output`] | CSV, JSON and SVG; prints nothing |
 //! | [`cli`] | arguments, messages and exit codes; alone touches the terminal |
 

@@ -4,7 +4,7 @@ use toml_edit::{DocumentMut, InlineTable, Item, Value, value};
 
 use super::keys::PARAMETERS;
 use super::tables::absolute;
-use super::{Case, Key, Rate, keys, parameters};
+use super::{Case, Goal, Key, Rate, keys, parameters};
 use crate::geometry::Law;
 
 impl Case {
@@ -36,6 +36,12 @@ impl Case {
             let entry = table(table(root, "tables"), name);
             if let Some(file) = entry.get("file").and_then(Item::as_str).map(|file| absolute(&self.folder, file)) {
                 entry["file"] = value(file.display().to_string());
+            }
+        }
+        if self.find.as_ref().is_some_and(|find| matches!(find.goal, Goal::Data(_))) {
+            let data = table(table(root, "find"), "data");
+            if let Some(file) = data.get("file").and_then(Item::as_str).map(|file| absolute(&self.folder, file)) {
+                data["file"] = value(file.display().to_string());
             }
         }
         self.fill_initial(table(root, "initial"));

@@ -17,11 +17,11 @@ fn check(field: &Field<'_>, kind: Kind) -> Result<(), CaseError> {
     match kind {
         Kind::Line => title(field).map(drop),
         Kind::Text | Kind::Expression | Kind::Word(Words::Preset | Words::Sign) => field.string().map(drop),
-        Kind::Names => field.strings().map(drop),
+        Kind::Names | Kind::Keys => field.strings().map(drop),
         Kind::Number => field.number().map(drop),
         Kind::Numbers => field.numbers().map(drop),
         Kind::Value | Kind::Positive | Kind::Formula => field.formula().map(drop),
-        Kind::Values => field.formulas().map(drop),
+        Kind::Values | Kind::Formulas => field.formulas().map(drop),
         Kind::Whole => field.whole().map(drop),
         Kind::Count => at_least_one(field).map(drop),
         Kind::Digits => digits(field).map(drop),

@@ -23,11 +23,13 @@
 mod bodies;
 pub mod builtin;
 mod check;
+mod condition;
 mod contents;
 mod dotted;
 mod effective;
 mod error;
 mod files;
+mod find;
 mod hint;
 mod initial;
 mod keys;
@@ -58,8 +60,10 @@ pub use crate::action::Form;
 pub use crate::geometry::Direction;
 pub use crate::sbp::SbpName;
 pub use crate::solve::System;
+pub use condition::Condition;
 pub use error::CaseError;
 pub use files::{MOST_OF_CASE, MOST_OF_SUMMARY, MOST_OF_TABLE, read_at_most, read_file, read_text};
+pub use find::{Data, Find, Goal, Series, Unknown};
 pub use keys::{Cases, KEYS, Key};
 pub use limits::on_grid;
 pub use observables::{Axes, Event};
@@ -122,6 +126,8 @@ pub struct Case {
     pub axes: Option<Axes>,
     /// The former tables of parameters that it is given in.
     former: Vec<&'static str>,
+    /// `[find]`.
+    pub find: Option<Find>,
     /// The folder of its file, from which the paths of tables are counted.
     folder: PathBuf,
     /// The text as it was read, with its overrides.

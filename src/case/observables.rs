@@ -5,7 +5,7 @@ use super::names;
 use super::reader::Field;
 use super::scenery::known;
 use super::{Case, CaseError};
-use crate::formula::{Graph, Known, Names, parse};
+use crate::formula::{FormulaError, Graph, Known, Names, parse};
 use crate::geometry::{Direction, Geometry, GeometryText, observed, value_of};
 use crate::number::Real;
 use crate::solve::Quantity;
@@ -59,15 +59,24 @@ impl Formulas<'_> {
 
     fn check(&self, field: &Field<'_>, variables: Vec<String>) -> Result<String, CaseError> {
         let text = field.formula()?;
+        let understood = self.understand(&text, variables);
+        understood.map_err(|(error, names)| field.formula_error(&error, known(names)))?;
+        Ok(text)
+    }
+
+    /// Checks a formula in these variables, in parameters and definitions.
+    ///
+    /// # Errors
+    /// The mistake, and the names that it may have.
+    pub(super) fn understand(&self, text: &str, variables: Vec<String>) -> Result<(), (FormulaError, Vec<String>)> {
         let named = self.scene.parameters.iter().chain(&self.scene.definitions).map(|(name, _)| name.clone());
         let all: Vec<String> = variables.into_iter().chain(named).collect();
         // A formula is readable or not independently of what its names stand for.
         let variables: Vec<&str> = all.iter().map(String::as_str).collect();
         let table = |(name, table): &(String, _)| (name.clone(), Known::Table(*table));
         let tables: Names<f64> = self.scene.tables.iter().map(table).collect();
-        let parsed = parse(&text, &variables, &tables, &mut Graph::default());
-        parsed.map_err(|error| field.formula_error(&error, known(all.clone())))?;
-        Ok(text)
+        let parsed = parse(text, &variables, &tables, &mut Graph::default()).map(drop);
+        parsed.map_err(|error| (error, all.clone()))
     }
 
     /// A number, checked, as it is written and as it is.

@@ -3,7 +3,7 @@
 use super::observables::{self, Formulas};
 use super::reader::Field;
 use super::source::Source;
-use super::{Case, CaseError, check, initial, missing, mistakes, rounding, settings, tables};
+use super::{Case, CaseError, check, find, initial, missing, mistakes, rounding, settings, tables};
 use crate::number::Extended;
 
 impl Case {
@@ -64,6 +64,7 @@ impl Case {
             invariants: invariants.iter().map(|field| formulas.invariant(field)).collect::<Result<_, _>>()?,
             events: events.fields().iter().map(|field| formulas.event(field)).collect::<Result<_, _>>()?,
             axes: formulas.axes(&root.table("plot"))?,
+            find: find::read(root, &formulas)?,
             preset: scenery.preset.map(|preset| preset.name),
             is_of_x: root.source.is_of_x,
             coefficients: scenery.coefficients,

@@ -63,6 +63,7 @@ fn pattern(part: &str) -> Option<&'static str> {
         "q_dot" => Some("_dot$"),
         "p_q" => Some("^p_"),
         "q_final" => Some("_final$"),
+        "sigma_q" => Some("^sigma_"),
         "NAME" => Some(NAME),
         _ => None,
     }
@@ -131,12 +132,13 @@ fn leaf(kind: Kind) -> Value {
     let array = |items: Value| json!({ "type": "array", "items": items });
     match kind {
         Kind::Line | Kind::Text | Kind::Expression => json!({ "type": "string" }),
+        Kind::Keys => array(json!({ "type": "string" })),
         Kind::Names => array(json!({ "type": "string", "pattern": NAME })),
         Kind::Number => json!({ "type": "number" }),
         Kind::Numbers => array(leaf(Kind::Number)),
         Kind::Value | Kind::Formula => json!({ "type": ["number", "string"] }),
         Kind::Positive => json!({ "type": ["number", "string"], "exclusiveMinimum": 0 }),
-        Kind::Values => array(leaf(Kind::Value)),
+        Kind::Values | Kind::Formulas => array(leaf(Kind::Value)),
         Kind::Whole => json!({ "type": "integer", "minimum": 0 }),
         Kind::Count => json!({ "type": "integer", "minimum": 1 }),
         Kind::Digits => json!({ "type": "integer", "minimum": f64::MOST_DIGITS, "maximum": Extended::MOST_DIGITS }),

@@ -252,7 +252,8 @@ impl<S: Real> From<&Case> for Setup<S> {
     }
 }
 
-fn observable<S: Real>(text: &GeometryText, formula: &str) -> Observable<S> {
+/// A formula of positions, velocities, momenta and `norm` in a scene.
+pub(super) fn observable<S: Real>(text: &GeometryText, formula: &str) -> Observable<S> {
     let place = FormulaPlace::Definition(String::new());
     Observable::new(formula, text, place).expect("a valid case has valid formulas")
 }

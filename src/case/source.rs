@@ -201,6 +201,22 @@ pub(super) fn is_used(text: &str, name: &str) -> bool {
     document.is_ok_and(|document| is_mentioned(name, "", document.as_item()))
 }
 
+/// Returns true if the equations of motion may depend on a parameter: if a formula mentions it that is not one of the
+/// start, of the end, or of what is only looked at.
+pub(super) fn is_in_equations(text: &str, name: &str) -> bool {
+    let Ok(mut document) = text.parse::<DocumentMut>() else { return true };
+    for table in ["initial", "grid", "find", "invariants", "plot", "expect"] {
+        document.remove(table);
+    }
+    if let Some(bodies) = document.get_mut("body").and_then(Item::as_array_of_tables_mut) {
+        for body in bodies.iter_mut() {
+            body.remove("position");
+            body.remove("velocity");
+        }
+    }
+    is_used(&document.to_string(), name)
+}
+
 /// Returns true if a formula in the item of that dotted key mentions a name.
 fn is_mentioned(name: &str, path: &str, item: &Item) -> bool {
     let dotted = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };

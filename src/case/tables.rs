@@ -46,10 +46,8 @@ fn table(field: &Field<'_>) -> Result<Table, CaseError> {
     let kind = field.given("spline", kind)?;
     let outside = field.given("outside", outside)?;
     let file = field.get("file");
-    let points = match &file {
-        Some(file) => from_file(file, &absolute(&file.source.folder, file.string()?), [&x, &y])?,
-        None => from_arrays(&x, &y)?,
-    };
+    let rows = rows(file.as_ref(), &[&x, &y])?;
+    let points: Vec<[Extended; 2]> = rows.iter().map(|row| [row[0], row[1]]).collect();
     let mistake = |TableError(message, help)| file.as_ref().unwrap_or(&x).error(message).with_hint(help);
     Table::new(&points, kind, outside).map_err(mistake)
 }
@@ -71,47 +69,56 @@ pub(super) fn explain_table(error: CaseError) -> CaseError {
     error.with_hint(is_table.then(|| help.to_owned()))
 }
 
-fn from_arrays(x: &Field<'_>, y: &Field<'_>) -> Result<Vec<[Extended; 2]>, CaseError> {
-    let [arguments, values] = [x.numbers()?, y.numbers()?];
-    if arguments.len() != values.len() {
-        let message = format!("x has {} numbers and y has {}", arguments.len(), values.len());
-        return Err(y.error(message).with_help("give one value for each argument"));
+/// The numbers of these columns, of which there is one at least, row by row: columns of a file, or else arrays.
+pub(super) fn rows(file: Option<&Field<'_>>, columns: &[&Field<'_>]) -> Result<Vec<Vec<Extended>>, CaseError> {
+    match file {
+        Some(file) => from_file(file, columns),
+        None => from_arrays(columns),
     }
-    let number = |text: &String| Extended::from_decimal(text).expect("a number of the case is a decimal");
-    Ok(arguments.iter().zip(&values).map(|(x, y)| [number(x), number(y)]).collect())
 }
 
-fn from_file(file: &Field<'_>, path: &Path, columns: [&Field<'_>; 2]) -> Result<Vec<[Extended; 2]>, CaseError> {
+fn from_arrays(columns: &[&Field<'_>]) -> Result<Vec<Vec<Extended>>, CaseError> {
+    let arrays: Vec<Vec<String>> = columns.iter().map(|column| column.numbers()).collect::<Result<_, _>>()?;
+    let count = arrays[0].len();
+    if let Some((other, array)) = columns.iter().zip(&arrays).find(|(_, array)| array.len() != count) {
+        let message = format!("{} has {count} numbers and {} has {}", columns[0].key, other.key, array.len());
+        return Err(other.error(message).with_help("give one value for each argument"));
+    }
+    let number = |text: &String| Extended::from_decimal(text).expect("a number of the case is a decimal");
+    Ok((0..count).map(|row| arrays.iter().map(|array| number(&array[row])).collect()).collect())
+}
+
+fn from_file(file: &Field<'_>, columns: &[&Field<'_>]) -> Result<Vec<Vec<Extended>>, CaseError> {
+    let path = absolute(&file.source.folder, file.string()?);
     let unreadable = |error: &dyn Display| file.error(format!("cannot read the table {}: {error}", path.display()));
-    let bytes = read_file(path, MOST_OF_TABLE).map_err(|error| unreadable(&error))?;
+    let bytes = read_file(&path, MOST_OF_TABLE).map_err(|error| unreadable(&error))?;
     let cannot = |error: &csv::Error| unreadable(error);
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(bytes.as_slice());
     let heads = reader.headers().map_err(|error| cannot(&error))?.clone();
-    let mut places = [0; 2];
-    for (place, column) in places.iter_mut().zip(columns) {
+    let place = |column: &&Field<'_>| {
         let name = column.string()?;
-        *place = heads.iter().position(|head| head == name).ok_or_else(|| {
+        heads.iter().position(|head| head == name).ok_or_else(|| {
             let list = heads.iter().collect::<Vec<_>>().join(", ");
             let message = format!("the table {} has no column '{name}'", path.display());
             column.error(message).with_help(format!("its columns are {list}"))
-        })?;
-    }
-    let mut points = Vec::new();
+        })
+    };
+    let places: Vec<usize> = columns.iter().map(place).collect::<Result<_, CaseError>>()?;
+    let mut rows = Vec::new();
     for row in reader.records() {
         let row = row.map_err(|error| cannot(&error))?;
         let line = row.position().map_or(0, csv::Position::line);
-        let mut point = [Extended::ZERO; 2];
-        for (number, place) in point.iter_mut().zip(places) {
-            let text = row.get(place).unwrap_or_default();
-            *number = Extended::from_decimal(text).filter(|number| number.is_finite()).ok_or_else(|| {
+        let number = |place: &usize| {
+            let text = row.get(*place).unwrap_or_default();
+            Extended::from_decimal(text).filter(|number| number.is_finite()).ok_or_else(|| {
                 file.error(format!("line {line} of {} has \"{text}\" where a number must be", path.display()))
-            })?;
-        }
-        points.push(point);
-        if points.len() > MOST_POINTS {
+            })
+        };
+        rows.push(places.iter().map(number).collect::<Result<Vec<_>, CaseError>>()?);
+        if rows.len() > MOST_POINTS {
             let error = file.error(format!("the table {} has more than {MOST_POINTS} points", path.display()));
             return Err(error.with_help("leave points out where the function is smooth"));
         }
     }
-    Ok(points)
+    Ok(rows)
 }

@@ -4,6 +4,7 @@ mod base_cases;
 mod check;
 mod complete;
 mod converge;
+mod find;
 mod init;
 mod input;
 mod interrupt;
@@ -76,6 +77,15 @@ enum Command {
                       geodesic-ivp run mine.toml --set solver.accuracy=1e-10 --sample-t 0:10:0.5"
     )]
     Run(Box<run::RunArgs>),
+    /// Find a start, an end or parameters with which the run of a case meets its [find]
+    ///
+    /// The case says in [find] which of its numbers are unknown, and what is to be met: formulas that are 0 at the end,
+    /// a motion that returns, or data that the run is fitted to.
+    #[command(
+        mut_arg("case", |case| case.required(true)),
+        after_help = "Examples:\n  geodesic-ivp find lambert\n  geodesic-ivp run results/lambert/find/found.toml --plot"
+    )]
+    Find(find::FindArgs),
     /// Sweep the number of nodes, and fit the orders of the errors
     ///
     /// The errors are those against a trajectory of the Taylor method.
@@ -176,7 +186,9 @@ struct CaseArgs {
 /// Executes the command.
 fn execute(command: Command) -> anyhow::Result<ExitCode> {
     match &command {
-        Command::Converge(_) | Command::WorkPrecision(_) | Command::Stability(_) => memory::require_room(true)?,
+        Command::Converge(_) | Command::WorkPrecision(_) | Command::Stability(_) | Command::Find(_) => {
+            memory::require_room(true)?
+        }
         Command::Run(args) => memory::require_room(!args.vary.vary.is_empty())?,
         Command::Check(_) | Command::Merge(_) => memory::require_room(false)?,
         Command::Init(_) | Command::Schema | Command::Completions { .. } | Command::Man => {}
@@ -185,6 +197,7 @@ fn execute(command: Command) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(args) if !args.vary.vary.is_empty() => vary::vary(&args.continued()),
         Command::Run(args) => run::run(&args.continued()),
+        Command::Find(args) => find::find_numbers(&args),
         Command::Converge(args) if args.study.case.case.is_none() => base_cases::converge(&args),
         Command::Converge(args) => converge::converge(&args),
         Command::WorkPrecision(args) => work_precision::work_precision(&args),
@@ -204,11 +217,13 @@ fn explained(mut error: Error) -> Error {
         (ErrorKind::MissingRequiredArgument, Some(ContextValue::Strings(names)), _)
             if names.iter().any(|name| name == "<CASE>") =>
         {
-            // Two commands require a case; the usage line says which of them this is.
+            // Three commands require a case; the usage line says which of them this is.
             let usage = error.get(ContextKind::Usage).map(ToString::to_string).unwrap_or_default();
-            let command = if usage.contains(" check ") { "check" } else { "run" };
+            let is = |command: &str| usage.contains(&format!(" {command} "));
+            let example = if is("check") { "check quartic" } else { "run quartic" };
+            let example = if is("find") { "find lambert" } else { example };
             let tip = format!(
-                "name a file, - for standard input, or a built-in case, for example `{command} quartic`; \
+                "name a file, - for standard input, or a built-in case, for example `{example}`; \
                  `init --list` names these, and `init quartic > my-case.toml` starts one's own"
             );
             error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));

@@ -14,7 +14,7 @@ use super::report;
 
 /// The commands that write files. Those of the first go into the folder of the case itself, those of the others into
 /// folders in that one.
-const COMMANDS: [&str; 5] = ["run", VARY, "converge", "work-precision", "stability"];
+const COMMANDS: [&str; 6] = ["run", VARY, "find", "converge", "work-precision", "stability"];
 
 /// The name of `run --vary` in records: it has a folder of its own.
 pub(super) const VARY: &str = "vary";

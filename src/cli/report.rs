@@ -6,6 +6,7 @@ use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use geodesic_ivp::output::Refused;
 pub(super) use geodesic_ivp::output::{refused, refused_by_system};
 use geodesic_ivp::reference::{EndReason, ReferenceEnds};
+use geodesic_ivp::study::find::NotFound;
 use geodesic_ivp::{CaseError, NoSolution, Status};
 
 use super::lines::shown;
@@ -79,6 +80,8 @@ pub(super) fn explain(error: &anyhow::Error) -> u8 {
     }
     let (help, code) = if let Some(failure) = error.downcast_ref::<NoSolution>() {
         (failure.advice(), code_of(failure.status))
+    } else if let Some(none) = error.downcast_ref::<NotFound>() {
+        (none.advice.as_str(), if none.is_outside { OUTSIDE_DOMAIN } else { NO_CRITICAL_POINT })
     } else if let Some(end) = error.downcast_ref::<ReferenceEnds>() {
         of_reference(end.reason)
     } else if let Some(refused) = error.downcast_ref::<Refused>() {

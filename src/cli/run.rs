@@ -179,7 +179,7 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     let target = args.output.target(&args.case, "run")?;
     out::keep_source(case, &target)?;
     let directory = target.folder.clone();
-    let tables = tables(case, args);
+    let tables = tables(case, !args.samples.samples_only, args.samples.count().is_some());
     let drawn = if args.plot { pictures::names_of_run(case) } else { Vec::new() };
     let files = OutputSet::open(target, &[&tables[..], &[UNTIL_FAILURE, SUMMARY, CASE], &drawn].concat())?;
     // The expectations hold for the case as it is in its file.
@@ -320,14 +320,14 @@ fn explained<S: Real>(none: NoRun<S>, args: &RunArgs, setup: &Setup<S>) -> anyho
     }
 }
 
-/// The tables of a run.
-fn tables(case: &Case, args: &RunArgs) -> Vec<&'static str> {
-    let (settings, has_nodes) = (&case.settings, !args.samples.samples_only);
+/// The tables of a run, which keeps its nodes or not, and takes samples or not.
+pub(super) fn tables(case: &Case, has_nodes: bool, has_samples: bool) -> Vec<&'static str> {
+    let settings = &case.settings;
     let all = [
         (TRAJECTORY, has_nodes),
         (RESIDUALS, has_nodes),
         (BRANCHES, has_nodes && settings.system == System::Doubled),
-        (SAMPLES, args.samples.count().is_some()),
+        (SAMPLES, has_samples),
         (SENSITIVITY, has_nodes && settings.sensitivity),
         (GROWTH, has_nodes && settings.sensitivity),
         (EVENTS, !case.events.is_empty()),
@@ -336,7 +336,7 @@ fn tables(case: &Case, args: &RunArgs) -> Vec<&'static str> {
 }
 
 /// Writes one of these tables.
-fn write_table<S: Real>(
+pub(super) fn write_table<S: Real>(
     name: &str,
     out: &File,
     case: &Case,
@@ -379,7 +379,7 @@ fn solved<S: Real>(
 }
 
 /// Writes the tables, in parallel: at a million nodes that is most of the work that is left after the solve.
-fn write_tables(
+pub(super) fn write_tables(
     files: &OutputSet,
     tables: &[&str],
     write: &(dyn Fn(&str, &File) -> csv::Result<()> + Sync),

@@ -293,7 +293,7 @@ fn scheme<S: Real>(line: &WorldLine<S>, solve_seconds: f64) -> String {
 
 /// A number rounded at the first decimal that is affected by its error, with the error beside it where few digits are
 /// right.
-fn number<S: Real>(number: S, error: Option<f64>, digits: u32) -> String {
+pub(super) fn number<S: Real>(number: S, error: Option<f64>, digits: u32) -> String {
     let size = number.to_f64().abs();
     let Some(error) = error.filter(|error| *error > 0.0 && size > 0.0 && size.is_finite()) else {
         return number.to_decimal(digits);

@@ -18,6 +18,7 @@
 mod chart;
 mod convergence;
 mod files;
+mod find;
 mod json;
 mod leftovers;
 mod lock;
@@ -32,6 +33,7 @@ mod work_precision;
 pub use chart::{Chart, Kind, Map, Mark, Panel, Scale, Series, Shape, Sign, Style};
 pub use convergence::{convergence_summary, convergence_table, slopes_table};
 pub use files::{CASE, Origin, OutputSet, Refused, SUMMARY, Target, origin_of, refused, refused_by_system};
+pub use find::{find_summary, not_found_summary, write_fit, write_iterates};
 pub use json::json_object;
 pub use stability::{stability_summary, stability_table};
 pub use study_table::StudyTable;

@@ -18,12 +18,20 @@ use crate::study::run::{Judged, Run};
 
 /// The summary of a run of `case`, which is judged so. It took these seconds to solve it, and to format and write its
 /// tables.
-pub fn run_summary<S: Real>(
+pub fn run_summary<S: Real>(case: &Case, run: &Run<S>, judged: &Judged, seconds: Seconds) -> String {
+    json::json(&value_of_run(case, run, judged, seconds))
+}
+
+/// Seconds of the solve, and of writing tables.
+pub(super) type Seconds = [f64; 2];
+
+/// The same as a value.
+pub(super) fn value_of_run<S: Real>(
     case: &Case,
     run: &Run<S>,
     judged: &Judged,
-    [solve_seconds, write_seconds]: [f64; 2],
-) -> String {
+    [solve_seconds, write_seconds]: Seconds,
+) -> Value {
     let Run { line, diagnostics, .. } = run;
     let error = judged.error.as_ref();
     let of_x = diagnostics.of_x.as_ref().map(|of_x| numbers_of_x(line, diagnostics, of_x));
@@ -50,7 +58,7 @@ pub fn run_summary<S: Real>(
         windows: line.window_count,
         ..case.settings
     };
-    json::json(&merged([
+    merged([
         json!({"status": Status::Converged}),
         json!(judged.verdict),
         problem(case, line.geometry(), settings, &line.iterations),
@@ -64,7 +72,7 @@ pub fn run_summary<S: Real>(
         json!({"diagnostics_seconds": run.seconds, "write_seconds": write_seconds}),
         // The iterations are those of the window that took most.
         json!({"warnings": warnings, "history": line.iterations.history}),
-    ]))
+    ])
 }
 
 /// The summary of a solve that failed: the place to which it came, in words and numbers.

@@ -5,6 +5,7 @@ pub mod acting;
 pub mod convergence;
 pub mod errors;
 pub mod facts;
+pub mod find;
 pub mod many;
 mod method;
 pub mod proof;

@@ -14,6 +14,7 @@ pub(in crate::case) struct Exclusion {
 const BODIES: &str = "bodies move by Newton's law in the energy of their pairs, [pair] formula";
 const CHOSEN: &str = "the program chooses operator and windows itself: leave n_gamma and windows out";
 const PRESET: &str = "a preset has its own coordinates and components";
+const GOAL: &str = "keep exactly one of find.meet, find.periodic and find.data";
 const VELOCITY: &str = "keep exactly one of initial.x_dot (dx/dgamma) and initial.velocity (dx/dt)";
 const ACCURACY: &str =
     "keep accuracy for an error of the whole run, or tolerance for a run that goes on whatever errors grow to";
@@ -44,5 +45,8 @@ pub(in crate::case) static EXCLUSIVE: &[Exclusion] = exclusive! {
     "solver.accuracy", "grid.windows": "both solver.accuracy and grid.windows are given" => CHOSEN;
     "solver.tolerance", "grid.n_gamma": "both solver.tolerance and grid.n_gamma are given" => CHOSEN;
     "solver.tolerance", "grid.windows": "both solver.tolerance and grid.windows are given" => CHOSEN;
+    "find.meet", "find.periodic": "both find.meet and find.periodic are given" => GOAL;
+    "find.meet", "find.data": "both find.meet and find.data are given" => GOAL;
+    "find.periodic", "find.data": "both find.periodic and find.data are given" => GOAL;
     "grid.gamma_f", "grid.t_f": "both gamma_f and t_f are given" => "keep exactly one of grid.gamma_f and grid.t_f";
 };

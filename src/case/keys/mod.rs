@@ -16,8 +16,8 @@ use crate::number::{Extended, Real};
 /// A key of a case file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
-    /// Its dotted name. The parts `q`, `q_dot`, `p_q` and `q_final` stand for those of any coordinate q, and `NAME` for
-    /// a name of the case's own.
+    /// Its dotted name. The parts `q`, `q_dot`, `p_q`, `q_final` and `sigma_q` stand for those of any coordinate q,
+    /// and `NAME` for a name of the case's own.
     pub name: &'static str,
     pub(super) kind: Kind,
     /// The value without it, as it would be written, or `none`; `required`, perhaps with a condition, if it must be
@@ -51,6 +51,8 @@ pub(super) enum Kind {
     Text,
     /// An array of names.
     Names,
+    /// An array of dotted keys.
+    Keys,
     /// A number that is written as one.
     Number,
     /// An array of these.
@@ -63,6 +65,8 @@ pub(super) enum Kind {
     Values,
     /// A formula, or a number.
     Formula,
+    /// An array of formulas.
+    Formulas,
     /// A formula that is written as a string.
     Expression,
     /// A whole number.
@@ -107,7 +111,7 @@ pub(super) const REQUIRED: &str = "required";
 
 /// Returns true if a part of a dotted name stands for other names.
 fn is_placeholder(part: &str) -> bool {
-    ["q", "q_dot", "p_q", "q_final", "NAME"].contains(&part)
+    ["q", "q_dot", "p_q", "q_final", "sigma_q", "NAME"].contains(&part)
 }
 
 /// Returns true if a part of a name in the table stands for that part of a name in a case.
@@ -116,6 +120,7 @@ fn stands_for(part: &str, own: &str) -> bool {
         "q_dot" => own.ends_with("_dot"),
         "p_q" => own.starts_with("p_"),
         "q_final" => own.ends_with("_final"),
+        "sigma_q" => own.starts_with("sigma_"),
         "q" => !own.ends_with("_dot") && !own.starts_with("p_"),
         _ => part == "NAME" || part == own,
     }
@@ -227,7 +232,7 @@ impl Key {
 impl Kind {
     /// Returns true if it is made for formulas.
     fn is_formula(self) -> bool {
-        matches!(self, Self::Formula | Self::Expression | Self::Named(Self::Formula))
+        matches!(self, Self::Formula | Self::Formulas | Self::Expression | Self::Named(Self::Formula))
     }
 
     /// Returns true if a string in it may have names of parameters in it.
@@ -242,10 +247,12 @@ impl Kind {
             Self::Text => "string",
             Self::Word(_) => "word",
             Self::Names => "names",
+            Self::Keys => "keys",
             Self::Number | Self::Value => "number",
             Self::Numbers | Self::Values => "numbers",
             Self::Positive => "number > 0",
             Self::Formula => "formula",
+            Self::Formulas => "formulas",
             Self::Expression => "formula, a string",
             Self::Whole => "whole number",
             Self::Count => "whole number ≥ 1",

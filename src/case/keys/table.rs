@@ -2,8 +2,8 @@
 
 use super::Cases::{All, MakesScene, OfX, Scenes};
 use super::Kind::{
-    Column, Count, Digits, Expression, Flag, Formula, Line, Named, Names, Norm, Number, Numbers, Positive, Share,
-    Table, Text, Value, Values, Whole, Word,
+    Column, Count, Digits, Expression, Flag, Formula, Formulas, Keys, Line, Named, Names, Norm, Number, Numbers,
+    Positive, Share, Table, Text, Value, Values, Whole, Word,
 };
 use super::{Key, Words};
 
@@ -191,6 +191,24 @@ pub static KEYS: &[Key] = table! {
     ("events.NAME.until", Flag, "false", All);
     /// it changes the state or a parameter: `{ z_dot = "-0.9*z_dot", k = "k/2" }`
     ("events.NAME.set", Named(&Formula), "", All);
+
+    /// for `find`: the [numbers that are to be found](guide.md#to-find-a-start), each by its key. Each has a number in
+    /// the case, from which the search starts: `["initial.x_dot", "grid.t_f", "potential.parameters.k"]`
+    ("find.unknowns", Keys, "required", All);
+    /// formulas of coordinates, velocities and momenta that are to be 0 at the end, where start(x) is x at the start:
+    /// `["x - 3", "y - start(y)"]`
+    ("find.meet", Formulas, "", All);
+    /// true, in place of `find.meet`: all active coordinates but t, and their velocities, return
+    ("find.periodic", Flag, "false", All);
+    /// in place of `find.meet`, observations that the run is fitted to: the columns of this file,
+    /// `{ file = "obs.csv", t = "t", x = "x", sigma_x = "s" }`, or without a file arrays
+    ("find.data.file", Text, "", All);
+    /// the values of γ at which they were made, in place of the times `t`
+    ("find.data.gamma", Column, "", All);
+    /// for an observed coordinate q, the standard deviations; without them all are equal
+    ("find.data.sigma_q", Column, "", All);
+    /// the observations of a coordinate q; of t, the times at which they were made
+    ("find.data.q", Column, "", All);
 
     /// the axis to the right of the pictures of the orbit and of the events, a formula of coordinates and velocities
     ("plot.x", Formula, "", All);

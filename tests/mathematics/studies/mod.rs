@@ -2,6 +2,7 @@
 
 mod atlas;
 mod convergence;
+mod find;
 mod orders;
 mod random_verdicts;
 mod stability;

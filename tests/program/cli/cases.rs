@@ -3,14 +3,16 @@
 
 use std::fs;
 
-use geodesic_ivp::case::builtin::NAMES;
+use geodesic_ivp::case::builtin::{self, NAMES};
 
 use crate::common::{CASES, Folder};
 
 #[test]
 fn every_case_meets_its_expectations() {
     let folder = Folder::new();
-    NAMES.iter().for_each(|name| drop(folder.succeeds(&format!("check --run --quiet {name}"))));
+    // Where something is to be found, the run is only that from which a search begins.
+    let names = NAMES.iter().filter(|name| !builtin::text(name).unwrap().contains("[find]"));
+    names.for_each(|name| drop(folder.succeeds(&format!("check --run --quiet {name}"))));
 }
 
 /// A file of that path wins, and a folder does not.

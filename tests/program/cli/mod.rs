@@ -3,6 +3,7 @@
 mod acting;
 mod cases;
 mod enclose;
+mod find;
 mod folders;
 #[cfg(unix)]
 mod interrupts;

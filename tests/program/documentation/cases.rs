@@ -42,7 +42,7 @@ fn the_readme_knows_how_many_cases_there_are() {
 
 #[test]
 fn every_file_in_the_folders_is_built_in_and_described() {
-    for folder in ["", "hard", "scenes"] {
+    for folder in ["", "find", "hard", "scenes"] {
         let path = Path::new(ROOT).join("cases").join(folder);
         let mut files: Vec<String> = fs::read_dir(&path)
             .unwrap()
@@ -57,7 +57,8 @@ fn every_file_in_the_folders_is_built_in_and_described() {
             assert_eq!(*text, fs::read_to_string(path.join(name).with_extension("toml")).unwrap());
             let case = Case::parse(name, text, &[]).unwrap();
             assert!(case.title.as_deref().is_some(), "{name}");
-            assert_eq!(!case.is_of_x, folder == "scenes", "{name}");
+            assert_eq!(!case.is_of_x, ["find", "scenes"].contains(&folder), "{name}");
+            assert_eq!(case.find.is_some(), folder == "find", "{name}");
         }
     }
 }

@@ -50,7 +50,7 @@ fn without_numbers(text: &str) -> String {
 /// A folder with the shipped cases and the files that a page's blocks are.
 pub(crate) fn folder(page: &Page) -> TempDir {
     let folder = TempDir::new().unwrap();
-    for cases in ["cases", "cases/hard", "cases/scenes"] {
+    for cases in ["cases", "cases/find", "cases/hard", "cases/scenes"] {
         fs::create_dir(folder.path().join(cases)).unwrap();
         for entry in fs::read_dir(Path::new(ROOT).join(cases)).unwrap() {
             let entry = entry.unwrap();

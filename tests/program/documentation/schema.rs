@@ -23,6 +23,7 @@ fn of_key<'s>(schema: &'s Value, key: &str) -> Option<&'s Value> {
         "_final$" => key.ends_with("_final"),
         "_dot$" => key.ends_with("_dot"),
         "^p_" => key.starts_with("p_"),
+        "^sigma_" => key.starts_with("sigma_"),
         "^[A-Za-z_][A-Za-z0-9_]*$" => is_name && !key.starts_with(|c: char| c.is_ascii_digit()),
         _ => panic!("another pattern: {pattern}"),
     };

@@ -1,0 +1,201 @@
+//! `find CASE`: numbers of a case with which its run meets what `[find]` says.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+use geodesic_ivp::Case;
+use geodesic_ivp::case::{Find, Goal};
+use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, find_summary, not_found_summary, write_fit, write_iterates};
+use geodesic_ivp::solve::Setup;
+use geodesic_ivp::study::find::{Found, Iterate, NotFound, find, norm};
+use geodesic_ivp::study::run::{self, NoRun, Wanted};
+
+use super::lines::{listed, row, short, wrapped};
+use super::out::OutArgs;
+use super::report::{self, Interrupted, refused};
+use super::run::{tables, write_table, write_tables};
+use super::told::{Told, number};
+use super::{CaseArgs, memory, out, study};
+
+const FOUND: &str = "found.toml";
+const ITERATES: &str = "find.csv";
+const FIT: &str = "fit.csv";
+/// An imaginary part is not shown below this share of a multiplier: rounding splits a double one by about so much.
+const UNSEEN: f64 = 1e-6;
+
+#[derive(Debug, Args)]
+pub(super) struct FindArgs {
+    #[command(flatten)]
+    case: CaseArgs,
+
+    #[command(flatten)]
+    output: OutArgs,
+}
+
+/// The result of a search, with the points that it came by.
+type Searched = (Result<Found, NotFound>, Vec<Iterate>);
+
+pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
+    let case = args.case.read()?;
+    let wanted = checked(&case)?;
+    case.warnings().iter().for_each(|warning| report::warn(warning));
+    memory::check(&case.setup::<f64>(), false, 0)?;
+    let target = args.output.target(&args.case, "find")?;
+    out::keep_source(&case, &target)?;
+    let folder = target.folder.clone();
+    let of_run = tables(&case, true, false);
+    let own: &[&str] = if matches!(wanted.goal, Goal::Data(_)) { &[FIT] } else { &[] };
+    let files = OutputSet::open(target, &[&of_run[..], own, &[ITERATES, FOUND, SUMMARY, CASE]].concat())?;
+    files.write_text(CASE, &case.to_toml())?;
+    let (result, iterates) = searched(&case, &wanted, args.case.quiet)?;
+    files.write_table(ITERATES, |out| write_iterates(out, &wanted, &iterates))?;
+    let steps = iterates.len().saturating_sub(1);
+    let found = match result {
+        Ok(found) => found,
+        Err(none) => {
+            let summary = not_found_summary(&case, (&none.message, &none.advice), steps);
+            files.write_text(SUMMARY, &summary)?;
+            files.commit(&|name| [ITERATES, SUMMARY, CASE].contains(&name))?;
+            args.output.tell(args.case.quiet, &summary, String::new)?;
+            return Err(none.into());
+        }
+    };
+    let setup: Setup = found.case.setup();
+    let (run, seconds) = run::run(&found.case, &setup, Wanted { sums: true, ..Wanted::default() });
+    let run = run.map_err(|none| match none {
+        NoRun::Unsolved(failure, _) => anyhow::Error::from(failure),
+        NoRun::Unsampled(_) => unreachable!("no sample was asked for"),
+    })?;
+    let judged = run.judged(&setup, false, false);
+    if args.output.json || args.case.quiet {
+        judged.suspicions.iter().for_each(|warning| report::warn(warning));
+    }
+    write_tables(&files, &of_run, &|name, out| write_table(name, out, &found.case, (&run, &[]), 1))?;
+    if let Some(fit) = &found.fit {
+        files.write_table(FIT, |out| write_fit(out, &wanted, fit))?;
+    }
+    files.write_text(FOUND, &found.case.to_toml())?;
+    let json = find_summary(&found.case, &wanted, (&found, steps), (&run, &judged), [seconds, 0.0]);
+    files.write_text(SUMMARY, &json)?;
+    files.commit(&|_| true)?;
+    args.output.tell(args.case.quiet, &json, || {
+        let title = args.case.headed(case.title.as_deref());
+        let of_run = Told { title: "its run", case: &found.case, run: &run, judged: &judged, solve_seconds: seconds };
+        told(&title, &wanted, &found, steps) + &of_run.lines(&folder)
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The table of a case that says what is to be found, if a search can begin.
+fn checked(case: &Case) -> anyhow::Result<Find> {
+    let help = "for example find = { unknowns = [\"initial.x_dot\"], meet = [\"x - 1\"] }";
+    let wanted =
+        case.find.clone().ok_or_else(|| refused("the case has no [find], which says what is to be found", help))?;
+    if case.settings.is_extended() {
+        return Err(refused("a search has 16 digits", "leave solver.digits out"));
+    }
+    if !case.settings.is_judged {
+        let message = "a search ends where the errors of runs begin, and solver.error = false leaves them unknown";
+        return Err(refused(message, "leave solver.error out"));
+    }
+    Ok(wanted)
+}
+
+/// Searches beside this thread, with a line about the last step if standard error is a terminal.
+fn searched(case: &Case, wanted: &Find, is_quiet: bool) -> anyhow::Result<Searched> {
+    let bar = study::bar(is_quiet, 0, "{spinner} {msg} ({elapsed})");
+    bar.set_message("the first run");
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let problem = Arc::new((case.clone(), wanted.clone()));
+    let (mut iterates, mut result) = (Vec::new(), None);
+    enum News {
+        Iterate(Iterate),
+        End(Box<Result<Found, NotFound>>),
+    }
+    let interrupted = study::computed(
+        &bar,
+        &problem,
+        |(case, wanted), tell: &(dyn Fn(News) + Sync)| {
+            let found = find(case, wanted, &mut |iterate| tell(News::Iterate(iterate)));
+            tell(News::End(Box::new(found)));
+        },
+        |news| match news {
+            News::Iterate(iterate) => {
+                let Iterate { iteration, residuals, step, .. } = &iterate;
+                bar.set_message(format!("step {}: residual {:.1e}, {step:.1e} to go", iteration + 1, norm(residuals)));
+                iterates.push(iterate);
+            }
+            News::End(found) => result = Some(*found),
+        },
+    );
+    Ok((result.filter(|_| !interrupted).ok_or(Interrupted)?, iterates))
+}
+
+/// A number with its error.
+fn with_error(value: f64, error: f64) -> String {
+    let text = number(value, Some(error), 16);
+    if text.contains('±') { text } else { format!("{text} ± {error:.0e}") }
+}
+
+/// The lines about what was found.
+fn told(title: &str, wanted: &Find, found: &Found, steps: usize) -> String {
+    let many = if steps == 1 { "one step".to_owned() } else { format!("{steps} steps") };
+    let head = match (&found.fit, found.is_met) {
+        (Some(_), _) => format!("{title}: fitted to the data in {many}"),
+        (None, true) => format!("{title}: found in {many}"),
+        (None, false) => format!("{title}: not all of it can be met; nearest, in least squares, after {many}"),
+    };
+    let errors = found.fit.as_ref().map_or_else(|| found.errors.clone(), |fit| fit.standard_errors());
+    let one = |(unknown, (value, error)): (&geodesic_ivp::case::Unknown, (&f64, &f64))| {
+        format!("{} = {}, from {}", unknown.key, with_error(*value, *error), short(unknown.value))
+    };
+    let mut text = wrapped(&head, 2);
+    for (k, all) in wanted.unknowns.iter().zip(found.values.iter().zip(&errors)).enumerate() {
+        text += &row(if k == 0 { "found" } else { "" }, &one(all));
+    }
+    if !found.residuals.is_empty() {
+        let one = |(name, residual, error): &(String, f64, f64)| format!("{name} = {residual:.1e} ± {error:.0e}");
+        text += &row("residual", &listed(found.residuals.iter().map(one)));
+    }
+    if let Some(fit) = &found.fit {
+        let own = found.errors.iter().map(|error| format!("{error:.0e}")).collect::<Vec<_>>().join(", ");
+        let sigmas = if fit.has_sigmas { "" } else { ", by the scatter of the residuals" };
+        let chi = if fit.has_sigmas { "chi^2" } else { "sum of squares" };
+        let chi = format!("{chi} {} with {} degrees of freedom", short(fit.chi_squared), fit.degrees_of_freedom);
+        text += &row("fit", &format!("{chi}; the errors are standard errors{sigmas}, and the run's own are {own}"));
+    }
+    let unknowns = wanted.unknowns.len();
+    let mut system = format!("condition {:.0e}", found.condition);
+    if found.rank < unknowns {
+        system +=
+            &format!("; {} of {unknowns} directions are determined, and no step went along the others", found.rank);
+    }
+    if !found.differenced.is_empty() {
+        system += &format!("; differences of runs for {}", found.differenced.join(", "));
+    }
+    text += &row("system", &system);
+    if wanted.goal == Goal::Periodic {
+        text += &row("returns", &multipliers(found));
+    }
+    text
+}
+
+/// The multipliers in words.
+fn multipliers(found: &Found) -> String {
+    let Some(multipliers) = &found.multipliers else {
+        return "its multipliers need solver.accuracy or solver.tolerance, and no event that acts".to_owned();
+    };
+    let complex = |re: f64, im: f64| match im {
+        _ if im.abs() <= UNSEEN * f64::hypot(re, im) => short(re),
+        _ if im < 0.0 => format!("{} - {}i", short(re), short(-im)),
+        _ => format!("{} + {}i", short(re), short(im)),
+    };
+    let list = |values: &[_]| -> String {
+        let values: &[nalgebra::Complex<f64>] = values;
+        listed(values.iter().map(|z| complex(z.re, z.im)))
+    };
+    let indices = multipliers.indices.as_ref().map(|indices| format!("; stability indices {}", list(indices)));
+    format!("multipliers {}{}", list(&multipliers.values), indices.unwrap_or_default())
+}
