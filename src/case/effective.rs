@@ -1,6 +1,6 @@
 //! A case with every default filled in.
 
-use toml_edit::{DocumentMut, InlineTable, Item, Value, value};
+use toml_edit::{Array, DocumentMut, InlineTable, Item, Value, value};
 
 use super::keys::PARAMETERS;
 use super::tables::absolute;
@@ -37,6 +37,10 @@ impl Case {
             if let Some(file) = entry.get("file").and_then(Item::as_str).map(|file| absolute(&self.folder, file)) {
                 entry["file"] = value(file.display().to_string());
             }
+        }
+        if let Some(find) = self.find.as_ref().filter(|_| !self.former.is_empty()) {
+            let keys: Array = find.unknowns.iter().map(|unknown| unknown.key.as_str()).collect();
+            table(root, "find")["unknowns"] = value(keys);
         }
         if self.find.as_ref().is_some_and(|find| matches!(find.goal, Goal::Data(_))) {
             let data = table(table(root, "find"), "data");

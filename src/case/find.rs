@@ -107,6 +107,8 @@ pub(super) fn read(root: &Field<'_>, formulas: &Formulas<'_>) -> Result<Option<F
 
 /// The number of that dotted key.
 fn unknown(root: &Field<'_>, key: &str, formulas: &Formulas<'_>) -> Result<Unknown, (String, &'static str)> {
+    let key = &keys::replaced(key).map_or_else(|| key.to_owned(), |(_, now)| now);
+    let parameter = key.strip_prefix(keys::PARAMETERS).and_then(|rest| rest.strip_prefix('.'));
     let top = key.split('.').next().unwrap_or_default();
     let is_number = |kind: Kind| {
         matches!(kind, Kind::Value | Kind::Positive | Kind::Number | Kind::Norm)
@@ -114,17 +116,17 @@ fn unknown(root: &Field<'_>, key: &str, formulas: &Formulas<'_>) -> Result<Unkno
     };
     if NOT_OF_THE_RUN.contains(&top) || !keys::of(key).is_some_and(|known| is_number(known.kind)) {
         let help = "an unknown is a number of the motion, its start or its end: \"initial.x_dot\", \"grid.t_f\", \
-                    \"potential.parameters.k\"; elements of arrays are found by parameters that stand there";
+                    \"parameters.k\"; elements of arrays are found by parameters that stand there";
         return Err((format!("{key} is no number that can be found"), help));
     }
     let field = key.split('.').try_fold(root.clone(), |table, part| table.get(part));
-    let text = field.and_then(|field| field.formula().ok());
+    let text = parameter.map(str::to_owned).or_else(|| field?.formula().ok());
     let value = text.and_then(|text| value_of::<f64>(&text, &formulas.scene.parameters).ok());
     let Some(value) = value.filter(|value| value.is_finite()) else {
         return Err((format!("the case gives {key} no number"), "give it the value that the search begins with"));
     };
-    let is_in_equations = match key.rsplit_once(".parameters.") {
-        Some((_, name)) => is_in_equations(&root.source.text, name),
+    let is_in_equations = match parameter {
+        Some(name) => is_in_equations(&root.source.text, name),
         None => !["initial", "grid"].contains(&top),
     };
     Ok(Unknown { key: key.to_owned(), value, is_in_equations })

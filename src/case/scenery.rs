@@ -34,7 +34,8 @@ impl<'t> Places<'t> {
         Ok(formula)
     }
 
-    /// The parameters of the case, in the table of all formulas and in the former ones: they replace those of these names, or are appended.
+    /// The parameters of the case, in the table of all formulas and in the former ones: they replace those of these
+    /// names, or are appended.
     pub(super) fn keep_parameters(
         &mut self,
         root: &Field<'t>,

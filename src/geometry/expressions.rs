@@ -4,7 +4,6 @@
 
 use super::inverse::Inverse;
 use super::parts::{Parts, plus};
-use super::watched::watch;
 use crate::formula::{Level, NodeId};
 use crate::number::Real;
 
@@ -120,4 +119,26 @@ pub(super) fn force<S: Real>(parts: &mut Parts<S>, a: usize, q_dot: &[NodeId]) -
         sum = parts.graph.add(sum, force);
     }
     sum
+}
+
+/// Puts the rates of what is watched into the velocities of their coordinates.
+fn watch<S: Real>(parts: &mut Parts<S>, active: &[usize], velocities: &mut [NodeId], forces: &[NodeId]) {
+    let n = parts.dimension();
+    let state = |parts: &mut Parts<S>, kind: usize| -> Vec<NodeId> {
+        (0..n).map(|a| parts.graph.variable(kind * n + a)).collect()
+    };
+    let replacement = [state(parts, 0), velocities.to_vec(), state(parts, 2)].concat();
+    let watched = parts.watched.clone();
+    let formulas = parts.graph.substitute(&watched, &replacement);
+    let first = n - formulas.len();
+    for (k, formula) in formulas.into_iter().enumerate() {
+        let mut rate = parts.graph.constant(S::ZERO);
+        let moving = (0..first).map(|a| (a, velocities[a]));
+        let pushed = active.iter().zip(forces).map(|(&a, &force)| (2 * n + a, force));
+        for (variable, along) in moving.chain(pushed).collect::<Vec<_>>() {
+            let slope = parts.graph.derivative(formula, variable);
+            rate = plus(&mut parts.graph, rate, [slope, along]);
+        }
+        velocities[first + k] = rate;
+    }
 }

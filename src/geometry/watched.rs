@@ -1,4 +1,5 @@
-//! Scenes that watch formulas: each is one more coordinate, on which nothing depends, and which moves as the formula does.
+//! Scenes that watch formulas: each is one more coordinate, on which nothing depends, and which moves as the formula
+//! does.
 //!
 //! Of a formula g(q, q̇, p) of the state, ġ = ∂g/∂q^a q̇^a + ∂g/∂p_a ṗ_a is a function of q and p, as velocities are.
 //! Where g changes its sign the coordinate passes 0, so that whatever is known of coordinates is known of events, too:
@@ -6,7 +7,7 @@
 
 use super::expressions::Expressions;
 use super::inverse::Inverse;
-use super::parts::{Parts, Scope, plus, variables};
+use super::parts::{Parts, Scope, variables};
 use super::{Geometry, GeometryError, GeometryText, Place, active_of};
 use crate::formula::{self, Known, NodeId};
 use crate::number::Real;
@@ -79,27 +80,5 @@ impl<S: Real> Parts<S> {
         let rates = &velocities[n - self.watched.len()..];
         let depend: Vec<Vec<bool>> = rates.iter().map(|&rate| self.graph.variables_of(rate, n)).collect();
         Ok((0..n).filter(|&a| depend.iter().any(|of| of[a])).collect())
-    }
-}
-
-/// Puts the rates of what is watched into the velocities of their coordinates.
-pub(super) fn watch<S: Real>(parts: &mut Parts<S>, active: &[usize], velocities: &mut [NodeId], forces: &[NodeId]) {
-    let n = parts.dimension();
-    let state = |parts: &mut Parts<S>, kind: usize| -> Vec<NodeId> {
-        (0..n).map(|a| parts.graph.variable(kind * n + a)).collect()
-    };
-    let replacement = [state(parts, 0), velocities.to_vec(), state(parts, 2)].concat();
-    let watched = parts.watched.clone();
-    let formulas = parts.graph.substitute(&watched, &replacement);
-    let first = n - formulas.len();
-    for (k, formula) in formulas.into_iter().enumerate() {
-        let mut rate = parts.graph.constant(S::ZERO);
-        let moving = (0..first).map(|a| (a, velocities[a]));
-        let pushed = active.iter().zip(forces).map(|(&a, &force)| (2 * n + a, force));
-        for (variable, along) in moving.chain(pushed).collect::<Vec<_>>() {
-            let slope = parts.graph.derivative(formula, variable);
-            rate = plus(&mut parts.graph, rate, [slope, along]);
-        }
-        velocities[first + k] = rate;
     }
 }

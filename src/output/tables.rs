@@ -65,8 +65,8 @@ pub(crate) fn event_header(names: &[String], is_judged: bool) -> Vec<String> {
 }
 
 /// Writes `events.csv`: the name of the event, then the columns of `samples.csv` and, of runs that are judged on their
-/// way, by how much γ and every coordinate may be off. `events` are the names of what was watched. If there are `radii`,
-/// one for each crossing, what is proved of that comes last, and is empty where nothing is.
+/// way, by how much γ and every coordinate may be off. `events` are the names of what was watched. If there are
+/// `radii`, one for each crossing, what is proved of that comes last, and is empty where nothing is.
 ///
 /// # Errors
 /// If `out` cannot be written.

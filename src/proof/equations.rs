@@ -83,12 +83,6 @@ impl<'g> Equations<'g> {
             .chain(active.iter().map(|&a| (a, true)))
             .chain(kept.iter().map(|&a| (a, false)))
             .collect();
-        let diagonal = geometry.diagonal(&start.q);
-        let is_alike = |one: &(usize, bool), other: &(usize, bool)| {
-            let is_result = one.0.max(other.0) < first_watched;
-            one == other || is_result && one.1 == other.1 && diagonal[one.0] == diagonal[other.0]
-        };
-        let kinds = of.iter().map(|own| of.iter().position(|other| is_alike(own, other)).unwrap_or_default());
         let velocities = hamiltonian.active_velocities();
         let others = kept.iter().map(|&a| hamiltonian.velocities[a]);
         let slopes: Vec<Register> = velocities.iter().chain(&hamiltonian.forces).copied().chain(others).collect();
@@ -96,16 +90,7 @@ impl<'g> Equations<'g> {
         let all_formulas = || slopes.iter().chain(&hamiltonian.velocities).copied();
         let of_places = program.depends_on(|register| ignorable.contains(&register));
         let has_jump = all_formulas().any(|register| of_places[register]);
-        // Rows of J count all ignorable coordinates.
-        let row_of = |row: usize| match row.checked_sub(2 * active.len()) {
-            None => Some(row),
-            Some(place) => is_kept[place].then(|| 2 * active.len() + is_kept[..place].iter().filter(|k| **k).count()),
-        };
-        let entries = linear
-            .entries
-            .iter()
-            .filter_map(|entry| row_of(entry.row).map(|row| Entry { row, column: entry.column, value: entry.value }));
-        let entries: Vec<Entry> = entries.collect();
+        let entries = entries(hamiltonian, &is_kept);
         let wanted = entries.iter().filter_map(|entry| match entry.value {
             Source::Row(output) => Some(linear.jacobian.output(output)),
             Source::Constant(_) => None,
@@ -126,7 +111,7 @@ impl<'g> Equations<'g> {
             steady: (ignorable.into_iter()).filter(|&a| is_steady(a) && unused != Some(a)).collect(),
             unknowns: slopes.len(),
             active: 2 * active.len(),
-            kinds: kinds.collect(),
+            kinds: kinds(&of, &geometry.diagonal(&start.q)[..first_watched]),
             of,
             slopes,
             hamiltonian,
@@ -183,4 +168,27 @@ impl<'g> Equations<'g> {
         };
         self.kinds.iter().map(most).collect()
     }
+}
+
+/// The first of the unknowns that has the unit of each: those with the same g_aa, of which there is one for each
+/// coordinate that is no formula.
+fn kinds(of: &[(usize, bool)], diagonal: &[Extended]) -> Vec<usize> {
+    let is_alike = |one: &(usize, bool), other: &(usize, bool)| {
+        let both = diagonal.get(one.0).zip(diagonal.get(other.0));
+        one == other || one.1 == other.1 && both.is_some_and(|(one, other)| one == other)
+    };
+    of.iter().map(|own| of.iter().position(|other| is_alike(own, other)).unwrap_or_default()).collect()
+}
+
+/// The entries of J, whose rows count all ignorable coordinates in the linearised equations, and here those that are
+/// kept.
+fn entries(hamiltonian: &Hamiltonian<Extended>, is_kept: &[bool]) -> Vec<Entry> {
+    let first = 2 * hamiltonian.active.len();
+    let row_of = |row: usize| match row.checked_sub(first) {
+        None => Some(row),
+        Some(place) => is_kept[place].then(|| first + is_kept[..place].iter().filter(|kept| **kept).count()),
+    };
+    let entries = hamiltonian.linearised().entries.iter();
+    let kept = entries.filter_map(|of| row_of(of.row).map(|row| Entry { row, column: of.column, value: of.value }));
+    kept.collect()
 }

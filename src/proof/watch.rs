@@ -27,7 +27,8 @@ struct Watch {
 enum Side {
     /// On this side of 0.
     Of(f64),
-    /// At 0, from where it goes to this side, or nobody knows to which: it has just been met, or the motion starts there.
+    /// At 0, from where it goes to this side, or nobody knows to which: it has just been met, or the motion starts
+    /// there.
     Leaves(Option<f64>),
 }
 

@@ -193,7 +193,7 @@ pub static KEYS: &[Key] = table! {
     ("events.NAME.set", Named(&Formula), "", All);
 
     /// for `find`: the [numbers that are to be found](guide.md#to-find-a-start), each by its key. Each has a number in
-    /// the case, from which the search starts: `["initial.x_dot", "grid.t_f", "potential.parameters.k"]`
+    /// the case, from which the search starts: `["initial.x_dot", "grid.t_f", "parameters.k"]`
     ("find.unknowns", Keys, "required", All);
     /// formulas of coordinates, velocities and momenta that are to be 0 at the end, where start(x) is x at the start:
     /// `["x - 3", "y - start(y)"]`

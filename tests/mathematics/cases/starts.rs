@@ -162,7 +162,8 @@ fn forty_digits_of_a_root() {
 fn a_root_below_rounding_is_zero() {
     let orbit = |digits: u32| {
         format!(
-            "metric.preset = \"schwarzschild\"\ngrid.gamma_f = 1\nscheme.sbp = \"GLL12\"\nsolver.digits = {digits}\n[initial]\n\
+            "metric.preset = \"schwarzschild\"\ngrid.gamma_f = 1\nscheme.sbp = \"GLL12\"\n\
+             solver.digits = {digits}\n[initial]\n\
              r = \"20/3\"\np_t = 0.96609178307929590491\np_phi = 3.84900179459750509673\nnorm = 1\n\
              solve = {{ r_dot = \"+\" }}\n"
         )
@@ -184,7 +185,8 @@ fn a_root_below_rounding_is_zero() {
 fn a_null_coordinate_makes_the_equation_linear() {
     let ray = |sign: &str| {
         format!(
-            "metric.preset = \"schwarzschild-ef\"\ngrid.gamma_f = 1\nscheme.sbp = \"GLL8\"\n[initial]\nr = 10\nv_dot = 1\n\
+            "metric.preset = \"schwarzschild-ef\"\ngrid.gamma_f = 1\nscheme.sbp = \"GLL8\"\n\
+             [initial]\nr = 10\nv_dot = 1\n\
              phi_dot = 0.02\nnorm = \"null\"\nsolve = {{ r_dot = \"{sign}\" }}\n"
         )
     };

@@ -58,10 +58,10 @@ fn numbers_of_an_oscillator_are_those_of_the_closed_form() {
     let time = found_in(OSCILLATOR, "unknowns = [\"grid.t_f\"]\nmeet = [\"x\"]");
     assert_found(&time, &[0.5 * PI], 1e-11);
     assert!(amplitude.differenced.is_empty() && time.differenced.is_empty());
-    let wanted = "unknowns = [\"potential.parameters.k\"]\nmeet = [\"x - start(x)/2\"]";
+    let wanted = "unknowns = [\"parameters.k\"]\nmeet = [\"x - start(x)/2\"]";
     let stiffness = found_in(OSCILLATOR, wanted);
     assert_found(&stiffness, &[(PI / 3.0).powi(2)], 1e-10);
-    assert_eq!(stiffness.differenced, ["potential.parameters.k"]);
+    assert_eq!(stiffness.differenced, ["parameters.k"]);
     // On a given grid all derivatives are differences.
     let grid = OSCILLATOR.replace("solver.accuracy = 1e-12", "scheme = { sbp = \"GLL16\", form = \"weak\" }");
     let on_grid = found_in(&grid, "unknowns = [\"initial.x\", \"grid.t_f\"]\nmeet = [\"x - 0.5\", \"x_dot + 2\"]");
@@ -255,8 +255,8 @@ fn coverage(draws: usize) -> (usize, f64) {
             times.iter().map(|t| amplitude * (k.sqrt() * t).cos() + sigma * normal.normal()).collect();
         let sigmas = vec![sigma; times.len()];
         let data = format!("data = {{ t = {times:?}, x = {values:?}, sigma_x = {sigmas:?} }}");
-        let wanted = format!("unknowns = [\"potential.parameters.k\", \"initial.x\"]\n{data}");
-        let case = parsed(&format!("{OSCILLATOR}\n[find]\n{wanted}"), &["grid.t_f=8.0", "potential.parameters.k=1.8"]);
+        let wanted = format!("unknowns = [\"parameters.k\", \"initial.x\"]\n{data}");
+        let case = parsed(&format!("{OSCILLATOR}\n[find]\n{wanted}"), &["grid.t_f=8.0", "parameters.k=1.8"]);
         let all = found(&case);
         let fit = all.fit.as_ref().unwrap();
         let [[a, b], [_, d]] = [0, 1].map(|j| [fit.covariance[j][0], fit.covariance[j][1]]);

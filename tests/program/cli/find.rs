@@ -47,14 +47,14 @@ fn a_fit_reads_a_file_beside_its_case() {
     let folder = Folder::new();
     let rows: Vec<String> = (1..10).map(|i| 0.5 * f64::from(i)).map(|t| format!("{t},{}", (2.0 * t).cos())).collect();
     folder.write("here/obs.csv", format!("when,where\n{}\n", rows.join("\n")));
-    let wanted = "unknowns = [\"potential.parameters.k\"], data = { file = \"obs.csv\", t = \"when\", x = \"where\" }";
+    let wanted = "unknowns = [\"parameters.k\"], data = { file = \"obs.csv\", t = \"when\", x = \"where\" }";
     folder.write("here/fit.toml", case(wanted).replace("t_f = 1.0", "t_f = 5.0").replace("k = 1.0", "k = 3.7"));
     folder.succeeds("find here/fit.toml --out out");
     let table = folder.table("out/fit.csv");
     assert_eq!(table.columns, ["t", "coordinate", "observed", "computed", "residual"]);
     assert!(table.rows.len() == 9 && table.numbers("residual").iter().all(|residual| residual.abs() < 1e-10));
     let found = &folder.summary("out")["find"];
-    assert!((found["unknowns"]["potential.parameters.k"].as_f64().unwrap() - 4.0).abs() < 1e-10, "{found}");
+    assert!((found["unknowns"]["parameters.k"].as_f64().unwrap() - 4.0).abs() < 1e-10, "{found}");
     // The case that is kept reads its file from anywhere.
     folder.succeeds("check out/case.toml");
 }
