@@ -38,16 +38,7 @@ impl Case {
                 entry["file"] = value(file.display().to_string());
             }
         }
-        if let Some(find) = self.find.as_ref().filter(|_| !self.former.is_empty()) {
-            let keys: Array = find.unknowns.iter().map(|unknown| unknown.key.as_str()).collect();
-            table(root, "find")["unknowns"] = value(keys);
-        }
-        if self.find.as_ref().is_some_and(|find| matches!(find.goal, Goal::Data(_))) {
-            let data = table(table(root, "find"), "data");
-            if let Some(file) = data.get("file").and_then(Item::as_str).map(|file| absolute(&self.folder, file)) {
-                data["file"] = value(file.display().to_string());
-            }
-        }
+        self.fill_find(root);
         self.fill_initial(table(root, "initial"));
         let chooses_windows = self.settings.accuracy.is_some();
         fill(root, &["grid", "gamma_i"], formula(&self.grid.gamma_i));
@@ -70,6 +61,20 @@ impl Case {
             fill_defaults(root, ["expect.status"]);
         }
         document.to_string()
+    }
+
+    /// Writes paths and names of parameters in `[find]` so that they mean the same in the effective case.
+    fn fill_find(&self, root: &mut Item) {
+        if let Some(find) = self.find.as_ref().filter(|_| !self.former.is_empty()) {
+            let keys: Array = find.unknowns.iter().map(|unknown| unknown.key.as_str()).collect();
+            table(root, "find")["unknowns"] = value(keys);
+        }
+        if self.find.as_ref().is_some_and(|find| matches!(find.goal, Goal::Data(_))) {
+            let data = table(table(root, "find"), "data");
+            if let Some(file) = data.get("file").and_then(Item::as_str).map(|file| absolute(&self.folder, file)) {
+                data["file"] = value(file.display().to_string());
+            }
+        }
     }
 
     /// The same without its `[expect]` table.

@@ -15,7 +15,7 @@ use geodesic_ivp::study::run::{self, NoRun, Wanted};
 use super::lines::{listed, row, short, wrapped};
 use super::out::OutArgs;
 use super::report::{self, Interrupted, refused};
-use super::run::{tables, write_table, write_tables};
+use super::run_tables::{tables, write_table, write_tables};
 use super::told::{Told, number};
 use super::{CaseArgs, memory, out, study};
 
@@ -72,7 +72,7 @@ pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
     if args.output.json || args.case.quiet {
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
-    write_tables(&files, &of_run, &|name, out| write_table(name, out, &found.case, (&run, &[]), 1))?;
+    write_tables(&files, &of_run, &|name, out| write_table(name, out, &found.case, (&run, None), 1))?;
     if let Some(fit) = &found.fit {
         files.write_table(FIT, |out| write_fit(out, &wanted, fit))?;
     }

@@ -16,6 +16,7 @@ mod merge;
 mod out;
 mod report;
 mod run;
+mod run_tables;
 mod samples;
 mod share;
 mod stability;

@@ -1,10 +1,8 @@
 //! `run CASE`.
 
-use std::fs::File;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::thread::{Builder, scope};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -13,30 +11,21 @@ use clap_complete::engine::ArgValueCompleter;
 use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::output::tables::{
-    StreamedTable, branches, residuals, trajectory, write_events, write_growth, write_nodes, write_samples,
-    write_sensitivity,
-};
+use geodesic_ivp::output::tables::{StreamedTable, write_events, write_samples};
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
-use geodesic_ivp::solve::{Limit, Settings, Setup, System, WorldLine};
+use geodesic_ivp::solve::{Limit, Settings, Setup, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
 
 use super::judge::{JudgeArgs, NO_ERROR, NO_PROOF, PROOF};
 use super::out::{OutArgs, RESULTS};
+use super::run_tables::{EVENTS, tables, write_table, write_tables};
 use super::samples::SampleArgs;
 use super::share::VaryArgs;
 use super::told::Told;
 use super::{CaseArgs, complete, memory, out, report};
 
-const TRAJECTORY: &str = "trajectory.csv";
-const RESIDUALS: &str = "residuals.csv";
-const BRANCHES: &str = "branches.csv";
-const SAMPLES: &str = "samples.csv";
-const SENSITIVITY: &str = "sensitivity.csv";
-const GROWTH: &str = "growth.csv";
-const EVENTS: &str = "events.csv";
 const UNTIL_FAILURE: &str = "until_failure.csv";
 
 #[derive(Debug, Clone, Args)]
@@ -197,8 +186,9 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
     let start = Instant::now();
-    let radii = judged.proof.as_ref().map_or(&[][..], |proof| &proof.events);
-    write_tables(&files, &tables, &|name, out| write_table(name, out, case, (&run, radii), args.every))?;
+    write_tables(&files, &tables, &|name, out| {
+        write_table(name, out, case, (&run, judged.proof.as_ref()), args.every)
+    })?;
     let title = args.case.headed(case.title.as_deref());
     let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
     files.write_text(SUMMARY, &json)?;
@@ -291,7 +281,7 @@ fn to_standard_output<S: Real>(
     args.judge.warn(case, setup, &run, args.case.quiet);
     let mut out = out::for_data()?;
     if args.samples.samples_only {
-        write_samples(out, run.line.geometry().names(), &run.samples, run.line.digits)?;
+        write_samples(out, run.line.geometry().names(), (&run.samples, &[]), run.line.digits)?;
     } else {
         std::io::copy(&mut table.finish().context("cannot write a temporary file")?, &mut out)?;
         out.flush()?;
@@ -320,44 +310,6 @@ fn explained<S: Real>(none: NoRun<S>, args: &RunArgs, setup: &Setup<S>) -> anyho
     }
 }
 
-/// The tables of a run, which keeps its nodes or not, and takes samples or not.
-pub(super) fn tables(case: &Case, has_nodes: bool, has_samples: bool) -> Vec<&'static str> {
-    let settings = &case.settings;
-    let all = [
-        (TRAJECTORY, has_nodes),
-        (RESIDUALS, has_nodes),
-        (BRANCHES, has_nodes && settings.system == System::Doubled),
-        (SAMPLES, has_samples),
-        (SENSITIVITY, has_nodes && settings.sensitivity),
-        (GROWTH, has_nodes && settings.sensitivity),
-        (EVENTS, !case.events.is_empty()),
-    ];
-    all.into_iter().filter(|(_, is_wanted)| *is_wanted).map(|(name, _)| name).collect()
-}
-
-/// Writes one of these tables.
-pub(super) fn write_table<S: Real>(
-    name: &str,
-    out: &File,
-    case: &Case,
-    (run, radii): (&Run<S>, &[Option<Vec<f64>>]),
-    every: usize,
-) -> csv::Result<()> {
-    let (line, names) = (&run.line, run.line.geometry().names());
-    match name {
-        TRAJECTORY => write_nodes(out, &run.parts(), every, trajectory),
-        RESIDUALS => write_nodes(out, &run.parts(), every, residuals),
-        BRANCHES => write_nodes(out, &run.parts(), every, branches),
-        SAMPLES => write_samples(out, names, &run.samples, line.digits),
-        SENSITIVITY => write_sensitivity(out, line),
-        GROWTH => write_growth(out, line),
-        _ => {
-            let format = (line.digits, case.settings.is_judged_on_its_way());
-            write_events(out, names, &case.event_names(), (&run.events, radii), format)
-        }
-    }
-}
-
 /// Solves, with a spinner if standard error is a terminal. Returns also the seconds in the solver.
 fn solved<S: Real>(
     case: &Case,
@@ -376,24 +328,4 @@ fn solved<S: Real>(
     let result = run::run(case, setup, wanted);
     spinner.finish_and_clear();
     result
-}
-
-/// Writes the tables, in parallel: at a million nodes that is most of the work that is left after the solve.
-pub(super) fn write_tables(
-    files: &OutputSet,
-    tables: &[&str],
-    write: &(dyn Fn(&str, &File) -> csv::Result<()> + Sync),
-) -> anyhow::Result<()> {
-    let write = |name: &str| files.write_table(name, |out| write(name, out));
-    let Some((first, others)) = tables.split_first() else { return Ok(()) };
-    scope(|scope| {
-        let spawned = |table| (table, Builder::new().spawn_scoped(scope, move || write(table)));
-        let others: Vec<_> = others.iter().copied().map(spawned).collect();
-        let first = write(first);
-        others.into_iter().fold(first, |before, (table, thread)| match thread {
-            Ok(thread) => before.and(thread.join().expect("writing a table does not panic")),
-            // Where there is no room for a thread, one table follows the other.
-            Err(_) => before.and(write(table)),
-        })
-    })
 }

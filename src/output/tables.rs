@@ -44,17 +44,38 @@ pub fn write_nodes<S: Real>(
     Ok(())
 }
 
-/// Writes `samples.csv`. Extended numbers have `digits` significant digits.
+/// Writes `samples.csv`. Extended numbers have `digits` significant digits. If there are `radii`, by how much each
+/// coordinate is proved to be off at most comes last, and is empty where nothing is proved.
 ///
 /// # Errors
 /// If `out` cannot be written.
 pub fn write_samples<S: Real>(
     out: impl Write,
     names: &[String],
-    samples: &[Sample<S>],
+    (samples, radii): (&[Sample<S>], &[Option<Vec<f64>>]),
     digits: u32,
 ) -> csv::Result<()> {
-    write_rows(out, digits, state_header(names), samples.iter().map(numbers))
+    if !radii.iter().any(Option::is_some) {
+        return write_rows(out, digits, state_header(names), samples.iter().map(numbers));
+    }
+    let mut writer = Writer::from_writer(out);
+    writer.write_record(state_header(names).into_iter().chain(names.iter().map(radius_of)))?;
+    for (k, sample) in samples.iter().enumerate() {
+        let own = numbers(sample).map(|number| number.to_decimal(digits));
+        writer.write_record(own.chain(radius_cells::<S>(radii.get(k), names.len(), digits)))?;
+    }
+    Ok(writer.flush()?)
+}
+
+/// The column of a proved bound.
+fn radius_of(name: &String) -> String {
+    format!("{name}_radius")
+}
+
+/// So many cells of proved bounds.
+fn radius_cells<S: Real>(radii: Option<&Option<Vec<f64>>>, count: usize, digits: u32) -> impl Iterator<Item = String> {
+    let cell = move |radius: f64| if radius.is_nan() { String::new() } else { S::from(radius).to_decimal(digits) };
+    (0..count).map(move |place| radii.and_then(Option::as_ref).map_or_else(String::new, |of| cell(of[place])))
 }
 
 /// The columns of `events.csv` behind the name of the event: those of `samples.csv` and, of runs that are judged on
@@ -78,17 +99,14 @@ pub fn write_events<S: Real>(
     (digits, is_judged): (u32, bool),
 ) -> csv::Result<()> {
     let has_radii = radii.iter().any(Option::is_some);
-    let proved = std::iter::once("gamma").chain(names.iter().map(String::as_str)).filter(|_| has_radii);
-    let proved = proved.map(|name| format!("{name}_radius"));
-    let header = std::iter::once("event".to_owned()).chain(event_header(names, is_judged)).chain(proved);
+    let proved = std::iter::once(&"gamma".to_owned()).chain(names).filter(|_| has_radii).map(radius_of).collect();
+    let header = [vec!["event".to_owned()], event_header(names, is_judged), proved].concat();
     let mut writer = Writer::from_writer(out);
     writer.write_record(header)?;
-    let cell = |radius: f64| if radius.is_nan() { String::new() } else { S::from(radius).to_decimal(digits) };
     for (k, crossing) in crossings.iter().enumerate() {
         let name = events[crossing.watch].to_owned();
-        let radii = radii.get(k).and_then(Option::as_ref);
-        let proved =
-            (0..=names.len()).filter(|_| has_radii).map(|place| radii.map_or_else(String::new, |of| cell(of[place])));
+        let count = if has_radii { names.len() + 1 } else { 0 };
+        let proved = radius_cells::<S>(radii.get(k), count, digits);
         writer.write_record(std::iter::once(name).chain(crossing.cells(digits, is_judged)).chain(proved))?;
     }
     Ok(writer.flush()?)

@@ -54,6 +54,14 @@ impl Goal {
         Self::Value { unknown, value: Extended::ZERO, sign, about: f64::NAN }
     }
 
+    /// Its length and what that is off by, if it is one.
+    pub(super) fn exact_length(&self) -> (Extended, f64) {
+        match self {
+            Self::Length(length) => (*length, length.to_f64() * OFF),
+            Self::Value { .. } => (Extended::ZERO, 0.0),
+        }
+    }
+
     /// About how long the motion is.
     pub(super) fn length(&self) -> f64 {
         match self {
@@ -122,7 +130,7 @@ pub(super) fn way(modes: &[f64], length: f64, h: f64) -> f64 {
 
 /// The unknowns at the end of the motion, and γ − γ_i there, with their radii.
 pub(super) struct End {
-    unknowns: Vec<(Extended, f64)>,
+    pub(super) unknowns: Vec<(Extended, f64)>,
     pub(super) gamma: (Extended, f64),
 }
 
@@ -232,17 +240,15 @@ fn moved(start: Extended, rate: Extended, (gamma, radius): (Extended, f64)) -> (
     (start + rate * gamma, off * UP)
 }
 
-/// The coordinates at the end, in their order.
+/// The coordinates after a length of γ, in their order, with the values of unknowns there.
 pub(super) fn coordinates(
     motion: &Motion<'_>,
     equations: &Equations<'_>,
-    goal: &Goal,
-    end: Option<&End>,
+    gamma: (Extended, f64),
+    unknowns: &[(Extended, f64)],
 ) -> Vec<Coordinate> {
-    let gamma = end.map_or((Extended::ZERO, 0.0), |end| end.gamma);
     let results = motion.results();
-    let gamma = if let Goal::Length(length) = goal { (*length, length.to_f64() * OFF) } else { gamma };
-    let unknowns = end.iter().flat_map(|end| end.unknowns.iter().zip(&equations.of));
+    let unknowns = unknowns.iter().zip(&equations.of);
     let positions = unknowns.filter(|(_, (coordinate, is_momentum))| !is_momentum && *coordinate < results);
     let found = positions.map(|(&(value, radius), &(coordinate, _))| Coordinate {
         coordinate,

@@ -1,8 +1,14 @@
 //! Each lemma of a window by itself, on Hénon and Heiles' motion written out by hand: what is bounded is computed in
 //! another way, and is never above the bound, nor far below it where the bound is to be sharp.
 
+use super::approximate::Approximate;
+use super::defect::Defect;
+use super::ellipse::Ellipse;
 use super::matrices::{Matrices, inverse};
+use super::proved::Proved;
+use super::set::Set;
 use super::tests::henon_heiles;
+use super::window::Prover;
 use super::*;
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;

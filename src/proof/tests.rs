@@ -36,7 +36,10 @@ impl Scene {
         let geometry: Geometry<Extended> = Geometry::new(&self.text).unwrap();
         let start = self.start(&geometry);
         let until = Until::Length(self.numbers(self.length)[0]);
-        prove(&Motion { geometry: &geometry, start: &start, unused: None, until, watched: &[] }, &mut |_| true)
+        prove(
+            &Motion { geometry: &geometry, start: &start, unused: None, until, watched: &[], samples: &[] },
+            &mut |_| true,
+        )
     }
 }
 

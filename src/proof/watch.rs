@@ -12,8 +12,10 @@ use super::tables::UP;
 use super::{Motion, Reason, Watched};
 use crate::geometry::Direction;
 
-/// A window is halved so many times to find where a value is 0.
+/// A window is halved so many times to find where a value is 0, and looked at in no more than so many places: a value
+/// may be 0 on all of it.
 const HALVINGS: usize = 24;
+const MOST_LOOKS: usize = 1024;
 
 /// A formula that is watched, with the side of 0 that it is on at the start of the next window.
 struct Watch {
@@ -103,11 +105,13 @@ impl Watches {
     /// Goes to the end of a window, just before which this one is met, if one is.
     pub(super) fn take(&mut self, met: Option<usize>, equations: &Equations<'_>, set: &Set, proved: &Proved) {
         for (place, watch) in self.0.iter_mut().enumerate() {
-            let way = Seen::new(equations, set, proved, watch.unknown).last_way();
+            let seen = Seen::new(equations, set, proved, watch.unknown);
+            let parts = seen.parts();
+            let way = parts.last().and_then(|&part| seen.way_on(part));
             watch.side = match way {
                 way if met == Some(place) => Side::Leaves(way),
                 Some(way) => Side::Of(way),
-                None => watch.side,
+                None => seen.side_at_start(&parts, watch.side),
             };
         }
     }
@@ -157,15 +161,16 @@ impl<'w> Seen<'w> {
     /// Where it may be 0, in order: no two of these parts touch each other.
     fn parts(&self) -> Vec<Part> {
         let mut parts: Vec<Part> = Vec::new();
-        let mut left = vec![(0.0, self.proved.h, 0)];
+        let (mut left, mut looks) = (vec![(0.0, self.proved.h, 0)], 0);
         while let Some((from, to, halvings)) = left.pop() {
+            looks += 1;
             let middle = 0.5 * (from + to);
             let most = (self.fastest * (to - from) * 0.5 + self.room) * UP * UP;
             // A comparison that is false for NaN.
             if self.value(middle).abs() > most {
                 continue;
             }
-            if halvings < HALVINGS {
+            if halvings < HALVINGS && looks < MOST_LOOKS {
                 left.extend([(middle, to, halvings + 1), (from, middle, halvings + 1)]);
             } else {
                 match parts.last_mut().filter(|last| last.to == from) {
@@ -187,8 +192,9 @@ impl<'w> Seen<'w> {
     /// The parts in which the value passes 0 once on its way from `side`, each with the side behind it. A value that is
     /// at 0 at the start leaves it there and passes nothing. `None` if it is not known.
     fn passed(&self, side: Side) -> Option<Vec<(Part, f64)>> {
-        let (mut side, mut passed) = (side, Vec::new());
-        for part in self.parts() {
+        let parts = self.parts();
+        let (mut side, mut passed) = (self.side_at_start(&parts, side), Vec::new());
+        for part in parts {
             let way = self.way_on(part)?;
             match side {
                 Side::Leaves(to) if part.from == 0.0 && to.is_none_or(|to| to == way) => {}
@@ -200,9 +206,16 @@ impl<'w> Seen<'w> {
         Some(passed)
     }
 
-    /// The way that the value goes on the last part.
-    fn last_way(&self) -> Option<f64> {
-        self.parts().last().and_then(|&part| self.way_on(part))
+    /// What is known of the side at the start: a value that was at 0 may have left it.
+    fn side_at_start(&self, parts: &[Part], side: Side) -> Side {
+        let is_beside = parts.first().is_none_or(|part| part.from > 0.0);
+        match side {
+            Side::Leaves(to) if is_beside => {
+                let here = self.value(0.0).signum();
+                if to.is_none_or(|to| to == here) { Side::Of(here) } else { side }
+            }
+            _ => side,
+        }
     }
 
     /// The end in a part where it passes 0 to `side`.

@@ -94,6 +94,9 @@ pub struct ProofOfRun {
     /// For each event of the run by how much its γ and coordinates may be off, as far as that is proved.
     #[serde(skip)]
     pub events: Vec<Option<Vec<f64>>>,
+    /// For each sample by how much its coordinates may be off, as far as that is proved.
+    #[serde(skip)]
+    pub samples: Vec<Option<Vec<f64>>>,
     /// γ until where windows are proved.
     pub reached: f64,
     /// The number of windows.
@@ -175,11 +178,13 @@ pub fn prove_run<S: Real>(
 ) {
     let setup: Setup<Extended> = case.setup();
     let length = run.line.signed(run.line.gamma_f() - S::from(setup.gamma_i.to_f64())).to_f64();
+    let samples = events::places(&setup, run);
     let found = until(case, &setup).map(|until| {
         let mut attempt = |finds: bool| {
             let Watching { geometry, start, watched, formulas } = Watching::new(case, &setup, finds);
             let unused = case.is_lifted().then(|| setup.place.start.q.len() - 1);
-            let motion = Motion { geometry: &geometry, start: &start, unused, until, watched: &watched };
+            let motion =
+                Motion { geometry: &geometry, start: &start, unused, until, watched: &watched, samples: &samples };
             let mut is_costly = false;
             let proof = prove(&motion, &mut |progress| {
                 is_costly = is_too_costly(progress, length, most);
@@ -218,6 +223,7 @@ impl ProofOfRun {
             ended_by: None,
             ends: Vec::new(),
             events: Vec::new(),
+            samples: Vec::new(),
             reached: gamma_i,
             windows: 0,
             seconds: 0.0,
@@ -289,6 +295,7 @@ fn of_run<S: Real>(
         ended_by,
         ends: proof.end.iter().flatten().map(of).collect(),
         events,
+        samples: events::of_samples(setup, run, &proof.samples),
         reached: setup.gamma_i.to_f64() + sign * proof.reached,
         windows: proof.windows,
         seconds: proof.seconds,

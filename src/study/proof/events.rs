@@ -1,4 +1,4 @@
-//! The formulas that a proof watches, and what it says of the events of a run.
+//! The formulas that a proof watches, and what it says of the events and the samples of a run.
 
 use std::sync::Arc;
 
@@ -7,9 +7,10 @@ use crate::case::{Case, WatchedFormula};
 use crate::diagnostics::verdict::Reason;
 use crate::geometry::{Geometry, Start};
 use crate::number::{Extended, Real};
-use crate::proof::{Event, Watched};
+use crate::proof::{Coordinate, Event, Watched};
 use crate::solve::{Place, Setup};
 use crate::study::run::Run;
+use crate::trajectory::Sample;
 
 /// The space-time and the start of a motion with the formulas that are watched as further coordinates.
 pub(super) struct Watching<'c> {
@@ -71,20 +72,47 @@ pub(super) fn radii<S: Real>(
     Ok(radii)
 }
 
-/// By how much the event `k` of a run is off at most.
+/// By how much the event `k` of a run is off at most: γ, and then every coordinate.
 fn radius<S: Real>(setup: &Setup<Extended>, run: &Run<S>, k: usize, proved: &Event) -> Vec<f64> {
     let sample = &run.events[k].sample;
-    // The difference of two extended numbers, and the number that is printed for the one of the run.
-    let off = |own: S, value: Extended, radius: f64| {
-        let own = extended(own);
-        let rounded = if S::IS_EXTENDED { 0.0 } else { f64::EPSILON * own.abs().to_f64() };
-        ((own - value).abs().to_f64() + radius + rounded) * (1.0 + 8.0 * f64::EPSILON)
-    };
     let (length, radius) = proved.gamma;
     let gamma = if setup.is_backward { setup.gamma_i - length } else { setup.gamma_i + length };
-    let of = |a: usize| {
-        let of = proved.coordinates.iter().find(|found| found.coordinate == a);
+    let of_gamma = off(sample.gamma, gamma, radius);
+    std::iter::once(of_gamma).chain(coordinates_off(setup, sample, &proved.coordinates)).collect()
+}
+
+/// By how much a number of a run is off at most, which is printed as a double, or in all its digits.
+fn off<S: Real>(own: S, value: Extended, radius: f64) -> f64 {
+    let own = extended(own);
+    let rounded = if S::IS_EXTENDED { 0.0 } else { f64::EPSILON * own.abs().to_f64() };
+    ((own - value).abs().to_f64() + radius + rounded) * (1.0 + 8.0 * f64::EPSILON)
+}
+
+/// By how much the coordinates of a sample are off at most; NaN for those of which nothing is proved.
+fn coordinates_off<'p, S: Real>(
+    setup: &'p Setup<Extended>,
+    sample: &'p Sample<S>,
+    proved: &'p [Coordinate],
+) -> impl Iterator<Item = f64> + use<'p, S> {
+    (0..sample.q.len()).map(move |a| {
+        let of = proved.iter().find(|found| found.coordinate == a);
         of.map_or(f64::NAN, |of| off(sample.q[a], of.value + setup.origin_of(a), of.radius))
+    })
+}
+
+/// γ − γ_i of the samples of a run, if they are in order.
+pub(super) fn places<S: Real>(setup: &Setup<Extended>, run: &Run<S>) -> Vec<Extended> {
+    let length = |sample: &Sample<S>| {
+        let way = extended(sample.gamma) - setup.gamma_i;
+        if setup.is_backward { -way } else { way }
     };
-    std::iter::once(off(sample.gamma, gamma, radius)).chain((0..sample.q.len()).map(of)).collect()
+    let places: Vec<Extended> = run.samples.iter().map(length).collect();
+    if places.is_sorted() && places.first().is_none_or(|first| *first >= Extended::ZERO) { places } else { Vec::new() }
+}
+
+/// By how much the coordinates of each sample of a run may be off at its γ, as far as that is proved.
+pub(super) fn of_samples<S: Real>(setup: &Setup<Extended>, run: &Run<S>, proved: &[Vec<Coordinate>]) -> Radii {
+    let samples = run.samples.iter().enumerate();
+    let of = |(k, sample): (usize, _)| Some(coordinates_off(setup, sample, proved.get(k)?.as_slice()).collect());
+    samples.map(of).collect()
 }

@@ -122,7 +122,9 @@ impl Tally {
         let ends = below(random, 2) == 0;
         let watched = [Watched { direction, off, ends }];
         let until = Until::Length(length);
-        let motion = Motion { geometry: &geometry, start: &begin, unused: None, until, watched: &watched };
+        let samples: Vec<Extended> = [0.0, 0.11, 0.52, 0.9].map(|part| length * Extended::from(part)).to_vec();
+        let motion =
+            Motion { geometry: &geometry, start: &begin, unused: None, until, watched: &watched, samples: &samples };
         let what = format!("{what}: {}, {direction:?}", looked.text);
         let mut met = looked.met(&reference, length, norm);
         let is_ended = ends && !met.is_empty();
@@ -131,6 +133,11 @@ impl Tally {
         self.draws += 1;
         for proof in [prove(&motion, &mut |_| true), prove_finer(&motion, &mut |_| true)] {
             self.see(&what, &proof, &reference, (&met, is_ended, end));
+            for (found, &place) in proof.samples.iter().zip(&samples) {
+                self.compare(&what, found, &reference.at(place), 1e4 * reference.error_estimate());
+            }
+            let before_end = samples.iter().filter(|place| **place < end).count();
+            assert!(proof.end.is_err() || proof.samples.len() >= before_end, "{what}");
         }
     }
 
@@ -251,6 +258,8 @@ fn ends_at_events_are_those_of_closed_forms() {
 fn what_is_grazed_or_met_together_is_not_proved() {
     for (rest, reason) in [
         ("grid.until = \"x + 1\"", Reason::Grazed),
+        // It is 0 all the way.
+        ("grid.until = \"x^2 + x_dot^2 - 1\"", Reason::Grazed),
         (
             "events.a = { when = \"x - 0.5\", until = true }\nevents.b = { when = \"2*x - 1\", until = true }",
             Reason::Together,

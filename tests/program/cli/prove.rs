@@ -123,6 +123,33 @@ fn a_run_with_an_accuracy_proves_itself_where_that_takes_little() {
     assert!(!rows.contains("proof_status") && !rows.contains("proved"), "{rows}");
 }
 
+/// An oscillator, x = cos t, whose values at 0.5 and events at x = 0.5 are known.
+#[test]
+fn samples_and_events_of_a_proved_run_have_radii() {
+    let folder = Folder::new();
+    folder.write(
+        "cos.toml",
+        "particle.law = \"newtonian\"\npotential.formula = \"x^2/2\"\ninitial = { x = 1.0, x_dot = 0.0 }\n\
+         grid.t_f = 12.0\nsolver.accuracy = 1e-9\nevents.half = { when = \"x - 0.5\" }\n",
+    );
+    run(&folder, "cos.toml --sample-t 0:12:0.5");
+    let radius = |table: &str, columns: [&str; 2], exact: &dyn Fn(usize) -> f64| {
+        let rows = folder.table(&format!("out/{table}"));
+        let [value, radius] = columns.map(|column| rows.numbers(column));
+        for (k, (value, radius)) in value.iter().zip(&radius).enumerate() {
+            let off = (value - exact(k)).abs();
+            assert!(off <= *radius && *radius < 1e-10, "{table} {columns:?} {k}: {off:e} of {radius:e}");
+        }
+        value.len()
+    };
+    let place = |k: usize| (6 * (k / 2) + if k.is_multiple_of(2) { 1 } else { 5 }) as f64 * std::f64::consts::PI / 3.0;
+    assert_eq!(radius("samples.csv", ["x", "x_radius"], &|k| (0.5 * k as f64).cos()), 25);
+    assert_eq!(radius("events.csv", ["gamma", "gamma_radius"], &place), 4);
+    assert_eq!(radius("events.csv", ["x", "x_radius"], &|_| 0.5), 4);
+    run(&folder, "cos.toml --sample-t 0:12:0.5 --no-prove");
+    assert!(!folder.read("out/samples.csv").contains("radius") && !folder.read("out/events.csv").contains("radius"));
+}
+
 #[test]
 fn what_a_proof_may_take_unasked_is_a_count_and_the_reason_says_so() {
     let folder = Folder::new();

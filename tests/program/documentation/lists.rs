@@ -134,7 +134,8 @@ fn columns_keys_and_files_are_those_that_the_pages_list() {
                 let places = [("<q>", names), ("<c>", ignorable), ("<name>", invariants)];
                 let places = [&places[..], &of_search].concat();
                 let is_header = |row: &Vec<String>| expanded(&row[1], &places).join(",") == header;
-                let kinds = ["", " of a scene", " of the strong form", " to an accuracy or with a tolerance"]
+                const PROVED: &str = " of a run that is proved";
+                let kinds = ["", " of a scene", " of the strong form", " to an accuracy or with a tolerance", PROVED]
                     .map(|kind| format!("{name}{kind}"));
                 let mut of_table = rows.iter().filter(|row| row.len() == 2 && kinds.contains(&row[0]));
                 assert!(of_table.any(is_header), "{command}: {name} has {header}");
