@@ -192,7 +192,7 @@ impl Case {
         let (text, rounding) = (&self.geometry_text, rounding(self.settings.digits));
         let start = scenery::start(text, geometry, &self.initial, rounding, Some(self.is_double));
         let mut start = start.unwrap_or_else(|none| panic!("a valid case has a start: {none:?}"));
-        if self.is_of_x {
+        if self.counts_from_start() {
             start.q[0] = S::ZERO;
         }
         start

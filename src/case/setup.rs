@@ -214,7 +214,7 @@ impl Case {
     }
 
     /// Returns true if t counts from the start inside: in a case of x, unless formulas of the case's own see it.
-    fn counts_from_start(&self) -> bool {
+    pub(super) fn counts_from_start(&self) -> bool {
         let sees_t = !self.events.is_empty() || !self.invariants.is_empty() || self.axes.is_some();
         self.is_of_x && !sees_t && self.grid.until.is_none()
     }

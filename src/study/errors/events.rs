@@ -76,8 +76,8 @@ pub(crate) fn passed<S: Real>(events: &[Crossing<S>], run: &OfRun, ends: impl Fn
 /// The events of a run with the one that ended it, if one did: once, and at the end. Where a force that jumps holds the
 /// motion there, rounding may send it to and fro before.
 pub(crate) fn ended_once<S: Real>(case: &Case, mut events: Vec<Crossing<S>>, line: &WorldLine<S>) -> Vec<Crossing<S>> {
-    let mut until = (case.events.iter().enumerate()).filter(|(_, event)| event.until).map(|(watch, _)| watch);
-    let Some(watch) = line.ended_by.and_then(|place| until.nth(place)) else { return events };
+    let ending = line.ended_by.and_then(|place| case.watched_formulas().nth(place));
+    let Some(watch) = ending.and_then(|formula| formula.event) else { return events };
     let Ok(sample) = Sampler::new(line).at_gamma(line.gamma_f()) else { return events };
     let end = sample.gamma.to_f64();
     let near = (1.0 - WHOLE) * (end - line.gamma_i.to_f64()).abs();

@@ -225,13 +225,12 @@ fn maxima<S: Real>(case: &Case, line: &WorldLine<S>, diagnostics: &Diagnostics<S
 
 /// The word for what ended a run, from the place of the formula that did.
 fn ended_by(case: &Case, ended_by: Option<usize>) -> &str {
-    let own = usize::from(case.grid.until.is_some());
-    let mut events = case.events.iter().filter(|event| event.until);
     match ended_by {
         None if case.grid.t_f.is_some() => "t_f",
         None => "gamma_f",
         Some(place) => {
-            place.checked_sub(own).and_then(|place| events.nth(place)).map_or("until", |event| event.name.as_str())
+            let event = case.watched_formulas().nth(place).and_then(|formula| formula.event);
+            event.map_or("until", |event| case.events[event].name.as_str())
         }
     }
 }

@@ -262,3 +262,18 @@ fn the_share_of_the_acceleration_is_the_one_derived() {
     let found = Diagnostics::new(&solved(overrides)).of_x.unwrap().deviation;
     assert!((found / largest - 1.0).abs() < 1e-5, "{found} and {largest}");
 }
+
+/// Nothing depends on t, so that a start at another time ends at another time, and where it did.
+#[test]
+fn events_and_invariants_do_not_change_the_time_of_the_start() {
+    let start = "initial={t=0.7,x=-0.271,t_dot=1.23,x_dot=-0.232} particle.c=3.0 grid={t_f=3.0} solver.accuracy=1e-10";
+    let plain = solved(start);
+    for with in ["events.e.when=x-5", "invariants.e=\"x\"", "plot={x=\"t\",y=\"x\"}", "grid.until=x-5"] {
+        let other = solved(&format!("{start} {with}"));
+        for a in 0..2 {
+            let [one, two] = [&plain, &other].map(|line| line.end().q[a]);
+            assert!((one - two).abs() < 1e-9, "{with}: {one} {two}");
+        }
+        assert_eq!(other.end().q[0], 3.0, "{with}");
+    }
+}

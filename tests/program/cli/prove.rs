@@ -233,3 +233,24 @@ fn an_interrupt_ends_the_proof_and_keeps_the_run() {
     }
     panic!("every interrupt came before the proof");
 }
+
+/// `grid.until` ends the run, and the event that may end it, too, is nothing but its start.
+#[test]
+fn what_ends_a_run_is_named_where_there_are_more_ends_than_one() {
+    let folder = Folder::new();
+    folder.write(
+        "cos.toml",
+        "particle.law = \"newtonian\"\npotential.formula = \"x^2/2\"\ninitial = { x = 1.0, x_dot = 0.0 }\n\
+         grid = { gamma_f = 5.0, until = \"t - 1\" }\nsolver.accuracy = 1e-10\n\
+         events.e = { when = \"x - 0.3\", until = true }\n",
+    );
+    for (set, ended_by, met) in [("", "grid.until", 0), ("--set events.e.when=x-0.9", "e", 1)] {
+        let (_, summary) = run(&folder, &format!("cos.toml {set}"));
+        assert_eq!(
+            (&summary["verdict"], &summary["proof"]["ended_by"]),
+            (&"proved".into(), &ended_by.into()),
+            "{summary}"
+        );
+        assert_eq!(folder.table("out/events.csv").numbers("x").len(), met, "{set}");
+    }
+}
