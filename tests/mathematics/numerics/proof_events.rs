@@ -117,6 +117,10 @@ impl Tally {
         let geometry = Geometry::watching(&case.geometry_text, &[&looked.text], norm, case.is_backward()).unwrap();
         let [q, q_dot, p] = [&start.q, &start.q_dot, &start.p];
         let (value, off) = looked.formula.enclosed([q, q_dot, p], norm, 1e-60);
+        // A formula that is constant is zero all the way.
+        if value.abs().to_f64() < 1e-25 {
+            return;
+        }
         let with = |numbers: &[Extended], one: Extended| [numbers, &[one]].concat();
         let begin = Start { q: with(q, value), q_dot: with(q_dot, Extended::ZERO), p: with(p, Extended::ZERO) };
         let ends = below(random, 2) == 0;
@@ -194,7 +198,8 @@ fn no_end_at_an_event_of_a_random_motion_is_outside_of_its_radius() {
     );
     println!("refused:\n{}", refused.join("\n"));
     assert!(met > draws / 2 && compared > 40 && largest > 1e-6, "{met} {compared} {largest}");
-    assert!(refused.len() as f64 <= 0.2 * draws as f64, "{}", refused.join("\n"));
+    // Each draw is proved twice.
+    assert!(refused.len() as f64 <= 0.1 * 2.0 * draws as f64, "{}", refused.join("\n"));
 }
 
 /// A run with its proof.
