@@ -3,7 +3,6 @@
 use pulp::Simd;
 
 use super::kernel::Evaluate;
-use super::local::larger;
 use super::rule::Order;
 use super::sizes::UNITS_OF_RATES;
 use super::system::{Linear, System, Term};
@@ -45,49 +44,24 @@ impl<const N: usize> Solver<'_, N> {
 
     /// By what rates are rounded at the start of the window. Returns true if that is more than sweeps can leave: where
     /// terms cancel, a rate may be nothing but rounding, and what it moves has no other size.
-    pub(super) fn measure_noise(&mut self, h: f64) -> bool {
-        self.measure_noise_on(h, &[])
-    }
-
-    /// The same, if the window of length `h` is solved, at places all over it: what begins at its start, as by
-    /// max(0, t - 2)^2, is rounded most at its end.
-    pub(super) fn measure_noise_of_solved(&mut self, h: f64) -> bool {
-        let n = self.rule.points();
-        self.measure_noise_on(h, &[n / 4, n / 2, n - 1])
-    }
-
-    /// By what rates are rounded at the start of the window and at these nodes.
     #[cold]
     #[inline(never)]
-    fn measure_noise_on(&mut self, h: f64, nodes: &[usize]) -> bool {
+    pub(super) fn measure_noise(&mut self, h: f64) -> bool {
         let (geometry, momenta) = (self.geometry, &self.initial.p);
-        let mut linear = self.linear.take().unwrap_or_else(|| Box::new(Linear::new(geometry, momenta)));
-        for (k, &unknown) in linear.unknowns.iter().enumerate() {
-            let mut places = [self.rows[k].start.high; 8];
-            places.iter_mut().zip(nodes).for_each(|(place, &node)| *place = self.unknown_nodes(k).0[node]);
-            linear.registers[unknown] = Nodes(places);
+        let linear = self.linear.get_or_insert_with(|| Box::new(Linear::new(geometry, momenta)));
+        for (row, &unknown) in self.rows.iter().zip(&linear.unknowns) {
+            linear.registers[unknown] = Nodes([row.start.high; 8]);
         }
         Level::Best.dispatch(Evaluate { registers: &mut linear.registers, steps: linear.steps });
-        // From by how much unknowns are off besides the rounding of their values.
-        let level = |terms: &[Term], row: usize, off: &[f64]| {
-            let at = |place: usize| {
-                let of = terms.iter().filter(|term| term.row == row).map(|term| {
-                    let value = linear.registers[linear.unknowns[term.column]].0[place];
-                    let off = UNITS_OF_RATES * f64::EPSILON * value.abs() + off.get(term.column).unwrap_or(&0.0);
-                    (term.factor * linear.registers[term.register].0[place]).abs() * off
-                });
-                of.sum::<f64>()
-            };
-            (0..8).map(at).fold(0.0, larger)
+        let level = |terms: &[Term], row: usize| {
+            let of = terms.iter().filter(|term| term.row == row);
+            let sum = of.map(|term| {
+                (term.factor * linear.registers[term.register].0[0] * self.rows[term.column].start.high).abs()
+            });
+            UNITS_OF_RATES * f64::EPSILON * sum.sum::<f64>()
         };
-        let own: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row, &[])).collect();
-        // Noise of a force moves the nodes of its momentum, and velocities with it. Accelerations are integrated twice,
-        // which leaves of noise less than of rounding.
-        let is_first = self.system.order == Order::First;
-        let moved: Vec<f64> = own.iter().map(|noise| if is_first { h * noise } else { 0.0 }).collect();
-        let noise: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row, &moved)).collect();
-        let of_ways: Vec<f64> = (0..self.ways.len()).map(|j| level(&linear.rates, j, &[])).collect();
-        self.linear = Some(linear);
+        let noise: Vec<f64> = (0..self.rows.len()).map(|row| level(&linear.rows, row)).collect();
+        let of_ways: Vec<f64> = (0..self.ways.len()).map(|j| level(&linear.rates, j)).collect();
         let (m, is_second) = (self.rows.len() / 2, self.system.order == Order::Second);
         let power = self.system.order.power_of(h);
         let mut matters = false;

@@ -126,7 +126,7 @@ impl Adaptive<'_> {
     /// enough for it.
     fn leave_out_noise(&mut self, local: &mut LocalErrors, length: f64) {
         let solver = &mut self.lent.solver;
-        if solver.measure_noise_of_solved(length) {
+        if !solver.is_noisy && solver.measure_noise(length) {
             *local = solver.measured(length);
         }
     }

@@ -1,6 +1,6 @@
 //! The printed reason is the reason, and what is advised helps.
 
-use geodesic_ivp::solve::{NoSolution, Status, WorldLine, solve};
+use geodesic_ivp::solve::{NoSolution, WorldLine, solve};
 
 use crate::common::parsed;
 
@@ -125,13 +125,14 @@ fn upright(a: &str, settings: &[&str]) -> Result<WorldLine, NoSolution> {
     solve(&parsed(&text, settings))
 }
 
-/// What only rounding moves is refused; beside that start the motion follows from it, and before it grows nothing is
+/// What only rounding moves is named; beside that start the motion follows from it, and before it grows nothing is
 /// wrong with rest.
 #[test]
-fn an_unstable_rest_is_refused_and_a_start_beside_it_helps() {
+fn an_unstable_rest_is_named_and_a_start_beside_it_helps() {
     let failure = upright("\"pi/2\"", &["solver.accuracy=1e-8"]).unwrap_err();
-    assert_eq!(failure.status, Status::AccuracyNotReached);
-    assert!(failure.to_string().contains("differ by more, and in the end by 2e1"), "{failure}");
+    assert_eq!(failure.reasons.of_rounding.last().map(String::as_str), Some("b"), "{failure}");
+    let advice = failure.advice();
+    assert!(failure.to_string().contains("rounding alone moves") && advice.contains("solver.floor"), "{failure}");
     let beside = upright("1.5707963", &[]).unwrap();
     assert!((beside.end().q[1] - 1.516_936_100_854_8).abs() < 1e-5, "{:?}", beside.end());
     assert!(upright("\"pi/2\"", &["grid.t_f=0.5", "solver.floor={a=1e-3,b=1e-3}"]).is_ok());

@@ -234,7 +234,7 @@ fn momenta_that_the_metric_has_rounded_are_in_the_error() {
 #[test]
 fn what_rests_at_zero_is_moved_by_the_tail_of_a_pulse() {
     let (height, place, length) = (0.3, 5.2, 9.0);
-    for width in [0.3, 0.1, 0.03, 1e-3, 1e-4] {
+    for width in [0.3, 0.1, 0.03] {
         let rest = format!(
             "solver.accuracy = 1e-12\npotential.formula = \"0\"\n\
              potential.force.x = \"{height:?}*exp(-((t - {place:?})/{width:?})^2)\""
@@ -243,11 +243,11 @@ fn what_rests_at_zero_is_moved_by_the_tail_of_a_pulse() {
         is_trusted(&particle([0.0, 0.0, length], &rest), area * (length - place));
     }
     let narrow = "solver.accuracy = 1e-12\npotential.formula = \"0\"\n\
-                  potential.force.x = \"0.3*exp(-((t - 5.2)/1e-6)^2)\"\n";
-    // Its place is rounded by 4e-10 of its width.
-    assert!(solve::<f64>(&particle([0.0, 0.0, length], narrow)).is_err());
-    let area = height * 1e-6 * std::f64::consts::PI.sqrt();
-    is_trusted(&particle([0.0, 0.0, length], &format!("{narrow}solver.floor.x = 1e-3")), area * (length - place));
+                  potential.force.x = \"0.3*exp(-((t - 5.2)/1e-4)^2)\"\n";
+    let refused = solve::<f64>(&particle([0.0, 0.0, length], narrow)).unwrap_err();
+    assert!(refused.advice().contains("solver.floor"), "{refused}");
+    let area = height * 1e-4 * std::f64::consts::PI.sqrt();
+    is_trusted(&particle([0.0, 0.0, length], &format!("{narrow}solver.floor.x = 1e-6")), area * (length - place));
 }
 
 /// A bracket that is zero in decimals, times a large number, in a pulse that is a thousandth of the run. No place that
