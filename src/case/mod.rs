@@ -112,7 +112,7 @@ pub struct Case {
     pub grid: Grid,
     /// The settings by which its world-line is computed.
     pub settings: Settings,
-    /// Whether a run also proves where its motion ends; `None`: if that [costs little](crate::study::proof::FREE).
+    /// True if a run also proves where its motion ends; `None`: if that [costs little](crate::study::proof::FREE).
     pub proof: Option<bool>,
     /// Sizes of coordinates, by their index, below which an accuracy is absolute.
     floors: Vec<(usize, String)>,
