@@ -75,6 +75,15 @@ impl Case {
         self.events.iter().map(watch).collect()
     }
 
+    /// The same, and behind them `grid.until`, if there is one.
+    pub(crate) fn watches_with_until<S: Real>(&self) -> Vec<Watch<S>> {
+        let until = self.grid.until.as_ref().map(|formula| Watch {
+            formula: observable(&self.geometry_text, formula),
+            direction: Direction::Both,
+        });
+        self.watches().into_iter().chain(until).collect()
+    }
+
     /// The events that act, with their indices.
     fn acting(&self) -> impl Iterator<Item = (usize, &Event)> {
         self.events.iter().enumerate().filter(|(_, event)| !event.set.is_empty())

@@ -11,7 +11,7 @@ use crate::number::Real;
 use crate::solve::{NoSolution, Off, Setup, WorldLine, solve_window_by_window};
 use crate::study::acting::{Chains, Piece, Stopped, begins_beyond};
 use crate::study::errors::{
-    Further, OfRun, RunError, Sights, ended_once, lost_to, own_error, pair, passed, reference_error,
+    Further, OfRun, Paired, RunError, Sights, lost_to, own_error, paired, passed, reference_error,
 };
 use crate::study::facts::{coordinate_errors, facts_of_run, suspicions};
 use crate::study::proof::ProofOfRun;
@@ -83,6 +83,8 @@ pub struct Run<S: Real = f64> {
     pub missed: usize,
     /// The error of a run in which events have acted.
     pub error: Option<RunError>,
+    /// The errors of coordinates at an event that ended it, as the end of its judge tells.
+    at_end: Option<Vec<f64>>,
     /// The errors that it does not make itself.
     further: Further,
     /// Seconds spent in measuring.
@@ -261,9 +263,9 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     let further = Further::new(case, setup, &line, &measures.sights);
     further.limit(&mut line);
     let (missed, unseen) = (measures.events.missed(), measures.events.unseen());
-    let mut events = ended_once(case, measures.events.finish(&line), &line);
     let of_run = OfRun::new(before.first().map_or(&line, |(first, _)| first), &line);
-    let unpaired = of_judge.and_then(|of_judge| pair(&mut events, &of_judge, &of_run));
+    let Paired { mut events, unpaired, at_end } =
+        paired(case, &line, measures.events.finish(&line), of_judge.as_deref(), &of_run);
     if !further.is_nothing() {
         // What the run does not make itself moves events, too.
         events.iter_mut().for_each(|event| event.off = None);
@@ -277,7 +279,8 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         acting_events,
         missed: missed + passed(&events, &of_run, |watch| case.events[watch].until),
         events,
-        unpaired: unpaired.map(|watch| case.events[watch].name.clone()),
+        unpaired,
+        at_end,
         unseen: first_unseen(case, unseen, before.iter().map(|(line, _)| line).chain([&line])),
         beyond: begins_beyond(setup).map(|place| case.ending_names()[place].to_owned()),
         error,
@@ -327,6 +330,7 @@ impl<S: Real> Run<S> {
         let is_estimated = line.error_estimate.is_some() || (reference.is_none() && setup.settings.is_judged);
         let estimate = || is_estimated.then(|| own_error(setup, line, samples, self.further.noise())).flatten();
         let estimate = self.error.clone().or_else(estimate);
+        let estimate = estimate.map(|error| self.at_end.iter().fold(error, |error, end| error.with_end(end)));
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
         let known = estimate.as_ref().or(reference.as_ref());
         let facts = facts_of_run(line, diagnostics, known, contradiction);

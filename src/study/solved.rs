@@ -31,7 +31,7 @@ pub(super) fn solved<S: Real>(
         let of_judge = (!chains.coarser.is_empty()).then(|| events_of_chain(case, &chains.coarser));
         return Ok((chains, of_judge));
     }
-    let mut watches = case.watches();
+    let mut watches = case.watches_with_until();
     let is_paired = !watches.is_empty() && setup.settings.is_judged_on_its_way();
     let mut search = EventSearch::new(&mut watches);
     let mut see = |part: &WorldLine<S>| search.see(part);

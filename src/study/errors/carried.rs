@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::ends::End;
 use super::sights::Sights;
 use crate::case::Case;
 use crate::engine::{Accuracy, Handed};
@@ -37,8 +38,8 @@ pub(super) fn accuracy_beside(lost: f64) -> f64 {
 pub(super) struct Extent {
     /// |γ_f − γ_i|.
     pub(super) length: f64,
-    /// The coordinate whose value ends it, if one does.
-    pub(super) end_coordinate: Option<usize>,
+    /// What ends it.
+    pub(super) end: End,
     /// The share that slopes lose.
     pub(super) lost: f64,
 }
@@ -92,7 +93,7 @@ impl Along {
         for factor in [visible.clamp(1.0, 1.0 / f64::MIN_POSITIVE), 1.0] {
             let other = moved(geometry, &setup.rough.start, off, factor);
             let other = other.and_then(|start| Self::from(case, setup, extent, start));
-            let found = other.map(|other| compared(geometry, [base, &other.states], factor, extent.end_coordinate));
+            let found = other.map(|other| compared(geometry, [base, &other.states], factor, &extent.end));
             let is_proportional = |found: &Carried| factor * share(&found.largest, &sizes.q) <= PROPORTIONAL;
             if factor == 1.0 || found.as_ref().is_some_and(is_proportional) {
                 return found;
@@ -157,23 +158,21 @@ fn moved(geometry: &Geometry, start: &Start, off: &Off, factor: f64) -> Option<S
     Some(Start { q, q_dot, p })
 }
 
-/// What two runs differ by, of which the second one began off by `factor` times the error that is looked for. Where a
-/// run ends at a value of a coordinate, points with that value are compared.
-fn compared(geometry: &Geometry, [base, other]: [&[Start]; 2], factor: f64, end_coordinate: Option<usize>) -> Carried {
+/// What two runs differ by, of which the second one began off by `factor` times the error that is looked for. Where
+/// something else than a length ends the run, the places where it ends each are compared.
+fn compared(geometry: &Geometry, [base, other]: [&[Start]; 2], factor: f64, end_of_run: &End) -> Carried {
     let off = |one: &[f64], two: &[f64]| one.iter().zip(two).map(|(one, two)| (two - one) / factor).collect();
     let mut all: Vec<Off> =
         base.iter().zip(other).map(|(one, two)| Off { q: off(&one.q, &two.q), p: off(&one.p, &two.p) }).collect();
     let (mut last, end) = (all.pop().expect("a run has an end"), &base[base.len() - 1]);
-    if let Some(coordinate) = end_coordinate {
-        let late = last.q[coordinate] / end.q_dot[coordinate];
-        last.q.iter_mut().zip(&end.q_dot).for_each(|(off, rate)| *off -= late * rate);
-        last.p.iter_mut().zip(rates_of_momenta(geometry, end)).for_each(|(off, rate)| *off -= late * rate);
-        last.q[coordinate] = 0.0;
-    }
+    let late = end_of_run.late(&last, &end.q_dot);
+    last.q.iter_mut().zip(&end.q_dot).for_each(|(off, rate)| *off -= late * rate);
+    last.p.iter_mut().zip(rates_of_momenta(geometry, end)).for_each(|(off, rate)| *off -= late * rate);
+    end_of_run.coordinate().into_iter().for_each(|coordinate| last.q[coordinate] = 0.0);
     let largest = |a: usize| all.iter().chain([&last]).fold(0.0, |most, off| larger(most, off.q[a].abs()));
     let largest: Vec<f64> = (0..end.q.len()).map(largest).collect();
     let mut at_end = largest.clone();
-    end_coordinate.into_iter().for_each(|coordinate| at_end[coordinate] = 0.0);
+    end_of_run.coordinate().into_iter().for_each(|coordinate| at_end[coordinate] = 0.0);
     Carried { off: last, largest, end: at_end }
 }
 

@@ -3,6 +3,7 @@
 
 use super::between::{Between, PROBES, middles, own_windows};
 use super::carried::rates_of_momenta;
+use super::ends::End;
 use super::{Judge, RunError};
 use crate::diagnostics::{Extent, origin};
 use crate::engine::{Accuracy, Engine, GOOD_DIGITS, Handed, Rounds};
@@ -10,7 +11,7 @@ use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
 use crate::reference::ReferenceTrajectory;
-use crate::solve::{Limit, Place, Setup, WorldLine};
+use crate::solve::{Off, Place, WorldLine};
 use crate::study::acting::Piece;
 use crate::trajectory::{Sample, Sampler};
 
@@ -21,24 +22,6 @@ pub(super) const ACCURACY: f64 = 1e-13;
 /// allowed in any case.
 const WINDOWS: (usize, usize) = (1, 10_000);
 
-/// The coordinate whose value ended the run, if one did.
-pub(super) fn end_coordinate<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Option<usize> {
-    match setup.limit {
-        Limit::Value { coordinate, .. } if line.ended_by.is_none() => Some(coordinate),
-        _ => None,
-    }
-}
-
-/// Errors where a run ends at a value of a coordinate: all of the error is in the others.
-fn in_others<S: Real>(mut errors: Vec<f64>, end_coordinate: Option<usize>, q_dot: &[S]) -> Vec<f64> {
-    if let Some(end) = end_coordinate {
-        let late = std::mem::take(&mut errors[end]);
-        let others = errors.iter_mut().enumerate().filter(|(a, _)| *a != end);
-        others.for_each(|(a, error)| *error += late * (q_dot[a] / q_dot[end]).to_f64().abs());
-    }
-    errors
-}
-
 /// The nodes of a run, counted from its start and its origin, or samples in place of some of them.
 pub(super) struct Points<'l, S> {
     line: &'l WorldLine<S>,
@@ -48,13 +31,13 @@ pub(super) struct Points<'l, S> {
     rows: Vec<Vec<S>>,
     /// dq^a/dγ at the end.
     q_dot: Vec<S>,
-    /// The coordinate whose value ended the run, if one did. The last point is compared at that value.
-    end_coordinate: Option<usize>,
+    /// What ended the run. The last point is compared where that ends the judge as well.
+    end: End,
 }
 
 impl<'l, S: Real> Points<'l, S> {
     /// The samples before `line`, and its nodes.
-    pub(super) fn new(line: &'l WorldLine<S>, samples: &[Sample<S>], end_coordinate: Option<usize>) -> Self {
+    pub(super) fn new(line: &'l WorldLine<S>, samples: &[Sample<S>], end: End) -> Self {
         let first = line.gamma_from_start().next().unwrap_or(S::ZERO);
         let from_start = |sample: &Sample<S>| line.signed(sample.gamma - line.gamma_i);
         let mut before: Vec<&Sample<S>> = samples.iter().filter(|sample| from_start(sample) < first).collect();
@@ -70,7 +53,7 @@ impl<'l, S: Real> Points<'l, S> {
             rows: (0..line.geometry().dimension()).map(row).collect(),
             q_dot: line.end_inside().q_dot,
             line,
-            end_coordinate,
+            end,
         }
     }
 
@@ -84,31 +67,29 @@ impl<'l, S: Real> Points<'l, S> {
         place.geometry.shared(&place.start.q, &self.rows.iter().enumerate().map(far).collect::<Vec<_>>())
     }
 
-    /// By how much the last point is off at most in every coordinate, where it is off by `off` at equal γ from a
-    /// world-line with `q_dot` there. Where the value of a coordinate ended the run, points with that value are
-    /// compared: the pace of the world-line on the way there changes by about half of what it differs at both ends.
-    fn at_end(&self, off: Vec<f64>, q_dot: &[f64]) -> Vec<f64> {
-        let Some(end_coordinate) = self.end_coordinate else { return off };
-        let at = |a: usize| {
-            let pace = q_dot[a] / q_dot[end_coordinate];
-            let own = (self.q_dot[a] / self.q_dot[end_coordinate]).to_f64();
-            (off[a] - off[end_coordinate] * pace).abs() + 0.5 * off[end_coordinate].abs() * (own - pace).abs()
-        };
-        (0..off.len()).map(|a| if a == end_coordinate { 0.0 } else { at(a) }).collect()
-    }
-
-    /// By how much the momenta of the last point are off from those of `end`, where coordinates are off by `off` at
-    /// equal γ. Where the value of a coordinate ended the run, points with that value are compared.
-    fn momenta_at_end(&self, geometry: &Geometry, off: &[f64], end: &Start) -> Vec<f64> {
-        let late = self.end_coordinate.map_or(0.0, |a| off[a] / end.q_dot[a]);
+    /// By how much the last point is off at most in every coordinate, and in every momentum, where coordinates are off
+    /// by `off` at equal γ from a world-line that is at `end` there. Where a value or an event ended the run, the place
+    /// of the judge's own end is compared: its pace on the way there changes by about half of what it differs at both
+    /// ends.
+    fn at_end(&self, geometry: &Geometry, off: Vec<f64>, end: &Start) -> [Vec<f64>; 2] {
         let own = self.line.end_inside().in_f64().p;
-        let rates = rates_of_momenta(geometry, end);
-        own.iter().zip(&end.p).zip(rates).map(|((own, p), rate)| (own - p - late * rate).abs()).collect()
+        let off = Off { q: off, p: own.iter().zip(&end.p).map(|(own, p)| own - p).collect() };
+        let late = self.end.late(&off, &end.q_dot);
+        let of_momenta = off.p.iter().zip(rates_of_momenta(geometry, end));
+        let of_momenta = of_momenta.map(|(off, rate)| (off - late * rate).abs()).collect();
+        let coordinate = self.end.coordinate();
+        let other_pace = |a: usize| match coordinate {
+            Some(end_at) => (self.q_dot[a] / self.q_dot[end_at]).to_f64() * end.q_dot[end_at] - end.q_dot[a],
+            None => self.q_dot[a].to_f64() - end.q_dot[a],
+        };
+        let at = |a: usize| (off.q[a] - late * end.q_dot[a]).abs() + 0.5 * (late * other_pace(a)).abs();
+        let of_places = (0..off.q.len()).map(|a| if Some(a) == coordinate { 0.0 } else { at(a) });
+        [of_places.collect(), of_momenta]
     }
 
     /// The errors of a judge that is off by this share of these sizes.
     fn own(&self, share: f64, sizes: &[f64]) -> Vec<f64> {
-        in_others(sizes.iter().map(|size| share * size).collect(), self.end_coordinate, &self.q_dot)
+        self.end.with_late(sizes.iter().map(|size| share * size).collect(), self.line)
     }
 
     /// Compares with a second solve from `place`. `None` if that does not reach the end.
@@ -151,8 +132,8 @@ impl<'l, S: Real> Points<'l, S> {
         }
         let off: Vec<f64> = self.rows.iter().zip(&end).map(|(row, q)| row[last].to_f64() - q).collect();
         let q_dot = geometry.velocities(&end, &end_p).ok()?;
-        let off_p = self.momenta_at_end(geometry, &off, &Start { q: end, q_dot: q_dot.clone(), p: end_p });
-        found.see(self.at_end(off, &q_dot));
+        let [at_end, off_p] = self.at_end(geometry, off, &Start { q: end, q_dot, p: end_p });
+        found.see(at_end);
         let (estimate, sizes) = (engine.error_estimate()?, engine.sizes());
         let (own, judge) = (self.own(estimate, &sizes), Judge::SecondSolve(estimate));
         Some(RunError { own, end_p: Some(off_p), judge, stepped_over: between.share(), ..found })
@@ -170,9 +151,8 @@ impl<'l, S: Real> Points<'l, S> {
         };
         (0..last).for_each(|k| found.see(off(k, &reference.at(self.gamma[k]).q)));
         let end = reference.at(*length);
-        let (off_end, at_end) = (off(last, &end.q), end.in_f64());
-        let off_p = self.momenta_at_end(&place.geometry, &off_end, &at_end);
-        found.see(self.at_end(off_end, &at_end.q_dot));
+        let [at_end, off_p] = self.at_end(&place.geometry, off(last, &end.q), &end.in_f64());
+        found.see(at_end);
         let mut between = Between::new(&place.geometry, &place.start, length.to_f64(), lost);
         if !S::IS_EXTENDED {
             between.see_points(middles(PROBES).map(|share| reference.at(*length * S::from(share)).in_f64()).collect());
@@ -252,7 +232,7 @@ pub(crate) fn chain_error(pieces: &[Piece], coarser: &[Piece], (margin, round): 
         good.iter_mut().for_each(|good| *good = good.or(Some(gamma)));
         found.see(std::iter::repeat(f64::INFINITY));
     }
-    found.see(in_others(found.end.clone(), end_coordinate(&end.setup, last), &last.end().q_dot));
+    found.see(End::new(&end.setup, last).with_late(found.end.clone(), last));
     let (distance, whole) = (relative(&found.largest), last.length);
     let stepped_over = pieces.iter().map(|piece| own_windows(&piece.setup, &piece.line, 0.0)).fold(0.0, larger);
     let least = round.error(0.0);

@@ -49,15 +49,43 @@ impl OfRun {
     }
 }
 
+/// The events of a run, and what the march or the chain that judges it has met.
+pub(crate) struct Paired<S> {
+    /// The events, with errors where they are known.
+    pub(crate) events: Vec<Crossing<S>>,
+    /// The name of the first event that only one of both has met, if there is one.
+    pub(crate) unpaired: Option<String>,
+    /// The errors of the coordinates at the end, if the zero of a formula ended the run and the judge has met that.
+    pub(crate) at_end: Option<Vec<f64>>,
+}
+
+/// Pairs the events of a run that ends with `line` with those of its judge, if it has one.
+pub(crate) fn paired<S: Real>(
+    case: &Case,
+    line: &WorldLine<S>,
+    found: Vec<Crossing<S>>,
+    of_judge: Option<&[Crossing<S>]>,
+    run: &OfRun,
+) -> Paired<S> {
+    let (ending, until) = (ending_watch(case, line), case.events.len());
+    let mut events = ended_once(found, line, ending);
+    let unpaired = of_judge.and_then(|of_judge| pair(&mut events, of_judge, run));
+    let end = events.iter().rfind(|event| Some(event.watch) == ending && event.sample.gamma == line.gamma_f());
+    let at_end = end.and_then(|event| event.off.as_ref()).map(|off| off[1..].to_vec());
+    events.retain(|event| event.watch != until);
+    let name = |watch: usize| case.events.get(watch).map_or("grid.until", |event| &event.name).to_owned();
+    Paired { events, unpaired: unpaired.map(name), at_end }
+}
+
 /// The events of a chain, with those that have acted in it.
 pub(crate) fn events_of_chain<S: Real>(case: &Case, pieces: &[Piece<S>]) -> Vec<Crossing<S>> {
-    let (mut watches, acting) = (case.watches(), case.acting_watches());
+    let (mut watches, acting) = (case.watches_with_until(), case.acting_watches());
     let (mut search, mut set) = (EventSearch::new(&mut watches), &Vec::new());
     for Piece { line, setup, acted } in pieces {
         if setup.set != *set {
             set = &setup.set;
             let case = case.with_parameters(set, &setup.rough.start.q).expect("it was solved with these numbers");
-            search.replace(&case.watches());
+            search.replace(&case.watches_with_until());
         }
         search.see(line);
         let acted: Vec<usize> = acted.iter().filter_map(|&place| acting[place]).collect();
@@ -73,11 +101,16 @@ pub(crate) fn passed<S: Real>(events: &[Crossing<S>], run: &OfRun, ends: impl Fn
     events.iter().filter(|event| ends(event.watch) && (end - event.sample.gamma.to_f64()).abs() > near).count()
 }
 
+/// The watch whose event ended a run, if one did. `grid.until` is watched behind all events.
+fn ending_watch<S: Real>(case: &Case, line: &WorldLine<S>) -> Option<usize> {
+    let formula = line.ended_by.and_then(|place| case.watched_formulas().nth(place))?;
+    Some(formula.event.unwrap_or(case.events.len()))
+}
+
 /// The events of a run with the one that ended it, if one did: once, and at the end. Where a force that jumps holds the
 /// motion there, rounding may send it to and fro before.
-pub(crate) fn ended_once<S: Real>(case: &Case, mut events: Vec<Crossing<S>>, line: &WorldLine<S>) -> Vec<Crossing<S>> {
-    let ending = line.ended_by.and_then(|place| case.watched_formulas().nth(place));
-    let Some(watch) = ending.and_then(|formula| formula.event) else { return events };
+fn ended_once<S: Real>(mut events: Vec<Crossing<S>>, line: &WorldLine<S>, ending: Option<usize>) -> Vec<Crossing<S>> {
+    let Some(watch) = ending else { return events };
     let Ok(sample) = Sampler::new(line).at_gamma(line.gamma_f()) else { return events };
     let end = sample.gamma.to_f64();
     let near = (1.0 - WHOLE) * (end - line.gamma_i.to_f64()).abs();
@@ -100,7 +133,7 @@ fn rounding<S: Real>(Sample { q, q_dot, .. }: &Sample<S>, sizes: &[f64]) -> f64 
 
 /// Says of every event of a run by how much it is off, as those of its judge tell. Returns the first that only one of
 /// the two has met, if there is one: its watch.
-pub(crate) fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>], run: &OfRun) -> Option<usize> {
+fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>], run: &OfRun) -> Option<usize> {
     let [begin, end] = run.ends;
     let length = (end - begin).abs();
     let until = if run.until >= WHOLE * length { f64::INFINITY } else { run.until };

@@ -5,8 +5,8 @@ use std::cell::OnceCell;
 
 use super::added_up::added_up;
 use super::carried::{Along, Carried, Extent, rates_of_momenta};
-use super::compare::end_coordinate;
 use super::conditioning::{FAR, Formulas, Lost};
+use super::ends::End;
 use super::evaluated::ORDINARY;
 use super::finding::{Finding, of_coordinate};
 use super::meetings::{at_start, met};
@@ -113,7 +113,7 @@ impl Further {
         let length = line.signed(line.gamma_f() - setup.gamma_i).to_f64();
         let (formulas, certified) = Formulas::new(case, setup, sights);
         let share = if let Formulas::Lost(Lost { share, .. }) = &formulas { *share } else { 0.0 };
-        let extent = Extent { length, end_coordinate: end_coordinate(setup, line), lost: share };
+        let extent = Extent { length, end: End::new(setup, line), lost: share };
         let again = OnceCell::new();
         let again = || again.get_or_init(|| Along::new(case, setup, &extent)).as_ref();
         let along = |off: &Off| again()?.carried(case, setup, &extent, off);

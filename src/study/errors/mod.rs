@@ -13,6 +13,7 @@ mod between;
 mod carried;
 mod compare;
 mod conditioning;
+mod ends;
 mod evaluated;
 mod events;
 mod finding;
@@ -24,13 +25,14 @@ mod sights;
 
 pub(crate) use compare::{chain_error, sizes_of};
 pub(crate) use conditioning::lost_to;
-pub(crate) use events::{OfRun, ended_once, events_of_chain, pair, passed};
+pub(crate) use events::{OfRun, Paired, events_of_chain, paired, passed};
 pub(crate) use further::Further;
 pub(crate) use sights::Sights;
 
 use self::between::own_windows;
 use self::carried::accuracy_beside;
-use self::compare::{ACCURACY, Points, end_coordinate};
+use self::compare::{ACCURACY, Points};
+use self::ends::End;
 use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::{Setup, WorldLine};
@@ -114,6 +116,12 @@ impl RunError {
         }
     }
 
+    /// The same, where the coordinates are off by this at the end.
+    pub(crate) fn with_end(self, end: &[f64]) -> Self {
+        let largest = self.largest.iter().zip(end).map(|(largest, end)| larger(*largest, *end)).collect();
+        Self { largest, end: end.to_vec(), ..self }
+    }
+
     /// Upper estimates of the absolute errors of the coordinates at the last node.
     pub fn at_most_at_end(&self) -> Vec<f64> {
         self.with_own(&self.end)
@@ -151,14 +159,18 @@ pub(crate) fn own_error<S: Real>(
     samples: &[Sample<S>],
     Noise { share, norm }: Noise,
 ) -> Option<RunError> {
-    let end_coordinate = end_coordinate(setup, line);
+    let end = End::new(setup, line);
     if line.error_estimate.is_some() {
         let mut found = RunError::none(line.errors.len());
         found.see(line.errors.iter().copied());
-        end_coordinate.into_iter().for_each(|end_coordinate| found.end[end_coordinate] = 0.0);
+        if let Some(coordinate) = end.coordinate() {
+            found.end[coordinate] = 0.0;
+        } else {
+            found.see(end.with_late(found.end.clone(), line));
+        }
         return Some(RunError { stepped_over: own_windows(setup, line, norm), ..found });
     }
-    let points = Points::new(line, samples, end_coordinate);
+    let points = Points::new(line, samples, end);
     let found = points.with_second_solve(&setup.rough, setup.handed(), [ACCURACY, norm]);
     // Rounding, of V say, may let no window be short enough for that.
     let coarser = larger(accuracy_beside(share), COARSER);
@@ -173,5 +185,5 @@ pub(crate) fn own_error<S: Real>(
 
 /// The same against a Taylor reference of as many digits; `None` if that does not reach the end.
 pub fn reference_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    Points::new(line, samples, end_coordinate(setup, line)).with_taylor(&setup.rough, 0.0)
+    Points::new(line, samples, End::new(setup, line)).with_taylor(&setup.rough, 0.0)
 }
