@@ -46,7 +46,7 @@ mod sweeps;
 mod world_line;
 
 pub use acting::{Change, Quantity};
-pub(crate) use beginning::{At, Beginning, Slack, noise, rounding};
+pub(crate) use beginning::{At, Beginning, OfState, Slack, noise, rounding};
 pub use continuation::{Carried, Continuation, Off};
 pub use failure::{Domain, LastEvent, Lossy, Narrow, NoSolution, Reasons};
 pub use grid::Window;

@@ -265,7 +265,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     let (missed, unseen) = (measures.events.missed(), measures.events.unseen());
     let of_run = OfRun::new(before.first().map_or(&line, |(first, _)| first), &line);
     let Paired { mut events, unpaired, at_end } =
-        paired(case, &line, measures.events.finish(&line), of_judge.as_deref(), &of_run);
+        paired(case, (&line, setup), measures.events.finish(&line), of_judge.as_deref(), &of_run);
     if !further.is_nothing() {
         // What the run does not make itself moves events, too.
         events.iter_mut().for_each(|event| event.off = None);

@@ -6,6 +6,8 @@
 
 use std::cmp::Ordering;
 
+use super::inside::{epsilon, of_inside};
+use super::late::{Late, late_at};
 use super::sampler::least;
 use super::{Sample, Sampler, slack};
 use crate::geometry::{Direction, Observable, Start};
@@ -30,18 +32,18 @@ pub struct Crossing<S = f64> {
     pub watch: usize,
     /// The world-line there.
     pub sample: Sample<S>,
+    /// By how much γ is open since the formula rounds.
+    pub late: S,
     /// By how much γ and then every coordinate may be off, if that is known.
     pub off: Option<Vec<f64>>,
 }
 
-impl<S> Crossing<S> {
+impl<S: Real> Crossing<S> {
     /// One of which nothing more is known.
     fn new(watch: usize, sample: Sample<S>) -> Self {
-        Self { watch, sample, off: None }
+        Self { watch, sample, late: S::ZERO, off: None }
     }
-}
 
-impl<S: Real> Crossing<S> {
     /// The numbers of the sample as decimals of so many digits and, of a run that is judged on its way, those of `off`,
     /// or nothing in their place.
     pub(crate) fn cells(&self, digits: u32, is_judged: bool) -> Vec<String> {
@@ -203,8 +205,8 @@ impl<'w, S: Real> EventSearch<'w, S> {
             }
             let reached = progress.reached[watch].take().filter(|_| progress.signs[watch].has_reached());
             if let Some(mut reached) = reached {
-                snap(&mut reached);
-                progress.found.push(Crossing::new(watch, reached));
+                snap(&mut reached.sample);
+                progress.found.push(reached);
             } else if progress.is_zero_at(last, watched, &last.end_inside(), side) {
                 progress.found.push(Crossing::new(watch, end.clone()));
             }
@@ -230,25 +232,6 @@ fn reach<S: Real>(line: &WorldLine<S>) -> S {
 /// A root that is closer than this to an end of the run is there.
 fn nowhere<S: Real>(line: &WorldLine<S>) -> S {
     slack::<S>(line.digits) * reach(line).max(line.gamma_i.abs())
-}
-
-/// The rounding error of 1 in a run of so many digits.
-fn epsilon<S: Real>(line: &WorldLine<S>) -> S {
-    S::EPSILON.max(S::from(0.1_f64.powi(line.digits as i32)))
-}
-
-/// A formula at the states of the solver, whose t may count from an origin, and whose motion may be the reversed one.
-fn of_inside<S: Real>(line: &WorldLine<S>, formula: &mut Observable<S>, norm: S) -> impl FnMut(&[S], &[S], &[S]) -> S {
-    let is_plain = !line.is_backward && line.origin.is_none();
-    move |q, q_dot, p| {
-        if is_plain {
-            return formula.at(q, q_dot, p, norm);
-        }
-        let state = Start { q: q.to_vec(), q_dot: q_dot.to_vec(), p: p.to_vec() };
-        let Start { mut q, q_dot, p } = line.turned(state);
-        q.iter_mut().enumerate().for_each(|(a, q)| *q += line.origin_of(a));
-        formula.at(&q, &q_dot, &p, norm)
-    }
 }
 
 /// A window of a world-line that is looked into.
@@ -291,7 +274,9 @@ struct Progress<S> {
     here: Sample<S>,
     signs: Vec<Sign<S>>,
     /// Where each formula has reached zero, if it has had no sign since.
-    reached: Vec<Option<Sample<S>>>,
+    reached: Vec<Option<Crossing<S>>>,
+    /// The rounding of each formula at its zeros.
+    late: Vec<Late<S>>,
     /// Each formula on the nodes of a window.
     seen: Vec<Seen<S>>,
     /// What windows have left open of q^a and p_a of all coordinates.
@@ -315,6 +300,7 @@ impl<S: Real> Progress<S> {
             here: Sample { gamma: line.gamma_i, q: start.q.clone(), q_dot: start.q_dot.clone(), p: start.p.clone() },
             signs: Vec::new(),
             reached: vec![None; watches.len()],
+            late: vec![Late::default(); watches.len()],
             seen: vec![Seen::default(); watches.len()],
             open: vec![S::ZERO; 2 * start.q.len()],
             found: Vec::new(),
@@ -381,12 +367,15 @@ impl<S: Real> Progress<S> {
             let none = |value: S| if is_flat && value * side <= S::ZERO { -side * S::MIN_POSITIVE } else { value };
             let place =
                 root(low, [high[0], none(high[1])], least, |place| none(within.at(&mut watched.formula, place)));
-            within.sampler.in_window(window, place)
+            let late = &mut self.late[watch];
+            let late =
+                late_at(late, (within.sampler, within.at), (&mut watched.formula, within.norm), (window, place));
+            Crossing { late, ..Crossing::new(watch, within.sampler.in_window(window, place)) }
         };
         for change in &search.changes {
             let reached = self.reached[watch].take();
             let at = change.between.map(|between| root_between(between, change.side)).or(reached);
-            self.found.extend(at.map(|sample| Crossing::new(watch, sample)));
+            self.found.extend(at);
         }
         let sign = &mut self.signs[watch];
         if let Some(between) = sign.end_window() {

@@ -25,9 +25,12 @@
 
 mod crossings;
 mod curve;
+mod inside;
+mod late;
 mod sampler;
 
 pub use crossings::{Crossing, EventSearch, Watch, crossings};
+pub(crate) use late::late_at_end;
 pub use sampler::{Coordinate, NoSamples, Sample, SampleStream, Sampler};
 
 use crate::number::Real;

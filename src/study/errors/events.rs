@@ -10,9 +10,9 @@ use crate::case::Case;
 use crate::engine::Rounds;
 use crate::number::Real;
 use crate::number::norm::larger;
-use crate::solve::WorldLine;
+use crate::solve::{Setup, WorldLine};
 use crate::study::acting::{MARGIN, Piece};
-use crate::trajectory::{Crossing, EventSearch, Sample, Sampler};
+use crate::trajectory::{Crossing, EventSearch, Sample, Sampler, late_at_end};
 
 /// The last digits of a run, relative to γ, which two runs may round alike.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
@@ -62,15 +62,17 @@ pub(crate) struct Paired<S> {
 /// Pairs the events of a run that ends with `line` with those of its judge, if it has one.
 pub(crate) fn paired<S: Real>(
     case: &Case,
-    line: &WorldLine<S>,
+    (line, setup): (&WorldLine<S>, &Setup<S>),
     found: Vec<Crossing<S>>,
     of_judge: Option<&[Crossing<S>]>,
     run: &OfRun,
 ) -> Paired<S> {
     let (ending, until) = (ending_watch(case, line), case.events.len());
-    let mut events = ended_once(found, line, ending);
+    let late = |place: usize| late_at_end(line, &setup.until[place].formula);
+    let ending = line.ended_by.zip(ending);
+    let mut events = ended_once(found, line, ending.map(|(place, watch)| (watch, late(place))));
     let unpaired = of_judge.and_then(|of_judge| pair(&mut events, of_judge, run));
-    let end = events.iter().rfind(|event| Some(event.watch) == ending && event.sample.gamma == line.gamma_f());
+    let end = events.iter().rfind(|event| ending.is_some_and(|(_, watch)| event.watch == watch) && event.sample.gamma == line.gamma_f());
     let at_end = end.and_then(|event| event.off.as_ref()).map(|off| off[1..].to_vec());
     events.retain(|event| event.watch != until);
     let name = |watch: usize| case.events.get(watch).map_or("grid.until", |event| &event.name).to_owned();
@@ -109,15 +111,19 @@ fn ending_watch<S: Real>(case: &Case, line: &WorldLine<S>) -> Option<usize> {
 
 /// The events of a run with the one that ended it, if one did: once, and at the end. Where a force that jumps holds the
 /// motion there, rounding may send it to and fro before.
-fn ended_once<S: Real>(mut events: Vec<Crossing<S>>, line: &WorldLine<S>, ending: Option<usize>) -> Vec<Crossing<S>> {
-    let Some(watch) = ending else { return events };
+fn ended_once<S: Real>(
+    mut events: Vec<Crossing<S>>,
+    line: &WorldLine<S>,
+    ending: Option<(usize, S)>,
+) -> Vec<Crossing<S>> {
+    let Some((watch, late)) = ending else { return events };
     let Ok(sample) = Sampler::new(line).at_gamma(line.gamma_f()) else { return events };
     let end = sample.gamma.to_f64();
     let near = (1.0 - WHOLE) * (end - line.gamma_i.to_f64()).abs();
     events.retain(|event| event.watch != watch || (end - event.sample.gamma.to_f64()).abs() > near);
     let behind = events.iter().rev().take_while(|event| event.sample.gamma == sample.gamma && event.watch > watch);
     let place = events.len() - behind.count();
-    events.insert(place, Crossing { watch, sample, off: None });
+    events.insert(place, Crossing { watch, sample, late, off: None });
     events
 }
 
@@ -157,7 +163,7 @@ fn pair<S: Real>(events: &mut [Crossing<S>], of_judge: &[Crossing<S>], run: &OfR
         }
         // γ has the size of what of it is behind.
         most[0] = larger(most[0], run.least * from_start(event));
-        let late = rounding(&event.sample, &run.sizes);
+        let late = larger(rounding(&event.sample, &run.sizes), larger(event.late, other.late).to_f64());
         let rates = std::iter::once(1.0).chain(event.sample.q_dot.iter().map(|rate| rate.to_f64().abs()));
         most.iter_mut().zip(rates).for_each(|(most, rate)| *most = larger(*most, rate * late));
         event.off = Some(most.clone());
@@ -177,7 +183,7 @@ mod tests {
 
     fn events(met: &[(usize, f64)]) -> Vec<Crossing> {
         let sample = |gamma: f64| Sample { gamma, q: vec![2.0 * gamma], q_dot: vec![2.0], p: vec![2.0] };
-        met.iter().map(|&(watch, gamma)| Crossing { watch, sample: sample(gamma), off: None }).collect()
+        met.iter().map(|&(watch, gamma)| Crossing { watch, sample: sample(gamma), late: 0.0, off: None }).collect()
     }
 
     fn run(until: f64) -> OfRun {

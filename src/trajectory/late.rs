@@ -1,0 +1,75 @@
+//! By how much the place of a zero is open, since its formula rounds.
+
+use super::Sampler;
+use super::inside::{epsilon, of_inside};
+use crate::geometry::Observable;
+use crate::number::Real;
+use crate::solve::{At, OfState, WorldLine, noise, rounding};
+
+/// The part of a window from which the slope of a formula at its zero is taken.
+const STEP: f64 = 1e-6;
+
+/// The rounding of a formula at its zeros.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Late<S> {
+    /// The number of zeros so far.
+    zeros: usize,
+    /// The largest rounding of its values. It is looked for at the first zero, the second, the fourth and so on: from
+    /// one to the next it changes as the sizes of states do.
+    noise: S,
+}
+
+impl<S: Real> Late<S> {
+    /// By how much γ of a zero of a formula of the solver's states is open, at this place of a window.
+    pub(super) fn at<'l>(
+        &mut self,
+        sampler: &mut Sampler<'l, S>,
+        at: &mut At<'l, S>,
+        formula: OfState<'_, S>,
+        (window, place): (usize, S),
+    ) -> S {
+        let line = sampler.line;
+        let (curve, geometry, length) = (sampler.curve(window), line.geometry(), line.windows[window].length());
+        self.zeros += 1;
+        if self.zeros.is_power_of_two() {
+            let (mut state, extents) = (curve.at(place, geometry).concat(), curve.extents(geometry));
+            let off = |k: usize, value: S| rounding(value, extents[k][0], epsilon(line));
+            self.noise = self.noise.max(noise(at, formula, &mut state, off));
+        }
+        let mut value = |place: S| at.value(formula, &curve.at(place, geometry).concat()).abs();
+        let mut sides = |step: S| [value(place - step), value(place + step)];
+        let mut step = S::from(STEP) * length;
+        let [before, behind] = sides(step);
+        let late = self.noise * step / (before + behind).half();
+        if late <= step {
+            return late;
+        }
+        // Its slope is small there, and the values tell where they are no longer rounding.
+        while step < length && sides(step).into_iter().any(|value| value <= self.noise) {
+            step += step;
+        }
+        step
+    }
+}
+
+/// The same where a run ends at the zero of a formula of the solver's states.
+pub(crate) fn late_at_end<S: Real>(line: &WorldLine<S>, formula: &Observable<S>) -> S {
+    let Some(window) = line.windows.len().checked_sub(1) else { return S::ZERO };
+    let (start, mut formula) = (&line.place.start, formula.clone());
+    let norm = line.geometry().norm(&start.q, &start.q_dot);
+    let of_state = &mut |q: &[S], q_dot: &[S], p: &[S]| formula.at(q, q_dot, p, norm);
+    let place = (window, line.windows[window].length());
+    Late::default().at(&mut Sampler::new(line), &mut At::new(line.geometry()), of_state, place)
+}
+
+/// The same of a watched formula, which is one of the states of the motion.
+pub(super) fn late_at<'l, S: Real>(
+    late: &mut Late<S>,
+    (sampler, at): (&mut Sampler<'l, S>, &mut Option<At<'l, S>>),
+    (formula, norm): (&mut Observable<S>, S),
+    place: (usize, S),
+) -> S {
+    let line = sampler.line;
+    let at = at.get_or_insert_with(|| At::new(line.geometry()));
+    late.at(sampler, at, &mut of_inside(line, formula, norm), place)
+}
