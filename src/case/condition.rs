@@ -5,8 +5,8 @@ use super::observables::Formulas;
 use super::scenery::known;
 use super::setup::observable;
 use crate::formula::FormulaError;
-use crate::geometry::{Start, observed};
-use crate::number::Real;
+use crate::geometry::{Jets, OfEnds, Start, observed, uses};
+use crate::number::{Extended, Real};
 
 /// The word that a formula of the start stands behind.
 const START: &str = "start";
@@ -54,6 +54,22 @@ impl Condition {
             scene.parameters.push((name.clone(), value.to_decimal(S::MOST_DIGITS)));
         }
         observable::<S>(&scene, &self.end).at(&end.q, &end.q_dot, &end.p, norm)
+    }
+}
+
+impl Condition {
+    /// Returns true if the formula has this name in it.
+    pub(crate) fn uses(&self, name: &str) -> bool {
+        uses(&self.text, name)
+    }
+}
+
+impl Case {
+    /// Conditions with their derivatives by the states at both ends of a run, where K is `norm` at its start.
+    pub(crate) fn jets(&self, conditions: &[Condition], norm: Extended) -> Jets {
+        let of: Vec<OfEnds<'_>> =
+            conditions.iter().map(|Condition { end, starts, .. }| OfEnds { end, starts }).collect();
+        Jets::new(&self.geometry_text, &of, norm, self.is_backward()).expect("a valid case has valid conditions")
     }
 }
 

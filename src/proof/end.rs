@@ -15,7 +15,7 @@ use super::proved::Proved;
 use super::set::{Set, sum_of_sizes};
 use super::tables::UP;
 use super::window::Prover;
-use super::{Coordinate, Motion, Reason, Until};
+use super::{Coordinate, Generator, Motion, Reason, Spread, Until};
 use crate::number::ball::{Ball, Disc};
 use crate::number::{Extended, Real};
 
@@ -24,8 +24,8 @@ const BEHIND: f64 = 1e-6;
 
 /// Where a proof ends.
 pub(super) enum Goal {
-    /// After a length of γ.
-    Length(Extended),
+    /// After a length of γ, which may be shorter or longer by so much.
+    Length(Extended, f64),
     /// Where an unknown has a value, in this direction and after about this length, if that is known.
     Value { unknown: usize, value: Extended, sign: f64, about: f64 },
 }
@@ -33,8 +33,9 @@ pub(super) enum Goal {
 impl Goal {
     /// Where a coordinate moves at a constant velocity, it has its value after a length.
     pub(super) fn new(motion: &Motion<'_>, equations: &Equations<'_>) -> Self {
+        let late = motion.generators.iter().map(|generator| generator.length.abs()).sum::<f64>() * UP;
         match motion.until {
-            Until::Length(length) => Self::Length(length),
+            Until::Length(length) => Self::Length(length, late),
             Until::Value(a, value) => {
                 let (way, rate) = (value - motion.start.q[a], motion.start.q_dot[a]);
                 let unknown = equations.of.iter().position(|of| *of == (a, false));
@@ -43,13 +44,13 @@ impl Goal {
                         let about = (way / rate).abs().to_f64();
                         Self::Value { unknown, value, sign: way.to_f64().signum(), about }
                     }
-                    None => Self::Length((way / rate).abs()),
+                    None => Self::Length((way / rate).abs(), late),
                 }
             }
         }
     }
 
-    /// Where an unknown is 0, in this direction.
+    /// Where an unknown is 0, in this generator.
     pub(super) fn zero(unknown: usize, sign: f64) -> Self {
         Self::Value { unknown, value: Extended::ZERO, sign, about: f64::NAN }
     }
@@ -57,7 +58,7 @@ impl Goal {
     /// Its length and what that is off by, if it is one.
     pub(super) fn exact_length(&self) -> (Extended, f64) {
         match self {
-            Self::Length(length) => (*length, length.to_f64() * OFF),
+            Self::Length(length, late) => (*length, length.to_f64() * OFF + late),
             Self::Value { .. } => (Extended::ZERO, 0.0),
         }
     }
@@ -65,7 +66,7 @@ impl Goal {
     /// About how long the motion is.
     pub(super) fn length(&self) -> f64 {
         match self {
-            Self::Length(length) => length.to_f64(),
+            Self::Length(length, late) => length.to_f64() + late,
             Self::Value { about, .. } => *about,
         }
     }
@@ -73,15 +74,15 @@ impl Goal {
     /// Returns true if slopes on these sides lead to the value.
     pub(super) fn is_ahead(&self, sides: &[f64]) -> bool {
         match self {
-            Self::Length(_) => true,
+            Self::Length(..) => true,
             Self::Value { unknown, sign, .. } => sides[*unknown] == *sign,
         }
     }
 
     /// The length of the window that begins at `reached` and should be `h` long, and whether it is the last one.
     pub(super) fn step(&self, reached: f64, h: f64) -> (f64, bool) {
-        let Self::Length(length) = self else { return (h, false) };
-        let left = *length - Extended::from(reached);
+        let Self::Length(length, late) = self else { return (h, false) };
+        let left = *length + Extended::from(*late) - Extended::from(reached);
         let near = left.to_f64();
         if h < near * (1.0 - BEHIND) {
             return (h, false);
@@ -131,6 +132,8 @@ pub(super) fn way(modes: &[f64], length: f64, h: f64) -> f64 {
 /// The unknowns at the end of the motion, and γ − γ_i there, with their radii.
 pub(super) struct End {
     pub(super) unknowns: Vec<(Extended, f64)>,
+    /// The unknowns at the ends of the motions of a set.
+    pub(super) spreads: Vec<Spread>,
     pub(super) gamma: (Extended, f64),
 }
 
@@ -142,6 +145,7 @@ impl End {
         goal: &Goal,
         (reached, h): (Extended, f64),
         bounds: &Bounds,
+        generators: &[Generator],
     ) -> Result<Self, Reason> {
         let slopes = prover.ellipse.slopes_around(&prover.equations, &set.start, &set.sizes());
         let bends = bends(&prover.equations, bounds);
@@ -149,8 +153,14 @@ impl End {
         let unknowns: Vec<(Extended, f64)> =
             (0..set.start.len()).map(|k| back.unknown(set, k, &slopes, &bends)).collect();
         let gamma = back.gamma(set, reached, &slopes, &bends);
+        let of_set = if generators.is_empty() { 0 } else { set.start.len() };
+        let spreads = (0..of_set).map(|k| back.spread(set, k, (slopes[k], bends[k]), generators)).collect();
         let is_known = |(value, radius): &(Extended, f64)| value.is_finite() && radius.is_finite();
-        if unknowns.iter().chain([&gamma]).all(is_known) { Ok(Self { unknowns, gamma }) } else { Err(Reason::Lost) }
+        if unknowns.iter().chain([&gamma]).all(is_known) {
+            Ok(Self { unknowns, spreads, gamma })
+        } else {
+            Err(Reason::Lost)
+        }
     }
 }
 
@@ -177,6 +187,8 @@ struct Back {
     most: f64,
     /// What the decimals of the end are off by.
     off: f64,
+    /// By how much a motion of the set may end earlier or later.
+    late: f64,
 }
 
 impl Back {
@@ -184,11 +196,11 @@ impl Back {
     /// passed, or not known to be passed once.
     fn new(set: &Set, goal: &Goal, (reached, h): (Extended, f64), slopes: &[Disc], bends: &[f64]) -> Option<Self> {
         Some(match *goal {
-            Goal::Length(length) => {
+            Goal::Length(length, late) => {
                 let tau = reached - length;
                 // The length of the case is off, too.
-                let most = (tau.abs() + length * Extended::from(OFF)).to_f64() * UP + 1e-300;
-                Self { along: None, by: tau, most, off: length.to_f64() * OFF }
+                let most = ((tau.abs() + length * Extended::from(OFF)).to_f64() + late) * UP + 1e-300;
+                Self { along: None, by: tau, most, off: length.to_f64() * OFF, late }
             }
             Goal::Value { unknown, value, sign, .. } => {
                 let by = middle(set, unknown) - value;
@@ -199,7 +211,7 @@ impl Back {
                 let most = 2.0 * (by.to_f64().abs() + gap) / rate * UP;
                 // Over so long ṫ stays above half of what it is at the end.
                 let is_passed = rate > 0.0 && beyond >= 0.0 && most <= h && most * bends[unknown] <= 0.5 * rate;
-                is_passed.then_some(Self { along: Some(unknown), by, most, off })?
+                is_passed.then_some(Self { along: Some(unknown), by, most, off, late: 0.0 })?
             }
         })
     }
@@ -212,7 +224,8 @@ impl Back {
         }
         let Some(along) = self.along else {
             let slope = slopes[k];
-            let rad = set.radii()[k] + self.most * slope.rad + slope.size() * self.off + curved * bends[k];
+            let off = slope.size() * (self.off + self.late);
+            let rad = set.radii()[k] + self.most * slope.rad + off + curved * bends[k];
             return (middle - Extended::from(slope.re) * self.by, rad * UP);
         };
         let phi = slopes[k] / slopes[along];
@@ -225,8 +238,19 @@ impl Back {
         (middle - Extended::from(phi.re) * self.by, (sum_of_sizes(&of_columns) + rounded + of_box + rest) * UP)
     }
 
+    /// An unknown at the ends of the motions of a set, which end after lengths.
+    fn spread(&self, set: &Set, k: usize, (slope, bend): (Disc, f64), generators: &[Generator]) -> Spread {
+        let (own, others) = set.columns[k].split_at(set.generators);
+        let columns: Vec<f64> =
+            own.iter().zip(generators).map(|(own, generator)| own + slope.re * generator.length).collect();
+        let rounded = 4.0 * f64::EPSILON * (sum_of_sizes(own) + slope.size() * self.late);
+        let of_box = set.rest[k] + self.most * slope.rad + slope.size() * self.off;
+        let radius = sum_of_sizes(others) + of_box + 0.5 * self.most * self.most * bend + rounded;
+        Spread { value: middle(set, k) - Extended::from(slope.re) * self.by, columns, radius: radius * UP }
+    }
+
     fn gamma(&self, set: &Set, reached: Extended, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
-        let Some(along) = self.along else { return (reached - self.by, self.off) };
+        let Some(along) = self.along else { return (reached - self.by, self.off + self.late) };
         let inverse = Disc::of(Ball::exact(1.0)) / slopes[along];
         let curved = 0.5 * self.most * self.most * bends[along];
         let rad = inverse.size() * (set.radii()[along] + self.off + curved) + inverse.rad * self.by.to_f64().abs() * UP;
@@ -235,7 +259,7 @@ impl Back {
 }
 
 /// Where a coordinate is that moves at a constant velocity, after a length with a radius.
-fn moved(start: Extended, rate: Extended, (gamma, radius): (Extended, f64)) -> (Extended, f64) {
+pub(super) fn moved(start: Extended, rate: Extended, (gamma, radius): (Extended, f64)) -> (Extended, f64) {
     let off = (start.abs() + (rate * gamma).abs()).to_f64() * OFF + rate.abs().to_f64() * radius;
     (start + rate * gamma, off * UP)
 }

@@ -3,6 +3,7 @@
 //! Nothing depends on the others, so their columns of J = Df are zero. Those among them whose velocity is constant, as
 //! that of t without a force on it, are left out of x, and so is s, by which Newton's law is lifted.
 
+use super::Generator;
 use super::algebras::LANES;
 use crate::formula::{Program, Register, Step};
 use crate::geometry::{Geometry, Hamiltonian, Source, Start};
@@ -147,6 +148,23 @@ impl<'g> Equations<'g> {
             Source::Constant(value) => constant(value),
             Source::Row(output) => registers[self.jacobian.output(output)],
         }
+    }
+
+    /// The rows of generators, one for each unknown. `None` if they change a constant on which the motion depends.
+    pub(super) fn columns(&self, generators: &[Generator]) -> Option<Vec<Vec<f64>>> {
+        let (n, program) = (self.hamiltonian.velocities.len(), &self.hamiltonian.program);
+        for &(register, _) in &self.momenta {
+            let depends = program.depends_on(|other| other == register);
+            let rates = self.steady.iter().map(|&a| self.hamiltonian.velocities[a]);
+            let matters = self.slopes.iter().copied().chain(rates).any(|slope| depends[slope]);
+            if matters && generators.iter().any(|generator| generator.p[register - 2 * n] != 0.0) {
+                return None;
+            }
+        }
+        let of = |generator: &Generator, (a, is_momentum): (usize, bool)| {
+            if is_momentum { generator.p[a] } else { generator.q[a] }
+        };
+        Some(self.of.iter().map(|&at| generators.iter().map(|generator| of(generator, at)).collect()).collect())
     }
 
     /// The start in doubles, what that leaves of it, and a bound of the rest.

@@ -91,7 +91,7 @@ pub(super) fn with_window<T>(rest: f64, work: impl FnOnce(&mut Prover<'_>, &Set,
     let c = (start.p[1] / start.q_dot[1]).to_f64();
     let equations = Equations::new(&geometry, &start, Some(3), &[]);
     assert_eq!(equations.of, [(1, false), (2, false), (1, true), (2, true)]);
-    let mut set = Set::new(&equations);
+    let mut set = Set::new(&equations, equations.columns(&[]).unwrap());
     set.rest.fill(rest);
     let (approximate, defect) = (Approximate::new(&equations), Defect::new(&equations));
     let ellipse = Ellipse::new(&equations);

@@ -16,6 +16,7 @@
 //! proved       what is kept of it
 //! set          the set of errors
 //! samples      the motion at given places
+//! spread       the ends of the motions from a set of starts
 //! run          from window to window, to the end
 //! end          from the last window to γ_f, to t_f, or to where a formula is 0
 //! watch        formulas that end the motion where they are 0
@@ -32,6 +33,7 @@ mod proved;
 mod run;
 mod samples;
 mod set;
+mod spread;
 mod tables;
 mod watch;
 mod window;
@@ -41,7 +43,7 @@ pub use algebras::Obstacle;
 use std::fmt;
 use std::time::Instant;
 
-use crate::geometry::{Direction, Geometry, Start};
+use crate::geometry::{self, Geometry, Start};
 use crate::number::Extended;
 use equations::Equations;
 use run::Run;
@@ -70,13 +72,38 @@ pub struct Motion<'m> {
     pub watched: &'m [Watched],
     /// γ − γ_i of places on the way, ascending, at which the motion is asked for.
     pub samples: &'m [Extended],
+    /// The set of starts and of ends, if it is not one of each: see [`Generator`]. The motion ends after a length.
+    pub generators: &'m [Generator],
+}
+
+/// A direction in which starts are spread: those are at q + Σ β q_k and p + Σ β p_k for all |β_k| ≤ 1, and their
+/// motions end after the length and Σ β length_k.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Generator {
+    /// Of q^a.
+    pub q: Vec<f64>,
+    /// Of p_a.
+    pub p: Vec<f64>,
+    /// Of the length of γ.
+    pub length: f64,
+}
+
+/// A number at the end of the motions from a set of starts: it is no further than the radius from value + Σ β column_k.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// The middle.
+    pub value: Extended,
+    /// What each direction makes of it.
+    pub columns: Vec<f64>,
+    /// The radius.
+    pub radius: f64,
 }
 
 /// A formula that is met where it changes its sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Watched {
     /// The changes that count.
-    pub direction: Direction,
+    pub direction: geometry::Direction,
     /// By how much its value at the start may be off.
     pub off: f64,
     /// True if it ends the motion.
@@ -114,6 +141,10 @@ pub enum Reason {
     NotMonotone,
     /// It is not known whether a formula changes its sign.
     Grazed,
+    /// A set of motions ends at a value of a coordinate that does not move at a constant velocity.
+    NoLength,
+    /// A direction changes a constant of the motion on which that depends, such as a momentum.
+    Constant,
     /// Two events, or one and the end, are so close together that it is not known which comes first.
     Together,
     /// It was asked to stop.
@@ -129,6 +160,8 @@ impl fmt::Display for Reason {
             Self::NotMonotone => f.write_str("a coordinate that is to reach a value and turns back"),
             Self::Grazed => f.write_str("an event that the motion may graze"),
             Self::Together => f.write_str("two events, or one and the end, that are too close together"),
+            Self::NoLength => f.write_str("an end at a value of a coordinate whose velocity changes"),
+            Self::Constant => f.write_str("an unknown that changes a conserved momentum"),
             Self::Stopped => f.write_str("an interrupt"),
         }
     }
@@ -161,6 +194,8 @@ pub struct Progress {
 pub struct Proof {
     /// The coordinates at the end, or why there is no proof of them.
     pub end: Result<Vec<Coordinate>, Reason>,
+    /// Every q^a and p_a at the end of the motions of a set, if it is one and if they are results.
+    pub state: Vec<Option<Spread>>,
     /// The place among the formulas that are watched of the one that ends it, if one does.
     pub ended_by: Option<usize>,
     /// Where formulas are met, in order, with the one that ends it.
@@ -192,8 +227,8 @@ fn proved(motion: &Motion<'_>, is_finer: bool, goes_on: &mut dyn FnMut(Progress)
     let (q, p) = (motion.start.q.clone(), motion.start.p.clone());
     let failed = |reason| {
         let seconds = begun.elapsed().as_secs_f64();
-        let (events, samples) = Default::default();
-        Proof { end: Err(reason), ended_by: None, events, samples, reached: 0.0, windows: 0, seconds }
+        let (state, events, samples) = Default::default();
+        Proof { end: Err(reason), state, ended_by: None, events, samples, reached: 0.0, windows: 0, seconds }
     };
     let Ok(q_dot) = motion.geometry.velocities(&q, &p) else { return failed(Reason::Lost) };
     let motion = &Motion { start: &Start { q, q_dot, p }, ..*motion };

@@ -10,7 +10,7 @@ use super::samples::Samples;
 use super::set::Set;
 use super::watch::{Met, Watches};
 use super::window::{Prover, Refused, Window};
-use super::{Event, Motion, Progress, Proof, Reason};
+use super::{Event, Motion, Progress, Proof, Reason, spread};
 use crate::number::Extended;
 use crate::number::ball::two_sum;
 use crate::number::vector::Level;
@@ -67,7 +67,7 @@ fn on_grid(h: f64, unit: f64) -> f64 {
 impl<'m, 'g> Run<'m, 'g> {
     /// At the start of a motion.
     pub(super) fn new(motion: &'m Motion<'m>, equations: Equations<'g>, is_finer: bool) -> Result<Self, Reason> {
-        let set = Set::new(&equations);
+        let set = Set::new(&equations, equations.columns(motion.generators).ok_or(Reason::Constant)?);
         Ok(Self {
             watches: Watches::new(motion, &equations, &set)?,
             samples: Samples::new(motion),
@@ -91,13 +91,23 @@ impl<'m, 'g> Run<'m, 'g> {
     /// The proof, but for its time.
     pub(super) fn proof(mut self, goes_on: &mut dyn FnMut(Progress) -> bool) -> Proof {
         let goal = Goal::new(self.motion, &self.prover.equations);
+        let is_set = !self.motion.generators.is_empty();
         let length = goal.exact_length();
-        let end = self.to(goal, goes_on).map(|end| match end {
-            Some(end) => end::coordinates(self.motion, &self.prover.equations, end.gamma, &end.unknowns),
+        let mut state = Vec::new();
+        let is_length = matches!(goal, Goal::Length(..));
+        let end = if is_set && !is_length { Err(Reason::NoLength) } else { self.to(goal, goes_on) };
+        let end = end.map(|end| match end {
+            Some(end) => {
+                if is_set {
+                    state = spread::state(self.motion, &self.prover.equations, &end);
+                }
+                end::coordinates(self.motion, &self.prover.equations, end.gamma, &end.unknowns)
+            }
             None => end::coordinates(self.motion, &self.prover.equations, length, &[]),
         });
         Proof {
             end,
+            state,
             ended_by: self.ended_by,
             events: self.events,
             samples: self.samples.found,
@@ -223,7 +233,7 @@ impl<'m, 'g> Run<'m, 'g> {
             return Err(Reason::Lost);
         }
         let reached = Extended::from(before) + Extended::from(h);
-        End::new(&mut self.prover, &self.set, goal, (reached, h), &bounds)
+        End::new(&mut self.prover, &self.set, goal, (reached, h), &bounds, self.motion.generators)
     }
 
     /// Goes to the end of a window.

@@ -13,7 +13,7 @@ use crate::number::ball::{two_product, two_sum};
 /// make windows cheaper, and boxes more frequent. Any number is valid.
 const MOST: usize = 200;
 
-/// Directions shorter than this share of the longest are rounding.
+/// Generators shorter than this share of the longest are rounding.
 const SHORT: f64 = 1e-13;
 
 /// The set at the start of a window.
@@ -24,6 +24,8 @@ pub(super) struct Set {
     /// c, small beside it, and the rows of G.
     pub(super) centre: Vec<f64>,
     pub(super) columns: Vec<Vec<f64>>,
+    /// The first columns are what the window before made of generators of the start. They stay apart.
+    pub(super) generators: usize,
     pub(super) rest: Vec<f64>,
     /// The largest sizes so far, and those of all of a kind.
     largest: Vec<f64>,
@@ -54,12 +56,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Set {
-    /// That of the start of a run.
-    pub(super) fn new(equations: &Equations<'_>) -> Self {
-        let [start, centre, rest] = equations.split_start();
+    /// That of the start of a run, with the rows of its generators.
+    pub(super) fn new(equations: &Equations<'_>, columns: Vec<Vec<f64>>) -> Self {
+        let [start, centre, mut rest] = equations.split_start();
+        // They are rounded themselves.
+        rest.iter_mut().zip(&columns).for_each(|(rest, row)| *rest = (*rest + f64::EPSILON * sum_of_sizes(row)) * UP);
         let largest: Vec<f64> = start.iter().map(|z| z.abs()).collect();
         let of_kind = equations.shared(&largest);
-        Self { columns: vec![Vec::new(); start.len()], start, centre, rest, largest, of_kind }
+        let generators = columns.first().map_or(0, Vec::len);
+        Self { columns, generators, start, centre, rest, largest, of_kind }
     }
 
     /// Radii of the unknowns around start + c.
@@ -108,7 +113,7 @@ impl Set {
         }
         self.rest = rest;
         self.of_kind = equations.shared(&self.largest);
-        if self.columns[0].len() > MOST * d { self.reduce() } else { Some(()) }
+        if self.columns[0].len() - self.generators > MOST * d { self.reduce() } else { Some(()) }
     }
 
     /// Row i of A G, and then of A times the new columns.
@@ -132,9 +137,9 @@ impl Set {
         let scales: Vec<f64> = self.columns.iter().map(|row| power_of_two(sum_of_sizes(row))).collect();
         let count = self.columns[0].len();
         let scaled = |k: usize| -> Vec<f64> { (0..d).map(|i| self.columns[i][k] / scales[i]).collect() };
-        let mut all: Vec<(usize, Vec<f64>)> = (0..count).map(|k| (k, scaled(k))).collect();
+        let mut all: Vec<(usize, Vec<f64>)> = (self.generators..count).map(|k| (k, scaled(k))).collect();
         all.sort_by(|(_, one), (_, other)| norm(one).total_cmp(&norm(other)));
-        let larger = all.split_off(count - MOST * d / 2);
+        let larger = all.split_off(count - self.generators - MOST * d / 2);
         let smaller: Vec<Vec<f64>> = all.into_iter().map(|(_, column)| column).collect();
         let frame = frame(&smaller, d);
         let total = reach_in(&frame, &smaller)?;
@@ -142,7 +147,9 @@ impl Set {
             let covering: Vec<f64> = (0..d).map(|k| frame[k][i] * total[k] * scales[i]).collect();
             let rounded = sum_of_sizes(&covering);
             self.rest[i] = (self.rest[i] + 2.0 * f64::EPSILON * rounded) * UP;
-            self.columns[i] = larger.iter().map(|(k, _)| self.columns[i][*k]).chain(covering).collect();
+            let row = &self.columns[i];
+            let larger = larger.iter().map(|(k, _)| row[*k]);
+            self.columns[i] = row[..self.generators].iter().copied().chain(larger).chain(covering).collect();
         }
         Some(())
     }

@@ -37,7 +37,15 @@ impl Scene {
         let start = self.start(&geometry);
         let until = Until::Length(self.numbers(self.length)[0]);
         prove(
-            &Motion { geometry: &geometry, start: &start, unused: None, until, watched: &[], samples: &[] },
+            &Motion {
+                geometry: &geometry,
+                start: &start,
+                unused: None,
+                until,
+                watched: &[],
+                samples: &[],
+                generators: &[],
+            },
             &mut |_| true,
         )
     }

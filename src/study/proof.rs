@@ -137,7 +137,7 @@ fn extended<S: Real>(number: S) -> Extended {
 }
 
 /// The decimal with the digits above `radius` and one more, and a bound of the distance of the true number from it.
-fn decimal(value: Extended, radius: f64) -> (String, f64) {
+pub fn decimal(value: Extended, radius: f64) -> (String, f64) {
     let size = value.abs().to_f64();
     let place = |number: f64| number.log10().floor() as i32;
     // A number that may be 0 has the digits of its radius.
@@ -183,8 +183,15 @@ pub fn prove_run<S: Real>(
         let mut attempt = |finds: bool| {
             let Watching { geometry, start, watched, formulas } = Watching::new(case, &setup, finds);
             let unused = case.is_lifted().then(|| setup.place.start.q.len() - 1);
-            let motion =
-                Motion { geometry: &geometry, start: &start, unused, until, watched: &watched, samples: &samples };
+            let motion = Motion {
+                geometry: &geometry,
+                start: &start,
+                unused,
+                until,
+                watched: &watched,
+                samples: &samples,
+                generators: &[],
+            };
             let mut is_costly = false;
             let proof = prove(&motion, &mut |progress| {
                 is_costly = is_too_costly(progress, length, most);

@@ -18,7 +18,7 @@ fn disc(re: f64, rad: f64) -> Disc {
 impl Last {
     /// Slopes are 1, and nothing is off.
     fn new() -> Self {
-        let mut set = with_one_coordinate(Set::new);
+        let mut set = with_one_coordinate(|equations| Set::new(equations, equations.columns(&[]).unwrap()));
         [&mut set.start, &mut set.centre, &mut set.rest].into_iter().for_each(|numbers| numbers.fill(0.0));
         Self { set, slopes: [disc(1.0, 0.0); 2], bends: [0.0; 2] }
     }
@@ -40,7 +40,7 @@ impl Last {
 
 /// The end is a way before that of the window.
 fn before(way: f64) -> Goal {
-    Goal::Length(Extended::from(1.0 - way))
+    Goal::Length(Extended::from(1.0 - way), 0.0)
 }
 
 /// t is to be −way.

@@ -24,6 +24,7 @@ fn a_smaller_set_contains_the_larger_one() {
         start: vec![0.0; d],
         centre: vec![0.0; d],
         columns: vec![Vec::new(); d],
+        generators: 0,
         rest: vec![0.0; d],
         largest: vec![1.0; d],
         of_kind: vec![1.0; d],
@@ -72,7 +73,7 @@ fn a_set_that_turns_grows_no_faster_than_what_is_added() {
 
 /// A set of x and p, and a window of length 1 in which nothing moves and nothing is off.
 fn quiet() -> (Set, Proved) {
-    let mut set = with_one_coordinate(Set::new);
+    let mut set = with_one_coordinate(|equations| Set::new(equations, equations.columns(&[]).unwrap()));
     [&mut set.start, &mut set.centre, &mut set.rest].into_iter().for_each(|numbers| numbers.fill(0.0));
     let (one, zero) = (vec![1.0, 0.0, 0.0, 1.0], vec![0.0; 4]);
     let matrices = Matrices {

@@ -1,0 +1,146 @@
+//! Formulas of the states at both ends of a motion with all of their first derivatives, in balls.
+
+use super::expressions::Expressions;
+use super::inverse::Inverse;
+use super::parts::{Parts, Scope, variables};
+use super::{GeometryError, GeometryText, Place, active_of};
+use crate::formula::{self, Known, NodeId, OneBall, Program, run};
+use crate::number::Extended;
+use crate::number::ball::Ball;
+
+/// A formula of the end of a motion, in which names stand for formulas of its start.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OfEnds<'t> {
+    pub(crate) end: &'t str,
+    /// These names, with the formulas.
+    pub(crate) starts: &'t [(String, String)],
+}
+
+/// Some such formulas g(q, p; q₀, p₀), where velocities are functions of positions and momenta.
+#[derive(Debug)]
+pub(crate) struct Jets {
+    program: Program<Extended>,
+    /// The number of coordinates n, and of formulas.
+    dimension: usize,
+    formulas: usize,
+}
+
+/// A value, and the derivatives by q^a and p_a of the end, then of the start.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Jet {
+    pub(crate) value: Ball,
+    pub(crate) gradient: Vec<Ball>,
+}
+
+impl Jets {
+    /// Compiles formulas of the scene `text`, where `norm` is K at the start.
+    ///
+    /// # Errors
+    /// [`GeometryError`] with a mistake in a formula.
+    pub(crate) fn new(
+        text: &GeometryText,
+        formulas: &[OfEnds<'_>],
+        norm: Extended,
+        is_backward: bool,
+    ) -> Result<Self, GeometryError> {
+        let parts = Parts::new(text)?;
+        let mut parts = if is_backward { parts.reversed() } else { parts };
+        let (n, inverse) = (parts.dimension(), Inverse::new(&mut parts)?);
+        let active = active_of(&mut parts, &[]);
+        let Expressions { velocities, .. } = Expressions::new(&mut parts, &inverse, &active);
+        let mut scope = Scope::new(text)?;
+        scope.graph = std::mem::take(&mut parts.graph);
+        scope.names.insert("norm".to_owned(), Known::Number(norm));
+        scope.define(&text.definitions)?;
+        // The end has the first 3n variables, of which velocities stand in none, and the start has as many behind them.
+        let state = |first: usize, scope: &mut Scope<Extended>| -> Vec<NodeId> {
+            let own: Vec<NodeId> = (first..first + 3 * n).map(|variable| scope.graph.variable(variable)).collect();
+            let velocities = scope.graph.substitute(&velocities, &own);
+            let mut state = [&own[..n], &velocities, &own[2 * n..]].concat();
+            // Formulas see velocities and momenta as a user does.
+            let rates = if is_backward { n..3 * n } else { 0..0 };
+            for variable in rates.chain(text.mirrored().map(|a| 2 * n + a)) {
+                state[variable] = scope.graph.negate(state[variable]);
+            }
+            state
+        };
+        let [end, start] = [0, 3 * n].map(|first| state(first, &mut scope));
+        let names = variables(&text.names(), n, 3);
+        let mut outputs = Vec::new();
+        for of in formulas {
+            let inner = of.starts.iter().map(|(_, inner)| parsed(inner, &names, &mut scope));
+            let inner = inner.collect::<Result<Vec<_>, _>>()?;
+            let inner = scope.graph.substitute(&inner, &start);
+            let all: Vec<String> = names.iter().chain(of.starts.iter().map(|(name, _)| name)).cloned().collect();
+            let node = parsed(of.end, &all, &mut scope)?;
+            let node = scope.graph.substitute(&[node], &[&end[..], &inner].concat())[0];
+            outputs.push(node);
+            outputs.extend(places(n).map(|variable| scope.graph.derivative(node, variable)));
+        }
+        let program = Program::new(&mut scope.graph, 6 * n, &outputs);
+        Ok(Self { program, dimension: n, formulas: formulas.len() })
+    }
+
+    /// The formulas over sets of q^a and p_a of the end, then of the start.
+    pub(crate) fn at(&self, states: &[Ball]) -> Vec<Jet> {
+        // A constant of the case is a decimal, or a formula of few of them.
+        let mut registers = self.program.registers(|constant| Ball::of(constant, OFF));
+        places(self.dimension).zip(states).for_each(|(register, &value)| registers[register] = value);
+        let each = 1 + 4 * self.dimension;
+        run(&OneBall, self.program.steps_to(each * self.formulas), &mut registers);
+        let output = |k: usize| registers[self.program.output(k)];
+        let jet = |k: usize| Jet {
+            value: output(k * each),
+            gradient: (1..each).map(|place| output(k * each + place)).collect(),
+        };
+        (0..self.formulas).map(jet).collect()
+    }
+}
+
+/// What numbers of a case are off by in 71 digits, where no more than 11 digits cancel on the way.
+const OFF: f64 = 1e-60;
+
+/// The variables of positions and momenta, of the end and then of the start.
+fn places(n: usize) -> impl Iterator<Item = usize> {
+    [0, 3 * n].into_iter().flat_map(move |first| (first..first + n).chain(first + 2 * n..first + 3 * n))
+}
+
+fn parsed(text: &str, names: &[String], scope: &mut Scope<Extended>) -> Result<NodeId, GeometryError> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let node = formula::parse(text, &names, &scope.names, &mut scope.graph);
+    node.map_err(|error| GeometryError::Formula(Place::Potential, error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Jets, OfEnds};
+    use crate::geometry::GeometryText;
+    use crate::number::Extended;
+    use crate::number::ball::Ball;
+
+    /// Values and derivatives of a formula of both ends of a motion on the sphere, against those by hand:
+    /// q̇ = p/cos² of the longitude.
+    #[test]
+    fn formulas_of_both_ends_have_their_derivatives() {
+        let text = GeometryText {
+            coordinates: vec!["b".into(), "l".into()],
+            components: vec![([0, 0], "1".into()), ([1, 1], "cos(b)^2".into())],
+            ..GeometryText::default()
+        };
+        let starts = vec![("s".to_owned(), "l_dot + b".to_owned())];
+        let of = OfEnds { end: "l_dot*s - p_b", starts: &starts };
+        let jets = Jets::new(&text, &[of], Extended::from(0.5), false).unwrap();
+        let at = [0.5, 1.0, 0.3, 0.7, -0.2, 0.4, 0.1, 1.1];
+        let jet = &jets.at(&at.map(Ball::exact))[0];
+        let [b, _, p_b, p_l, b_0, _, _, l_0] = at;
+        let (square, square_0) = (f64::cos(b).powi(2), f64::cos(b_0).powi(2));
+        let (l_dot, s) = (p_l / square, l_0 / square_0 + b_0);
+        let turned = |b: f64, p: f64| 2.0 * p * b.sin() / b.cos().powi(3);
+        let wanted =
+            [turned(b, p_l) * s, 0.0, -1.0, s / square, l_dot * (turned(b_0, l_0) + 1.0), 0.0, 0.0, l_dot / square_0];
+        assert!((jet.value.hi - (l_dot * s - p_b)).abs() < 1e-14 && jet.value.rad < 1e-28);
+        for (found, wanted) in jet.gradient.iter().zip(wanted) {
+            assert!((found.hi - wanted).abs() < 1e-14, "{found:?} {wanted}");
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! The motions from a set of starts: where they end.
+
+use super::end::{End, moved};
+use super::equations::{Equations, OFF};
+use super::tables::UP;
+use super::{Motion, Spread};
+use crate::number::Real;
+
+/// Every q^a and then every p_a at the end, `None` for a coordinate that is no result. `end` has the unknowns.
+pub(super) fn state(motion: &Motion<'_>, equations: &Equations<'_>, end: &End) -> Vec<Option<Spread>> {
+    let n = motion.geometry.dimension();
+    let position = |a: usize| {
+        let unknown = equations.of.iter().position(|of| *of == (a, false));
+        unknown.map(|k| end.spreads[k].clone()).or_else(|| {
+            equations.steady.contains(&a).then(|| {
+                let rate = motion.start.q_dot[a];
+                let (value, radius) = moved(motion.start.q[a], rate, end.gamma);
+                let column = |k: usize| motion.generators[k].q[a] + rate.to_f64() * motion.generators[k].length;
+                let columns: Vec<f64> = (0..motion.generators.len()).map(column).collect();
+                let rounded = 4.0 * f64::EPSILON * columns.iter().map(|column| column.abs()).sum::<f64>();
+                Spread { value, columns, radius: (radius + rounded) * UP }
+            })
+        })
+    };
+    let momentum = |a: usize| {
+        let unknown = equations.of.iter().position(|of| *of == (a, true));
+        let constant = || Spread {
+            value: motion.start.p[a],
+            columns: motion.generators.iter().map(|generator| generator.p[a]).collect(),
+            radius: motion.start.p[a].abs().to_f64() * OFF,
+        };
+        Some(unknown.map_or_else(constant, |k| end.spreads[k].clone()))
+    };
+    (0..n).map(position).chain((0..n).map(momentum)).collect()
+}
