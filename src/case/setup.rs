@@ -77,10 +77,11 @@ impl Case {
 
     /// The same, and behind them `grid.until`, if there is one.
     pub(crate) fn watches_with_until<S: Real>(&self) -> Vec<Watch<S>> {
-        let until = self.grid.until.as_ref().map(|formula| Watch {
-            formula: observable(&self.geometry_text, formula),
-            direction: Direction::Both,
-        });
+        let until = self
+            .grid
+            .until
+            .as_ref()
+            .map(|formula| Watch { formula: observable(&self.geometry_text, formula), direction: Direction::Both });
         self.watches().into_iter().chain(until).collect()
     }
 

@@ -6,16 +6,21 @@ use std::time::Duration;
 
 use clap::Args;
 use geodesic_ivp::Case;
-use geodesic_ivp::case::{Find, Goal};
+use geodesic_ivp::case::{Find, Goal, Unknown};
+use geodesic_ivp::number::Extended;
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, find_summary, not_found_summary, write_fit, write_iterates};
 use geodesic_ivp::solve::Setup;
-use geodesic_ivp::study::find::{Found, Iterate, NotFound, find, norm};
+use geodesic_ivp::study::find::{Existence, Found, Iterate, NotFound, find, norm};
+use geodesic_ivp::study::many::Axis;
+use geodesic_ivp::study::proof::decimal;
 use geodesic_ivp::study::run::{self, NoRun, Wanted};
 
+use super::family::{Followed, follow_family};
 use super::lines::{listed, row, short, wrapped};
 use super::out::OutArgs;
 use super::report::{self, Interrupted, refused};
 use super::run_tables::{tables, write_table, write_tables};
+use super::starts::find_from_each;
 use super::told::{Told, number};
 use super::{CaseArgs, memory, out, study};
 
@@ -28,16 +33,46 @@ const UNSEEN: f64 = 1e-6;
 #[derive(Debug, Args)]
 pub(super) struct FindArgs {
     #[command(flatten)]
-    case: CaseArgs,
+    pub(super) case: CaseArgs,
 
     #[command(flatten)]
-    output: OutArgs,
+    pub(super) output: OutArgs,
+
+    /// Prove that there is what was found: numbers, no further away than a printed radius, with which a motion meets
+    /// everything exactly
+    ///
+    /// It needs find.meet with as many conditions as unknowns, on which the start or the end of the run depends
+    /// linearly, and the equations of motion do not. No event may end the run or act.
+    #[arg(long)]
+    prove: bool,
+
+    /// Follow the family of what is found in one more number of the case, around folds as well
+    ///
+    /// It begins at FROM and ends at TO, or where the number comes back to FROM: family.csv has its members.
+    #[arg(long, value_name = "KEY=FROM:TO", conflicts_with_all = ["prove", "vary"])]
+    follow: Option<Followed>,
+
+    /// Draw the family: its first unknown over the number that is followed
+    #[arg(long, requires = "follow")]
+    pub(super) plot: bool,
+
+    /// Search from each value of a key: one table, with a row for each search
+    ///
+    /// VALUES is a list, or START:STOP:COUNT for equidistant values. Given several times, every combination is a start.
+    #[arg(long, value_name = "KEY=VALUES", conflicts_with = "prove")]
+    pub(super) vary: Vec<Axis>,
 }
 
 /// The result of a search, with the points that it came by.
 type Searched = (Result<Found, NotFound>, Vec<Iterate>);
 
 pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
+    if let Some(followed) = &args.follow {
+        return follow_family(args, followed);
+    }
+    if !args.vary.is_empty() {
+        return find_from_each(args);
+    }
     let case = args.case.read()?;
     let wanted = checked(&case)?;
     case.warnings().iter().for_each(|warning| report::warn(warning));
@@ -49,7 +84,7 @@ pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
     let own: &[&str] = if matches!(wanted.goal, Goal::Data(_)) { &[FIT] } else { &[] };
     let files = OutputSet::open(target, &[&of_run[..], own, &[ITERATES, FOUND, SUMMARY, CASE]].concat())?;
     files.write_text(CASE, &case.to_toml())?;
-    let (result, iterates) = searched(&case, &wanted, args.case.quiet)?;
+    let (result, iterates) = searched(&case, &wanted, args.prove, args.case.quiet)?;
     files.write_table(ITERATES, |out| write_iterates(out, &wanted, &iterates))?;
     let steps = iterates.len().saturating_sub(1);
     let found = match result {
@@ -89,7 +124,7 @@ pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
 }
 
 /// The table of a case that says what is to be found, if a search can begin.
-fn checked(case: &Case) -> anyhow::Result<Find> {
+pub(super) fn checked(case: &Case) -> anyhow::Result<Find> {
     let help = "for example find = { unknowns = [\"initial.x_dot\"], meet = [\"x - 1\"] }";
     let wanted =
         case.find.clone().ok_or_else(|| refused("the case has no [find], which says what is to be found", help))?;
@@ -104,11 +139,11 @@ fn checked(case: &Case) -> anyhow::Result<Find> {
 }
 
 /// Searches beside this thread, with a line about the last step if standard error is a terminal.
-fn searched(case: &Case, wanted: &Find, is_quiet: bool) -> anyhow::Result<Searched> {
+fn searched(case: &Case, wanted: &Find, proves: bool, is_quiet: bool) -> anyhow::Result<Searched> {
     let bar = study::bar(is_quiet, 0, "{spinner} {msg} ({elapsed})");
     bar.set_message("the first run");
     bar.enable_steady_tick(Duration::from_millis(200));
-    let problem = Arc::new((case.clone(), wanted.clone()));
+    let problem = Arc::new((case.clone(), wanted.clone(), proves));
     let (mut iterates, mut result) = (Vec::new(), None);
     enum News {
         Iterate(Iterate),
@@ -117,8 +152,8 @@ fn searched(case: &Case, wanted: &Find, is_quiet: bool) -> anyhow::Result<Search
     let interrupted = study::computed(
         &bar,
         &problem,
-        |(case, wanted), tell: &(dyn Fn(News) + Sync)| {
-            let found = find(case, wanted, &mut |iterate| tell(News::Iterate(iterate)));
+        |(case, wanted, proves), tell: &(dyn Fn(News) + Sync)| {
+            let found = find(case, wanted, *proves, &mut |iterate| tell(News::Iterate(iterate)));
             tell(News::End(Box::new(found)));
         },
         |news| match news {
@@ -134,7 +169,7 @@ fn searched(case: &Case, wanted: &Find, is_quiet: bool) -> anyhow::Result<Search
 }
 
 /// A number with its error.
-fn with_error(value: f64, error: f64) -> String {
+pub(super) fn with_error(value: f64, error: f64) -> String {
     let text = number(value, Some(error), 16);
     if text.contains('±') { text } else { format!("{text} ± {error:.0e}") }
 }
@@ -148,7 +183,7 @@ fn told(title: &str, wanted: &Find, found: &Found, steps: usize) -> String {
         (None, false) => format!("{title}: not all of it can be met; nearest, in least squares, after {many}"),
     };
     let errors = found.fit.as_ref().map_or_else(|| found.errors.clone(), |fit| fit.standard_errors());
-    let one = |(unknown, (value, error)): (&geodesic_ivp::case::Unknown, (&f64, &f64))| {
+    let one = |(unknown, (value, error)): (&Unknown, (&f64, &f64))| {
         format!("{} = {}, from {}", unknown.key, with_error(*value, *error), short(unknown.value))
     };
     let mut text = wrapped(&head, 2);
@@ -176,10 +211,26 @@ fn told(title: &str, wanted: &Find, found: &Found, steps: usize) -> String {
         system += &format!("; differences of runs for {}", found.differenced.join(", "));
     }
     text += &row("system", &system);
+    match &found.existence {
+        Some(Ok(existence)) => text += &row("proved", &exists(wanted, existence)),
+        Some(Err(reason)) => text += &row("no proof", reason),
+        None => {}
+    }
     if wanted.goal == Goal::Periodic {
         text += &row("returns", &multipliers(found));
     }
     text
+}
+
+/// The numbers of which it is proved that they exist.
+fn exists(wanted: &Find, existence: &Existence) -> String {
+    let one = |(unknown, &(value, radius)): (&Unknown, &(Extended, f64))| {
+        let (value, radius) = decimal(value, radius);
+        format!("{} = {value} ± {radius:.1e}", unknown.key)
+    };
+    let numbers = listed(wanted.unknowns.iter().zip(&existence.values).map(one));
+    let windows = existence.windows;
+    format!("with {numbers} a motion meets all of it exactly ({windows} windows, {:.1} ms)", 1e3 * existence.seconds)
 }
 
 /// The multipliers in words.

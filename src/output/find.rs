@@ -9,7 +9,8 @@ use super::json::{json, merged, present};
 use super::summary::{Seconds, value_of_run};
 use crate::case::{Case, Find, Goal};
 use crate::number::Real;
-use crate::study::find::{Fit, Found, Iterate, Multipliers, norm};
+use crate::study::find::{Existence, Fit, Found, Iterate, Multipliers, norm};
+use crate::study::proof::decimal as decimal_within;
 use crate::study::run::{Judged, Run};
 
 fn decimal(number: f64) -> String {
@@ -95,8 +96,26 @@ pub fn find_summary(
             "covariance": rows.zip(fit.covariance.iter().map(|row| by_key(row))).collect::<Value>(),
         })
     });
-    let all = merged([present(head), json!(of_multipliers), json!(of_fit)]);
+    let of_proof = found.existence.as_ref().map(|existence| json!({"proof": proof(wanted, existence)}));
+    let all = merged([present(head), json!(of_multipliers), json!(of_fit), json!(of_proof)]);
     json(&merged([value_of_run(case, run, judged, seconds), json!({"find": all})]))
+}
+
+/// A proof that there is what was found, or why there is none.
+fn proof(wanted: &Find, existence: &Result<Existence, String>) -> Value {
+    let existence = match existence {
+        Ok(existence) => existence,
+        Err(reason) => return json!({"status": "unproved", "reason": reason}),
+    };
+    let decimals: Vec<_> = existence.values.iter().map(|&(value, radius)| decimal_within(value, radius)).collect();
+    let keys = || wanted.unknowns.iter().map(|unknown| unknown.key.clone());
+    json!({
+        "status": "proved",
+        "unknowns": keys().zip(decimals.iter().map(|(text, _)| Value::from(text.as_str()))).collect::<Value>(),
+        "radii": keys().zip(decimals.iter().map(|(_, radius)| Value::from(*radius))).collect::<Value>(),
+        "windows": existence.windows,
+        "seconds": existence.seconds,
+    })
 }
 
 /// The summary of a search that found nothing.

@@ -17,6 +17,7 @@
 
 mod chart;
 mod convergence;
+mod family;
 mod files;
 mod find;
 mod json;
@@ -32,6 +33,7 @@ mod work_precision;
 
 pub use chart::{Chart, Kind, Map, Mark, Panel, Scale, Series, Shape, Sign, Style};
 pub use convergence::{convergence_summary, convergence_table, slopes_table};
+pub use family::{family_summary, starts_summary, write_members, write_starts};
 pub use files::{CASE, Origin, OutputSet, Refused, SUMMARY, Target, origin_of, refused, refused_by_system};
 pub use find::{find_summary, not_found_summary, write_fit, write_iterates};
 pub use json::json_object;

@@ -368,8 +368,7 @@ impl<S: Real> Progress<S> {
             let place =
                 root(low, [high[0], none(high[1])], least, |place| none(within.at(&mut watched.formula, place)));
             let late = &mut self.late[watch];
-            let late =
-                late_at(late, (within.sampler, within.at), (&mut watched.formula, within.norm), (window, place));
+            let late = late_at(late, (within.sampler, within.at), (&mut watched.formula, within.norm), (window, place));
             Crossing { late, ..Crossing::new(watch, within.sampler.in_window(window, place)) }
         };
         for change in &search.changes {

@@ -1,6 +1,7 @@
 //! The pictures of `--plot`, many of them as in the paper.
 
 mod convergence;
+mod family;
 mod look;
 mod of_x;
 mod run;
@@ -9,6 +10,7 @@ mod stability;
 mod work_precision;
 
 pub use convergence::errors;
+pub use family::family;
 pub use run::{names_of_run, of_run, places_of_events, section_of_runs};
 pub use scan::{Varied, line, scan};
 pub use stability::{last_node, sawtooth_onset, stability_map};

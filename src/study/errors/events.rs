@@ -72,7 +72,9 @@ pub(crate) fn paired<S: Real>(
     let ending = line.ended_by.zip(ending);
     let mut events = ended_once(found, line, ending.map(|(place, watch)| (watch, late(place))));
     let unpaired = of_judge.and_then(|of_judge| pair(&mut events, of_judge, run));
-    let end = events.iter().rfind(|event| ending.is_some_and(|(_, watch)| event.watch == watch) && event.sample.gamma == line.gamma_f());
+    let end = events
+        .iter()
+        .rfind(|event| ending.is_some_and(|(_, watch)| event.watch == watch) && event.sample.gamma == line.gamma_f());
     let at_end = end.and_then(|event| event.off.as_ref()).map(|off| off[1..].to_vec());
     events.retain(|event| event.watch != until);
     let name = |watch: usize| case.events.get(watch).map_or("grid.until", |event| &event.name).to_owned();

@@ -16,23 +16,30 @@
 //! "#;
 //! let case = Case::parse("stone", text, &[])?;
 //! let wanted = case.find.as_ref().expect("there is something to find");
-//! let found = find(&case, wanted, &mut |_| {}).map_err(|none| none.message)?;
+//! let found = find(&case, wanted, false, &mut |_| {}).map_err(|none| none.message)?;
 //! assert!((found.values[0] - 3.0).abs() < 1e-12 && (found.values[1] - 0.5 * 9.81).abs() < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod chain;
+mod existence;
 mod fit;
+mod follow;
 mod jacobian;
 mod least_squares;
 mod multipliers;
 mod newton;
 mod problem;
+mod starts;
 mod states;
 
+pub use existence::Existence;
 pub use fit::Fit;
+pub use follow::{Ended, Family, Member, follow};
 pub use multipliers::Multipliers;
+pub use starts::{FromStart, find_each, solutions};
 
+use self::existence::exists;
 use self::newton::{Converged, search};
 use self::problem::Problem;
 use self::states::Residuals;
@@ -82,6 +89,8 @@ pub struct Found {
     pub multipliers: Option<Multipliers>,
     /// The statistics of a fit to data.
     pub fit: Option<Fit>,
+    /// The proof that there are such numbers, if one was asked for, or why there is none.
+    pub existence: Option<Result<Existence, String>>,
 }
 
 /// The reason why nothing was found.
@@ -107,18 +116,21 @@ impl NotFound {
     }
 }
 
-/// Searches for what `wanted`, the table of `case`, asks for. `tell` hears of every iterate.
+/// Searches for what `wanted`, the table of `case`, asks for, and if it `proves` looks for a proof that there is what it
+/// has found. `tell` hears of every iterate.
 ///
 /// # Errors
 /// [`NotFound`], with the reason.
-pub fn find(case: &Case, wanted: &Find, tell: &mut dyn FnMut(Iterate)) -> Result<Found, NotFound> {
+pub fn find(case: &Case, wanted: &Find, proves: bool, tell: &mut dyn FnMut(Iterate)) -> Result<Found, NotFound> {
     let problem = Problem::new(case, wanted);
     let Converged { here, jacobian, inverse, errors, is_met } = search(&problem, tell)?;
     let names = Residuals::new(&here.case, &wanted.goal).map_or_else(Vec::new, |states| states.names());
     let decimals: Vec<String> = here.values.iter().map(|value| format!("{value:?}")).collect();
     let keys = wanted.unknowns.iter().map(|unknown| unknown.key.clone());
     let residuals = names.into_iter().zip(&here.residuals).zip(&here.errors);
+    let existence = proves.then(|| exists(&problem, &here.values, &errors));
     Ok(Found {
+        existence,
         case: problem.case(&decimals, false).expect("it was solved with these numbers"),
         errors,
         residuals: residuals.map(|((name, residual), error)| (name, *residual, *error)).collect(),

@@ -82,6 +82,15 @@ impl Problem {
         }
     }
 
+    /// The same where the last unknown is a number in which a family is followed, from these values on over a range.
+    pub(super) fn followed(case: &Case, find: &Find, values: &[f64], range: f64) -> Self {
+        let mut problem = Self::new(case, find);
+        problem.scales = values.iter().map(|value| if *value == 0.0 { 1.0 } else { value.abs() }).collect();
+        problem.scales.pop();
+        problem.scales.push(range);
+        problem
+    }
+
     /// True if the least sum of squares is asked for, and not residuals of 0: of data, or of more formulas than there
     /// are unknowns.
     pub(super) fn is_least_squares(&self) -> bool {

@@ -26,7 +26,7 @@ solver.accuracy = 1e-12
 
 fn searched(case: &Case) -> (Result<Found, NotFound>, Vec<Iterate>) {
     let mut iterates = Vec::new();
-    let found = find(case, case.find.as_ref().unwrap(), &mut |iterate| iterates.push(iterate));
+    let found = find(case, case.find.as_ref().unwrap(), false, &mut |iterate| iterates.push(iterate));
     (found, iterates)
 }
 

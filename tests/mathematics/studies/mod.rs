@@ -2,7 +2,9 @@
 
 mod atlas;
 mod convergence;
+mod families;
 mod find;
+mod find_proved;
 mod orders;
 mod random_verdicts;
 mod stability;

@@ -1,0 +1,314 @@
+//! A proof that there is what a search has found: near its numbers there are some with which a motion meets all
+//! conditions, not nearly but exactly.
+//!
+//! The unknowns are ū + r β with |β_k| ≤ 1, where ū are those that were found. One proof holds for the motions of all
+//! these starts together, and says of the residuals R(β) = R̂ + L β ± E. With C ≈ L⁻¹ the map β − C R(β) is continuous,
+//! and leads no further than
+//!
+//! ```text
+//! t = |C R̂| + Σ_k |I − C L| + |C| E.
+//! ```
+//!
+//! If that is below 1 it maps the cube into itself, and by Brouwer's theorem there is a β that it leaves where it is.
+//! There R = 0, as C is regular where the second term is below 1 (R. Krawczyk, Computing 4 (1969) 187).
+//!
+//! Starts and lengths have to be linear in the unknowns. That is not proved: it is seen at three points in 60 digits.
+
+use std::time::Instant;
+
+use nalgebra::DMatrix;
+
+use super::problem::Problem;
+use crate::case::{Case, Condition, Goal};
+use crate::geometry::Jet;
+use crate::number::ball::Ball;
+use crate::number::norm::larger;
+use crate::number::{Extended, Real};
+use crate::proof::{Generator, Motion, Spread, Until, prove};
+use crate::solve::{Limit, Setup};
+
+/// The first cube is so many times the errors of what was found, and each further one so many times that one.
+const ROOM: f64 = 8.0;
+const LARGER: f64 = 32.0;
+/// So many cubes are tried.
+const MOST: usize = 6;
+/// Numbers of a start are computed to this part of them.
+const OFF: f64 = 1e-60;
+/// What is left of a linear number, beside its size.
+const LINEAR: f64 = 1e-55;
+/// More than the roundings of a sum of few terms.
+const UP: f64 = 1.0 + 1e-12;
+
+/// What is proved: such numbers exist.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Existence {
+    /// Each unknown, with a bound of its distance from the true one.
+    pub values: Vec<(Extended, f64)>,
+    /// The number of windows of the proof of the motions.
+    pub windows: usize,
+    /// The seconds that it took.
+    pub seconds: f64,
+}
+
+/// Proves that near these values, which may be off by `errors`, there are some with which all conditions are met.
+///
+/// # Errors
+/// The reason why there is no proof.
+pub(super) fn exists(problem: &Problem, values: &[f64], errors: &[f64]) -> Result<Existence, String> {
+    let begun = Instant::now();
+    let set = Set::new(problem, values)?;
+    let least = |(value, error): (&f64, &f64)| ROOM * larger(*error, f64::EPSILON * value.abs());
+    let mut radii: Vec<f64> = values.iter().zip(errors).map(least).collect();
+    let mut reason = "the errors of what was found are not known".to_owned();
+    for _ in 0..MOST {
+        if !radii.iter().all(|radius| radius.is_finite() && *radius > 0.0) {
+            break;
+        }
+        match set.proved(problem, &radii) {
+            Ok((values, windows)) => {
+                return Ok(Existence { values, windows, seconds: begun.elapsed().as_secs_f64() });
+            }
+            Err(none) if none.is_final => return Err(none.reason),
+            Err(none) => reason = none.reason,
+        }
+        radii.iter_mut().for_each(|radius| *radius *= LARGER);
+    }
+    Err(reason)
+}
+
+/// Why a cube does not do.
+struct None {
+    reason: String,
+    /// True if none does.
+    is_final: bool,
+}
+
+/// The case with the numbers that were found.
+struct Set<'p> {
+    values: &'p [f64],
+    case: Case,
+    setup: Setup<Extended>,
+    conditions: &'p [Condition],
+    length: Extended,
+}
+
+/// The start and the length of a run, in extended precision.
+struct Ends {
+    q: Vec<Extended>,
+    p: Vec<Extended>,
+    length: Extended,
+}
+
+fn ends(setup: &Setup<Extended>) -> Ends {
+    let start = &setup.place.start;
+    let length = match setup.limit {
+        Limit::Length(length) => length,
+        Limit::Value { coordinate, value } => {
+            (value - setup.origin_of(coordinate) - start.q[coordinate]) / start.q_dot[coordinate]
+        }
+    };
+    Ends { q: start.q.clone(), p: start.p.clone(), length }
+}
+
+impl<'p> Set<'p> {
+    fn new(problem: &'p Problem, values: &'p [f64]) -> Result<Self, String> {
+        let Goal::Meet(conditions) = &problem.find.goal else {
+            return Err("a proof needs find.meet, with as many conditions as unknowns".to_owned());
+        };
+        let (many, unknowns) = (conditions.len(), &problem.find.unknowns);
+        if many != unknowns.len() {
+            return Err(format!("it needs as many conditions as unknowns: there are {many} for {}", unknowns.len()));
+        }
+        for unknown in unknowns {
+            let name = unknown.key.rsplit('.').next().unwrap_or_default();
+            let is_in_conditions = || conditions.iter().any(|condition| condition.uses(name));
+            if unknown.is_in_equations || unknown.key.starts_with("parameters.") && is_in_conditions() {
+                return Err(format!("{} is in the equations of motion or in what is to be met", unknown.key));
+            }
+        }
+        if conditions.iter().any(|condition| condition.uses("norm")) {
+            return Err("norm depends on the start".to_owned());
+        }
+        let decimals: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
+        let case = problem.case(&decimals, false).map_err(|error| error.to_string())?;
+        if case.has_acting_events() || case.grid.until.is_some() || case.events.iter().any(|event| event.until) {
+            return Err("an event may end the run, or acts".to_owned());
+        }
+        if !case.is_determined() {
+            return Err("a rate at the start is not known to all digits".to_owned());
+        }
+        let setup: Setup<Extended> = case.setup();
+        let length = ends(&setup).length;
+        Ok(Self { values, case, setup, conditions, length })
+    }
+
+    /// The direction of the starts in which unknown `j` changes by its radius.
+    fn generator(&self, problem: &Problem, j: usize, radius: f64) -> Result<Generator, String> {
+        let key = &problem.find.unknowns[j].key;
+        let at = |times: f64| {
+            let mut values: Vec<String> = self.values.iter().map(|value| format!("{value:?}")).collect();
+            let value = Extended::from(self.values[j]) + Extended::from(times) * Extended::from(radius);
+            values[j] = value.to_decimal(Extended::MOST_DIGITS);
+            let setup: Setup<Extended> = problem.case(&values, false).map_err(|error| error.to_string())?.setup();
+            let is_moved = (0..setup.place.start.q.len()).any(|a| setup.origin_of(a) != self.setup.origin_of(a));
+            if is_moved { Err(format!("{key} is where the run counts from")) } else { Ok(ends(&setup)) }
+        };
+        let (here, [one, other]) = (ends(&self.setup), [at(1.0)?, at(-3.0)?]);
+        let linear = |here: Extended, one: Extended, other: Extended| {
+            let column = one - here;
+            let left = (other - here + column + column + column).abs().to_f64();
+            let room = LINEAR * (here.abs() + one.abs()).to_f64();
+            if left <= room {
+                Ok(column.to_f64())
+            } else {
+                Err(format!("the start or the end of the run is not linear in {key}"))
+            }
+        };
+        let all = |here: &[Extended], one: &[Extended], other: &[Extended]| -> Result<Vec<f64>, String> {
+            let each = here.iter().zip(one).zip(other);
+            each.map(|((&here, &one), &other)| linear(here, one, other)).collect()
+        };
+        // That of t is the energy, which is not linear, and on which no motion depends. Where one does, it is refused.
+        let ignorable: Vec<usize> = self.setup.place.geometry.ignorable().collect();
+        let momentum = |a: usize| {
+            let column = linear(here.p[a], one.p[a], other.p[a]);
+            if ignorable.contains(&a) { Ok(column.unwrap_or(f64::NAN)) } else { column }
+        };
+        Ok(Generator {
+            q: all(&here.q, &one.q, &other.q)?,
+            p: (0..here.p.len()).map(momentum).collect::<Result<_, _>>()?,
+            length: linear(here.length, one.length, other.length)?,
+        })
+    }
+
+    /// The unknowns with their bounds, and the number of windows, if the cube with these radii has a solution.
+    fn proved(&self, problem: &Problem, radii: &[f64]) -> Result<(Vec<(Extended, f64)>, usize), None> {
+        let generators = (0..radii.len()).map(|j| self.generator(problem, j, radii[j]));
+        let generators = generators.collect::<Result<Vec<_>, _>>();
+        let generators = generators.map_err(|reason| None { reason, is_final: true })?;
+        let start = &*self.setup.place.start;
+        let motion = Motion {
+            geometry: &self.setup.place.geometry,
+            start,
+            unused: self.case.is_lifted().then(|| start.q.len() - 1),
+            until: match self.setup.limit {
+                Limit::Length(_) => Until::Length(self.length),
+                Limit::Value { coordinate, value } => {
+                    Until::Value(coordinate, value - self.setup.origin_of(coordinate))
+                }
+            },
+            watched: &[],
+            samples: &[],
+            generators: &generators,
+        };
+        let proof = prove(&motion, &mut |_| true);
+        if let Err(reason) = proof.end {
+            return Err(None { reason: reason.to_string(), is_final: true });
+        }
+        let residuals = self.residuals(&proof.state, &generators);
+        let none = |reason: &str| None { reason: reason.to_owned(), is_final: false };
+        let beta = solution(&residuals, radii.len()).ok_or_else(|| none("the errors of the motion are too large"))?;
+        let unknown = |j: usize| {
+            let value = Extended::from(self.values[j]) + Extended::from(radii[j]) * Extended::from(beta[j].0);
+            (value, (radii[j] * beta[j].1 + OFF * value.abs().to_f64()) * UP)
+        };
+        Ok(((0..radii.len()).map(unknown).collect(), proof.windows))
+    }
+
+    /// The residuals over the cube.
+    fn residuals(&self, end: &[Option<Spread>], generators: &[Generator]) -> Vec<Residual> {
+        let start = &self.setup.place.start;
+        let n = start.q.len();
+        let own = |a: usize, values: &[Extended], of: fn(&Generator) -> &Vec<f64>| {
+            let columns: Vec<f64> = generators.iter().map(|generator| of(generator)[a]).collect();
+            let radius = f64::EPSILON * columns.iter().map(|column| column.abs()).sum::<f64>();
+            Some(Spread { value: values[a], columns, radius })
+        };
+        let of_start = (0..n).map(|a| own(a, &start.q, |of| &of.q)).chain((0..n).map(|a| own(a, &start.p, |of| &of.p)));
+        let is_known = |spread: &Spread| spread.columns.iter().all(|column| !column.is_nan());
+        let states = end.iter().cloned().chain(of_start).map(|spread| spread.filter(is_known));
+        let mut states: Vec<Option<Spread>> = states.collect();
+        for first in [0, 2 * n] {
+            for (a, spread) in states[first..first + n].iter_mut().enumerate() {
+                spread.iter_mut().for_each(|spread| spread.value += self.setup.origin_of(a));
+            }
+        }
+        let norm = self.setup.place.geometry.norm(&start.q, &start.q_dot);
+        let jets = self.case.jets(self.conditions, norm);
+        let ball = |spread: &Option<Spread>, with: fn(&Spread) -> f64| {
+            spread.as_ref().map_or(Ball::UNKNOWN, |spread| Ball::of(spread.value, OFF).widened(with(spread)))
+        };
+        let centres: Vec<Ball> = states.iter().map(|spread| ball(spread, |_| 0.0)).collect();
+        let boxes: Vec<Ball> = states.iter().map(|spread| ball(spread, reach)).collect();
+        let all = jets.at(&centres).into_iter().zip(jets.at(&boxes));
+        all.map(|(centre, over)| Residual::new(centre.value, &over, &states, generators.len())).collect()
+    }
+}
+
+/// A bound of the distance from the middle.
+fn reach(spread: &Spread) -> f64 {
+    (spread.columns.iter().map(|column| column.abs()).sum::<f64>() + spread.radius) * UP
+}
+
+/// A residual over the cube: value + Σ β columns ± radius.
+struct Residual {
+    value: f64,
+    columns: Vec<f64>,
+    radius: f64,
+}
+
+impl Residual {
+    /// By the mean value: from the value in the middle, with gradients over the whole.
+    fn new(value: Ball, over: &Jet, states: &[Option<Spread>], many: usize) -> Self {
+        let (mut columns, mut radius) = (vec![0.0; many], value.lo.abs() + value.rad);
+        let mut size = value.hi.abs();
+        for (slope, spread) in over.gradient.iter().zip(states) {
+            // It does not depend on this number.
+            if slope.hi == 0.0 && slope.lo == 0.0 && slope.rad == 0.0 {
+                continue;
+            }
+            let Some(spread) = spread else {
+                radius = f64::INFINITY;
+                continue;
+            };
+            columns.iter_mut().zip(&spread.columns).for_each(|(sum, column)| *sum += slope.hi * column);
+            radius += (slope.rad + slope.lo.abs()) * reach(spread) + slope.hi.abs() * spread.radius;
+            size += slope.hi.abs() * reach(spread);
+        }
+        // Sums of so many products.
+        let rounded = (states.len() + 4) as f64 * f64::EPSILON * size;
+        Self { value: value.hi, columns, radius: (radius + rounded) * UP }
+    }
+}
+
+/// β with bounds of what it is off by, if the map has a fixed point in the cube.
+fn solution(residuals: &[Residual], many: usize) -> Option<Vec<(f64, f64)>> {
+    let l = DMatrix::from_fn(many, many, |i, j| residuals[i].columns[j]);
+    let c = l.clone().try_inverse()?;
+    let rounding = (2 * many + 4) as f64 * f64::EPSILON;
+    let mut rows = Vec::new();
+    for i in 0..many {
+        let (mut step, mut size, mut of_errors) = (0.0, 0.0, 0.0);
+        for (j, residual) in residuals.iter().enumerate() {
+            step -= c[(i, j)] * residual.value;
+            size += (c[(i, j)] * residual.value).abs();
+            of_errors += c[(i, j)].abs() * residual.radius;
+        }
+        let left = |k: usize| {
+            let sum: f64 = (0..many).map(|j| c[(i, j)] * l[(j, k)]).sum();
+            let room: f64 = (0..many).map(|j| (c[(i, j)] * l[(j, k)]).abs()).sum();
+            (if i == k { 1.0 } else { 0.0 } - sum).abs() + rounding * (1.0 + room)
+        };
+        let left: Vec<f64> = (0..many).map(left).collect();
+        rows.push((step, (of_errors + rounding * size) * UP, left));
+    }
+    let reach = |(step, own, left): &(f64, f64, Vec<f64>)| (step.abs() + own + left.iter().sum::<f64>()) * UP;
+    let reaches: Vec<f64> = rows.iter().map(reach).collect();
+    // Comparisons that are false for what is not a number.
+    let is_inside = reaches.iter().all(|reach| *reach < 1.0);
+    let bound = |(step, own, left): &(f64, f64, Vec<f64>)| {
+        let of_others: f64 = left.iter().zip(&reaches).map(|(left, reach)| left * reach).sum();
+        (*step, (own + of_others) * UP)
+    };
+    is_inside.then(|| rows.iter().map(bound).collect())
+}
