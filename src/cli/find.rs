@@ -10,7 +10,7 @@ use geodesic_ivp::case::{Find, Goal, Unknown};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, find_summary, not_found_summary, write_fit, write_iterates};
 use geodesic_ivp::solve::Setup;
-use geodesic_ivp::study::find::{Existence, Found, Iterate, NotFound, find, norm};
+use geodesic_ivp::study::find::{Existence, Found, Geodesic, Iterate, NotFound, find, norm};
 use geodesic_ivp::study::many::Axis;
 use geodesic_ivp::study::proof::decimal;
 use geodesic_ivp::study::run::{self, NoRun, Wanted};
@@ -211,6 +211,9 @@ fn told(title: &str, wanted: &Find, found: &Found, steps: usize) -> String {
         system += &format!("; differences of runs for {}", found.differenced.join(", "));
     }
     text += &row("system", &system);
+    if let Some(geodesic) = &found.geodesic {
+        text += &row("geodesic", &of_geodesic(geodesic));
+    }
     match &found.existence {
         Some(Ok(existence)) => text += &row("proved", &exists(wanted, existence)),
         Some(Err(reason)) => text += &row("no proof", reason),
@@ -220,6 +223,19 @@ fn told(title: &str, wanted: &Find, found: &Found, steps: usize) -> String {
         text += &row("returns", &multipliers(found));
     }
     text
+}
+
+/// The length of a geodesic, and the points conjugate to its start.
+fn of_geodesic(Geodesic { length, conjugate }: &Geodesic) -> String {
+    let points = match conjugate.as_deref() {
+        None => "; neighbours of it have no end".to_owned(),
+        Some([]) => ", with no conjugate point on it".to_owned(),
+        Some([one]) => format!(", with a conjugate point at gamma = {one:.6}"),
+        Some(many) => {
+            format!(", with {} conjugate points, at gamma = {}", many.len(), listed(many.iter().map(|at| short(*at))))
+        }
+    };
+    format!("length {}{points}", number(*length, None, 16))
 }
 
 /// The numbers of which it is proved that they exist.

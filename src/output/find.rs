@@ -96,8 +96,12 @@ pub fn find_summary(
             "covariance": rows.zip(fit.covariance.iter().map(|row| by_key(row))).collect::<Value>(),
         })
     });
+    let of_geodesic = found
+        .geodesic
+        .as_ref()
+        .map(|geodesic| present(json!({"length": geodesic.length, "conjugate_points": geodesic.conjugate})));
     let of_proof = found.existence.as_ref().map(|existence| json!({"proof": proof(wanted, existence)}));
-    let all = merged([present(head), json!(of_multipliers), json!(of_fit), json!(of_proof)]);
+    let all = merged([present(head), json!(of_multipliers), json!(of_fit), json!(of_geodesic), json!(of_proof)]);
     json(&merged([value_of_run(case, run, judged, seconds), json!({"find": all})]))
 }
 

@@ -142,12 +142,18 @@ impl<'p> Set<'p> {
         Ok(Self { values, case, setup, conditions, length })
     }
 
+    /// The value of unknown `j` that was found: the decimal of the case.
+    fn middle(&self, j: usize) -> Extended {
+        let value = self.values[j];
+        Extended::from_decimal(&format!("{value:?}")).unwrap_or_else(|| Extended::from(value))
+    }
+
     /// The direction of the starts in which unknown `j` changes by its radius.
     fn generator(&self, problem: &Problem, j: usize, radius: f64) -> Result<Generator, String> {
         let key = &problem.find.unknowns[j].key;
         let at = |times: f64| {
             let mut values: Vec<String> = self.values.iter().map(|value| format!("{value:?}")).collect();
-            let value = Extended::from(self.values[j]) + Extended::from(times) * Extended::from(radius);
+            let value = self.middle(j) + Extended::from(times) * Extended::from(radius);
             values[j] = value.to_decimal(Extended::MOST_DIGITS);
             let setup: Setup<Extended> = problem.case(&values, false).map_err(|error| error.to_string())?.setup();
             let is_moved = (0..setup.place.start.q.len()).any(|a| setup.origin_of(a) != self.setup.origin_of(a));
@@ -209,7 +215,7 @@ impl<'p> Set<'p> {
         let none = |reason: &str| None { reason: reason.to_owned(), is_final: false };
         let beta = solution(&residuals, radii.len()).ok_or_else(|| none("the errors of the motion are too large"))?;
         let unknown = |j: usize| {
-            let value = Extended::from(self.values[j]) + Extended::from(radii[j]) * Extended::from(beta[j].0);
+            let value = self.middle(j) + Extended::from(radii[j]) * Extended::from(beta[j].0);
             (value, (radii[j] * beta[j].1 + OFF * value.abs().to_f64()) * UP)
         };
         Ok(((0..radii.len()).map(unknown).collect(), proof.windows))

@@ -3,8 +3,8 @@
 //! The unknowns and that number together have one direction in which all residuals stay 0, the tangent of the family. A
 //! step goes along it, and Newton's method comes back to the family at right angles to the tangent (H. B. Keller, in
 //! Applications of Bifurcation Theory, 1977, p. 359). Where the number that is followed turns back the family has a
-//! fold, at which nothing special happens to such steps. Lengths count every unknown relative to its first value, or to
-//! 1, and the followed number relative to its range.
+//! fold, at which nothing special happens to such steps. Lengths count every unknown relative to its largest value so
+//! far, or to 1, and the followed number relative to its range.
 
 use nalgebra::DMatrix;
 
@@ -19,13 +19,13 @@ use crate::number::norm::larger;
 
 /// The first step, and the longest and the shortest one.
 const FIRST: f64 = 0.02;
-const LONGEST: f64 = 0.05;
+const LONGEST: f64 = 0.1;
 const SHORTEST: f64 = 1e-6;
 /// Steps grow where Newton's method needs no more iterations than this, and are halved where it needs more than so many.
 const FEW: usize = 3;
 const MANY: usize = 6;
 /// The tangent turns by no more than this, in radians, from a member to the next.
-const TURN: f64 = 0.3;
+const TURN: f64 = 0.1;
 /// A family has at most so many members.
 const MOST: usize = 2000;
 /// A fold is looked for in so many steps.
@@ -76,11 +76,12 @@ pub struct Family {
 pub fn follow(case: &Case, wanted: &Find, to: f64, tell: &mut dyn FnMut(&Member)) -> Result<Family, NotFound> {
     let mut first = wanted.clone();
     let from = first.unknowns.pop().expect("there is a number to follow").value;
-    let Converged { here, .. } = search(&Problem::new(case, &first), &mut |_| {})?;
+    let Converged { here, errors, .. } = search(&Problem::new(case, &first), &mut |_| {})?;
     let values: Vec<f64> = here.values.into_iter().chain([from]).collect();
     let problem = Problem::followed(case, wanted, &values, (to - from).abs());
     let at_start = |reason: String| NotFound::on_the_way(&reason, "begin elsewhere in the family");
     let here = Point::new(&problem, &values).map_err(at_start)?;
+    let here = Point { errors: errors.into_iter().chain([0.0]).collect(), ..here };
     let goal = vec![0.0; values.len() - 1].into_iter().chain([(to - from).signum()]).collect::<Vec<_>>();
     let mut walk = Walk { problem, range: [from, to], tangent: goal, here, members: Vec::new() };
     walk.tangent = walk.turned(&walk.here).map_err(at_start)?;
@@ -180,6 +181,14 @@ impl Walk {
     fn go(&mut self, point: Point, tangent: Vec<f64>, is_fold: bool, tell: &mut dyn FnMut(&Member)) {
         (self.here, self.tangent) = (point, tangent);
         self.keep(is_fold, tell);
+        // What has become larger counts less, so that steps are a part of it.
+        let last = self.problem.scales.len() - 1;
+        let values = self.here.here.values[..last].iter();
+        let is_larger = values.clone().zip(&self.problem.scales).any(|(value, scale)| value.abs() > *scale);
+        self.problem.scales.iter_mut().zip(values).for_each(|(scale, value)| *scale = larger(*scale, value.abs()));
+        if is_larger && let Ok(tangent) = self.turned(&self.here) {
+            self.tangent = tangent;
+        }
     }
 
     fn keep(&mut self, is_fold: bool, tell: &mut dyn FnMut(&Member)) {

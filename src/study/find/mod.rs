@@ -25,6 +25,7 @@ mod chain;
 mod existence;
 mod fit;
 mod follow;
+mod geodesic;
 mod jacobian;
 mod least_squares;
 mod multipliers;
@@ -36,6 +37,7 @@ mod states;
 pub use existence::Existence;
 pub use fit::Fit;
 pub use follow::{Ended, Family, Member, follow};
+pub use geodesic::Geodesic;
 pub use multipliers::Multipliers;
 pub use starts::{FromStart, find_each, solutions};
 
@@ -89,6 +91,8 @@ pub struct Found {
     pub multipliers: Option<Multipliers>,
     /// The statistics of a fit to data.
     pub fit: Option<Fit>,
+    /// The length of a geodesic, and what is conjugate to its start.
+    pub geodesic: Option<Geodesic>,
     /// The proof that there are such numbers, if one was asked for, or why there is none.
     pub existence: Option<Result<Existence, String>>,
 }
@@ -129,8 +133,10 @@ pub fn find(case: &Case, wanted: &Find, proves: bool, tell: &mut dyn FnMut(Itera
     let keys = wanted.unknowns.iter().map(|unknown| unknown.key.clone());
     let residuals = names.into_iter().zip(&here.residuals).zip(&here.errors);
     let existence = proves.then(|| exists(&problem, &here.values, &errors));
+    let is_between = matches!(wanted.goal, Goal::Meet(_));
     Ok(Found {
         existence,
+        geodesic: if is_between { Geodesic::new(&here.case, &here.run) } else { None },
         case: problem.case(&decimals, false).expect("it was solved with these numbers"),
         errors,
         residuals: residuals.map(|((name, residual), error)| (name, *residual, *error)).collect(),

@@ -1,7 +1,10 @@
 //! Families of what a search finds: on closed forms, around folds, and to where they end; and searches from several
 //! starts.
 
-use geodesic_ivp::study::find::{Ended, Family, find_each, follow, solutions};
+use std::f64::consts::PI;
+
+use geodesic_ivp::Case;
+use geodesic_ivp::study::find::{Ended, Family, find, find_each, follow, solutions};
 use geodesic_ivp::study::many::ManyRuns;
 
 use crate::common::{parsed, shipped};
@@ -72,4 +75,20 @@ fn searches_from_several_starts_say_which_solutions_are_the_same() {
     assert!(searches[3].found().is_none(), "nothing depends on it at 0");
     assert!((searches[6].found().unwrap().values[0] - 2.0).abs() < 1e-12);
     assert!(parsed(text, &[]).find.is_some());
+}
+
+/// The long way round passes the place opposite to its start, where all great circles from there meet again.
+#[test]
+fn the_long_way_round_a_sphere_passes_a_conjugate_point() {
+    let short = shipped("find/great-circle", &[]);
+    let long = shipped("find/great-circle", &["parameters.north=3.7", "grid.gamma_f=4.7"]);
+    let geodesic = |case: &Case| {
+        let found = find(case, case.find.as_ref().unwrap(), false, &mut |_| {}).unwrap_or_else(|none| panic!("{none}"));
+        found.geodesic.unwrap()
+    };
+    let (short, long) = (geodesic(&short), geodesic(&long));
+    assert_eq!(short.conjugate, Some(Vec::new()));
+    assert!((short.length + long.length - 2.0 * PI).abs() < 1e-12, "{short:?} {long:?}");
+    let conjugate = long.conjugate.unwrap();
+    assert!(conjugate.len() == 1 && (conjugate[0] - PI).abs() < 1e-6, "{conjugate:?}");
 }
