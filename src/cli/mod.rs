@@ -21,6 +21,7 @@ mod samples;
 mod share;
 mod stability;
 mod study;
+mod together;
 mod told;
 mod vary;
 mod work_precision;

@@ -12,7 +12,7 @@ use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::{StreamedTable, write_events, write_samples};
-use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
+use geodesic_ivp::output::{CASE, Chart, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
 use geodesic_ivp::solve::{Limit, Settings, Setup, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -23,6 +23,7 @@ use super::out::{OutArgs, RESULTS};
 use super::run_tables::{EVENTS, tables, write_table, write_tables};
 use super::samples::SampleArgs;
 use super::share::VaryArgs;
+use super::together::Together;
 use super::told::Told;
 use super::{CaseArgs, complete, memory, out, report};
 
@@ -81,6 +82,12 @@ pub(super) struct RunArgs {
     #[arg(long, conflicts_with = "stdout", help_heading = RESULTS)]
     pub(super) plot: bool,
 
+    /// Also draw the curves of all runs in one picture
+    ///
+    /// Several cases, or the rows of --vary, have the pictures of a single run together, in a colour for each.
+    #[arg(long, requires = "plot", help_heading = RESULTS)]
+    pub(super) together: bool,
+
     /// Also print every charge, the critical point and the paper's bounds
     #[arg(long, short, conflicts_with = "vary", help_heading = RESULTS)]
     verbose: bool,
@@ -111,17 +118,26 @@ impl RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if args.more.is_empty() {
-        return run_case(&args.case.read()?, args);
+        let help = "name further cases, or let --vary give a key several values";
+        return match args.together {
+            true => Err(report::refused("--together draws several runs in one picture, and this is one", help)),
+            false => run_case(&args.case.read()?, args, &mut Vec::new()),
+        };
     }
     // All are read before the first is run: a mistake in the last one is found at once.
     let each = args.each()?;
     let cases: Vec<Case> = each.iter().map(|args| args.case.read()).collect::<anyhow::Result<_>>()?;
+    let named: Vec<(String, &Case)> = each.iter().map(|args| args.named(&each)).zip(&cases).collect();
+    let mut together = if args.together { Some(Together::open(args, &named)?) } else { None };
     let mut worst = 0;
-    for (case, args) in cases.iter().zip(&each) {
-        if let Err(error) = run_case(case, args) {
-            worst = worst.max(report::explain(&error));
+    for ((case, args), (name, _)) in cases.iter().zip(&each).zip(&named) {
+        let mut charts = Vec::new();
+        match run_case(case, args, &mut charts) {
+            Ok(_) => together.iter_mut().for_each(|together| together.add(name, case, std::mem::take(&mut charts))),
+            Err(error) => worst = worst.max(report::explain(&error)),
         }
     }
+    together.map_or(Ok(()), |together| together.finish(args.case.quiet))?;
     Ok(ExitCode::from(worst))
 }
 
@@ -146,14 +162,23 @@ impl RunArgs {
         }
         Ok(each)
     }
+
+    /// The name of its case beside those of the others.
+    fn named(&self, each: &[Self]) -> String {
+        let is_lone = each.iter().filter(|other| other.case.stem() == self.case.stem()).count() == 1;
+        if is_lone { self.case.headed(None) } else { self.case.name() }
+    }
 }
 
-/// Runs one case, the one of `args`.
-fn run_case(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
-    if case.settings.is_extended() { execute::<Extended>(case, args) } else { execute::<f64>(case, args) }
+/// Runs one case, the one of `args`. Its pictures, if there are any, are also kept in `charts`.
+fn run_case(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> anyhow::Result<ExitCode> {
+    match case.settings.is_extended() {
+        true => execute::<Extended>(case, args, charts),
+        false => execute::<f64>(case, args, charts),
+    }
 }
 
-fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
+fn execute<S: Real>(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> anyhow::Result<ExitCode> {
     let setup = case.setup::<S>();
     args.samples.check(args.stdout)?;
     check_options(case, args)?;
@@ -193,8 +218,8 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
     files.write_text(SUMMARY, &json)?;
     if args.plot {
-        let mut charts = drawn.iter().zip(pictures::of_run(&title, case, &run));
-        charts.try_for_each(|(name, chart)| files.write_text(name, &chart.to_svg()))?;
+        *charts = pictures::of_run(&title, case, &run);
+        drawn.iter().zip(&*charts).try_for_each(|(name, chart)| files.write_text(name, &chart.to_svg()))?;
     }
     files.commit(&|name| name != UNTIL_FAILURE)?;
     args.output.tell(args.case.quiet, &json, || {

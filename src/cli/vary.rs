@@ -25,7 +25,7 @@ use super::report::{self, INTERRUPTED, INVALID_CASE, NO_CRITICAL_POINT, refused}
 use super::run::RunArgs;
 use super::share::{Share, VaryArgs};
 use super::study::{self, Placed};
-use super::{memory, out};
+use super::{memory, out, together};
 
 /// The pictures of `--plot`: of a column over one key, over two, and of the events of all rows.
 const LINE: &str = "line.svg";
@@ -63,11 +63,13 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
         return piped(&Arc::new((runs, columns)), share.collect(), args.case.quiet);
     }
     let column = if args.plot { Some(column(&args.vary, &runs, &columns)?) } else { None };
+    let curves = if args.together { Some(together::of_rows(&runs)?) } else { None };
     let target = args.output.target(&args.case, out::VARY)?;
     out::keep_source(runs.first(), &target)?;
     let force = target.force;
     let tables = &TABLES[..columns.headers.len()];
-    let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE], &pictures(args, &runs)].concat())?;
+    let of_rows = curves.as_ref().map_or(&[][..], |curves| &curves.names);
+    let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE], &pictures(args, &runs), of_rows].concat())?;
     let mut journal = Journal::open(files.folder(), &identity, &columns.headers, force)?;
 
     let (all, there) = (share.len(), journal.count());
@@ -92,6 +94,7 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if let Some(column) = &column {
         let title = args.case.headed(runs.first().title.as_deref());
         draw(&files, runs, &title, (column, &cells), &mut journal)?;
+        curves.map_or(Ok(()), |curves| together::draw_rows(curves, &files, runs, &title))?;
     }
     files.write_text(CASE, &identity.case)?;
     let text = summary_text(&args.case.headed(runs.first().title.as_deref()), &summary, &varied(runs));

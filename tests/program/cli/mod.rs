@@ -9,6 +9,7 @@ mod folders;
 mod interrupts;
 mod limits;
 mod malformed;
+mod one_picture;
 mod prove;
 mod restart;
 mod run;
