@@ -33,9 +33,9 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     let target = args
         .output
         .target_in(args.output.out.clone().unwrap_or_default(), Origin { command: out::VARY.to_owned(), case })?;
-    let tables = first.table_names();
-    let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE]].concat())?;
-    join(&mut parts, tables.iter().map(|name| files.writer(name)).collect(), &mut summary)?;
+    let tables = first.table_names().to_vec();
+    let files = OutputSet::open(target, &[&tables[..], &[SUMMARY, CASE]].concat())?;
+    join(&mut parts, tables.iter().map(|name| (*name, files.writer(name))).collect(), &mut summary)?;
     files.write_text(CASE, &parts[0].case)?;
     let text = vary::summary_text(summary.title.as_deref().unwrap_or("Many runs"), &summary, "");
     let json = summary.to_json();

@@ -189,7 +189,7 @@ fn execute<S: Real>(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> any
     if args.stdout {
         return to_standard_output(case, &setup, args, Wanted { samples, is_streamed, ..Wanted::default() });
     }
-    let wanted = Wanted { samples, is_streamed, sums: true, observer: None };
+    let wanted = Wanted { samples, is_streamed, sums: true, ..Wanted::default() };
     let target = args.output.target(&args.case, "run")?;
     out::keep_source(case, &target)?;
     let directory = target.folder.clone();

@@ -22,4 +22,5 @@ mod tables;
 #[cfg(unix)]
 mod together;
 mod vary;
+mod vary_samples;
 mod verdict;
