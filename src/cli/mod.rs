@@ -5,6 +5,7 @@ mod check;
 mod complete;
 mod converge;
 mod find;
+mod format;
 mod init;
 mod input;
 mod interrupt;

@@ -18,6 +18,7 @@ use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
 
+use super::format::FormatArgs;
 use super::judge::{JudgeArgs, NO_ERROR, NO_PROOF, PROOF};
 use super::out::{OutArgs, RESULTS};
 use super::run_tables::{EVENTS, tables, write_table, write_tables};
@@ -72,8 +73,11 @@ pub(super) struct RunArgs {
     every: usize,
 
     /// Write one table with all columns to standard output, and no files
-    #[arg(long, conflicts_with_all = ["out", "force", "json"], help_heading = RESULTS)]
+    #[arg(long, conflicts_with_all = ["out", "force", "json", "format"], help_heading = RESULTS)]
     pub(super) stdout: bool,
+
+    #[command(flatten)]
+    pub(super) format: FormatArgs,
 
     #[command(flatten)]
     pub(super) output: OutArgs,
@@ -194,8 +198,9 @@ fn execute<S: Real>(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> any
     out::keep_source(case, &target)?;
     let directory = target.folder.clone();
     let tables = tables(case, !args.samples.samples_only, args.samples.count().is_some());
+    let all = [&tables[..], &[UNTIL_FAILURE]].concat();
     let drawn = if args.plot { pictures::names_of_run(case) } else { Vec::new() };
-    let files = OutputSet::open(target, &[&tables[..], &[UNTIL_FAILURE, SUMMARY, CASE], &drawn].concat())?;
+    let files = OutputSet::open(target, &[&args.format.files(&all)[..], &[SUMMARY, CASE], &drawn].concat())?;
     // The expectations hold for the case as it is in its file.
     let is_own = args.case.set.iter().all(|set| [PROOF, NO_PROOF, NO_ERROR].contains(&set.as_str()));
     let effective = if is_own { case.to_toml() } else { case.without_expectations().to_toml() };
@@ -211,7 +216,7 @@ fn execute<S: Real>(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> any
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
     let start = Instant::now();
-    write_tables(&files, &tables, &|name, out| {
+    write_tables(&files, &tables, &args.format, &|name, out| {
         write_table(name, out, case, (&run, judged.proof.as_ref()), args.every)
     })?;
     let title = args.case.headed(case.title.as_deref());
@@ -221,7 +226,8 @@ fn execute<S: Real>(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> any
         *charts = pictures::of_run(&title, case, &run);
         drawn.iter().zip(&*charts).try_for_each(|(name, chart)| files.write_text(name, &chart.to_svg()))?;
     }
-    files.commit(&|name| name != UNTIL_FAILURE)?;
+    let of_failure = args.format.files(&[UNTIL_FAILURE]);
+    files.commit(&|name| !of_failure.contains(&name))?;
     args.output.tell(args.case.quiet, &json, || {
         let told = Told { title: &title, case, run: &run, judged: &judged, solve_seconds };
         told.lines(&directory) + &if args.verbose { told.details() } else { String::new() }
@@ -240,9 +246,10 @@ fn failed<S: Real>(
     if let NoRun::Unsolved(failure, _) = &none {
         let summary = failure_summary(case, &setup.place.geometry, failure, solve_seconds);
         let write = || {
-            let has_rows = until_failure(case, setup, &files)?;
+            let has_rows = until_failure(case, setup, &args.format, &files)?;
             files.write_text(SUMMARY, &summary)?;
-            let is_kept = |name: &str| has_rows && [UNTIL_FAILURE, EVENTS].contains(&name);
+            let of_failure = args.format.files(&[UNTIL_FAILURE, EVENTS]);
+            let is_kept = |name: &str| has_rows && of_failure.contains(&name);
             files.commit(&|name| name == SUMMARY || name == CASE || is_kept(name))
         };
         if let Err(error) = write() {
@@ -256,7 +263,12 @@ fn failed<S: Real>(
 
 /// Writes the rows before a failure and the events there, which the run that failed has not kept: it is solved once
 /// more, window by window. Returns whether there is any row.
-fn until_failure<S: Real>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> anyhow::Result<bool> {
+fn until_failure<S: Real>(
+    case: &Case,
+    setup: &Setup<S>,
+    arrays: &FormatArgs,
+    files: &OutputSet,
+) -> anyhow::Result<bool> {
     let Settings { windows, accuracy, .. } = setup.settings;
     if windows == 1 && accuracy.is_none() {
         return Ok(false);
@@ -270,10 +282,12 @@ fn until_failure<S: Real>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> a
     let wanted = Wanted { is_streamed: true, observer: Some(&mut see), ..Wanted::default() };
     let Err(NoRun::Unsolved(_, events)) = run::run(case, setup, wanted).0 else { return Ok(false) };
     table.finish().context("cannot write until_failure.csv")?;
+    arrays.write_array(files, UNTIL_FAILURE)?;
     if has_rows && !case.events.is_empty() {
         let names = setup.place.geometry.names();
         let format = (setup.settings.digits, setup.settings.is_judged_on_its_way());
         files.write_table(EVENTS, |out| write_events(out, names, &case.event_names(), (&events, &[]), format))?;
+        arrays.write_array(files, EVENTS)?;
     }
     Ok(has_rows)
 }

@@ -45,19 +45,11 @@ const FEW_NODES: usize = 100_000;
 const TEXT_OF_SAMPLE: usize = 3;
 
 pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let VaryArgs { vary: axes, part, .. } = &args.vary;
-    check_keys(axes, &args.case.set)?;
-    if part.is_some() && args.output.out.is_none() && !args.stdout {
-        return Err(refused("--part writes one of several tables", "give each part a folder, with --out"));
-    }
-    if args.stdout && args.samples.wanted().is_some() {
-        let message = "--stdout writes one table, the rows, and samples are in another";
-        return Err(refused(message, "leave --stdout or the samples out"));
-    }
+    check(args)?;
     interrupt::start_threads();
     let (runs, identity) = read(args)?;
     let columns = Columns::new(&runs);
-    let Share { k, n } = part.unwrap_or(Share { k: 1, n: 1 });
+    let Share { k, n } = args.vary.part.unwrap_or(Share { k: 1, n: 1 });
     let share = (k - 1..runs.len()).step_by(n);
     if args.stdout {
         return piped(&Arc::new((runs, columns)), share.collect(), args.case.quiet);
@@ -69,7 +61,10 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let force = target.force;
     let tables: Vec<&'static str> = columns.tables.iter().map(|table| table.name).collect();
     let of_rows = curves.as_ref().map_or(&[][..], |curves| &curves.names);
-    let files = OutputSet::open(target, &[&tables[..], &[SUMMARY, CASE], &pictures(args, &runs), of_rows].concat())?;
+    let files = OutputSet::open(
+        target,
+        &[&args.format.files(&tables)[..], &[SUMMARY, CASE], &pictures(args, &runs), of_rows].concat(),
+    )?;
     let mut journal = Journal::open(files.folder(), &identity, &columns.tables, force)?;
 
     let (all, there) = (share.len(), journal.count());
@@ -89,8 +84,9 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
 
     let mut summary = RunsSummary::new(runs.first().title.as_deref(), &identity, runs.len());
-    let tables = tables.iter().map(|name| (*name, files.writer(name))).collect();
-    let cells = journal.write(tables, &mut summary, column.as_deref())?;
+    let writers = tables.iter().map(|name| (*name, files.writer(name))).collect();
+    let cells = journal.write(writers, &mut summary, column.as_deref())?;
+    tables.iter().try_for_each(|table| args.format.write_array(&files, table))?;
     if let Some(column) = &column {
         let title = args.case.headed(runs.first().title.as_deref());
         draw(&files, runs, &title, (column, &cells), &mut journal)?;
@@ -209,14 +205,22 @@ fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result
     Err(refused(format!("the table has no column '{column}'"), format!("its columns are {known}")))
 }
 
-/// Refuses keys that are given twice.
-fn check_keys(axes: &[Axis], set: &[String]) -> anyhow::Result<()> {
+/// Refuses combinations of options that make no sense, and keys that are given twice.
+fn check(args: &RunArgs) -> anyhow::Result<()> {
+    let VaryArgs { vary: axes, part, .. } = &args.vary;
+    if part.is_some() && args.output.out.is_none() && !args.stdout {
+        return Err(refused("--part writes one of several tables", "give each part a folder, with --out"));
+    }
+    if args.stdout && args.samples.wanted().is_some() {
+        let message = "--stdout writes one table, the rows, and samples are in another";
+        return Err(refused(message, "leave --stdout or the samples out"));
+    }
     for (place, axis) in axes.iter().enumerate() {
         let key = &axis.key;
         if axes[..place].iter().any(|other| other.key == *key) {
             return Err(refused(format!("--vary {key} is given twice"), "give all its values at once"));
         }
-        if set.iter().any(|setting| key_of(setting).is_some_and(|other| other == *key)) {
+        if args.case.set.iter().any(|setting| key_of(setting).is_some_and(|other| other == *key)) {
             let message = format!("{key} is both in --set and in --vary");
             return Err(refused(message, "leave one of them out"));
         }

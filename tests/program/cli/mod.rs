@@ -1,6 +1,7 @@
 //! The command line, as a user meets it: every test runs the program in a folder of its own.
 
 mod acting;
+mod arrays;
 mod cases;
 mod enclose;
 mod find;

@@ -177,8 +177,8 @@ mod killed {
     use super::*;
 
     /// Some hundred rows, which take seconds.
-    const LONG: &str = "run henon-heiles --set grid.gamma_f=20 --set grid.windows=20 --vary initial.y=-0.2:0.2:200 --sample-t 0:20:1 \
-         --out out";
+    const LONG: &str = "run henon-heiles --set grid.gamma_f=20 --set grid.windows=20 --sample-t 0:20:1 \
+                        --vary initial.y=-0.2:0.2:200 --out out";
 
     fn start(folder: &Folder) -> Child {
         folder.program(LONG).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
