@@ -27,7 +27,8 @@ const BY_GAMMA: &str = "take samples with --sample-gamma";
 pub(super) struct SampleArgs {
     /// Also write samples.csv at these times, e.g. 0:10:0.1
     ///
-    /// TIMES is START:STOP:STEP, a list as 0,1,2.5, or a column of a table as @times.csv:t.
+    /// TIMES is START:STOP:STEP, a list as 0,1,2.5, or a column of a table as @times.csv:t. With --vary the samples of
+    /// all rows are in runs-samples.csv.
     #[arg(
         long,
         value_name = "TIMES",
@@ -57,8 +58,8 @@ struct Range {
     option: &'static str,
     text: String,
     sampling: Sampling,
-    /// The file that the numbers are read from with its content, if they are.
-    content: Option<String>,
+    /// The same text, in which a file is known by its content and not by its folder.
+    asked: String,
 }
 
 fn number(text: &str) -> Option<f64> {
@@ -67,13 +68,13 @@ fn number(text: &str) -> Option<f64> {
 
 impl Range {
     fn parse(option: &'static str, text: &str) -> Result<Self, String> {
-        let (numbers, content) = match text.strip_prefix('@') {
-            Some(column) => read_column(column).and_then(|(list, content)| Ok((Self::list(list)?, Some(content))))?,
-            None if text.contains(':') => (Self::steps(text)?, None),
-            None => (Self::list(text.split(',').map(|part| part.trim().to_owned()).collect())?, None),
+        let (numbers, asked) = match text.strip_prefix('@') {
+            Some(column) => read_column(column).and_then(|(list, asked)| Ok((Self::list(list)?, asked)))?,
+            None if text.contains(':') => (Self::steps(text)?, text.to_owned()),
+            None => (Self::list(text.split(',').map(|part| part.trim().to_owned()).collect())?, text.to_owned()),
         };
         let sampling = Sampling { by_time: option == BY_TIME, numbers };
-        Ok(Self { option, text: text.to_owned(), sampling, content })
+        Ok(Self { option, text: text.to_owned(), sampling, asked })
     }
 
     fn steps(text: &str) -> Result<Numbers, String> {
@@ -107,11 +108,11 @@ impl Range {
     }
 }
 
-/// The numbers below a heading of a CSV, which `column` names as FILE.csv:COLUMN, and the content of that file.
+/// The numbers below a heading of a CSV, which `column` names as FILE.csv:COLUMN, and by what they are known again.
 fn read_column(column: &str) -> Result<(Vec<String>, String), String> {
     let example = "expected @FILE.csv:COLUMN, for example @times.csv:t";
     let (path, name) = column.rsplit_once(':').ok_or(example)?;
-    let shown = shown(path);
+    let (shown, file) = (shown(path), Path::new(path).file_name().unwrap_or_default().display());
     let bytes = read_file(Path::new(path), MOST_OF_TABLE).map_err(|error| format!("cannot read {shown}: {error}"))?;
     let cannot = |error: csv::Error| format!("cannot read {shown}: {error}");
     let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
@@ -124,7 +125,7 @@ fn read_column(column: &str) -> Result<(Vec<String>, String), String> {
     let rows = rows.collect::<Result<Vec<String>, _>>().map_err(cannot)?;
     match rows.len() {
         0 => Err(format!("{shown} has no rows")),
-        1..=MOST_LISTED => Ok((rows, named(path, &bytes))),
+        1..=MOST_LISTED => Ok((rows, named(&format!("@{file}:{name} with the content"), &bytes))),
         _ => Err(format!("{shown} has more than {MOST_LISTED} rows: give START:STOP:STEP, or several runs")),
     }
 }
@@ -156,14 +157,9 @@ impl SampleArgs {
         self.wanted().map(Sampling::count)
     }
 
-    /// The option by which they are asked for.
+    /// The option by which they are asked for, and what it says.
     pub(super) fn asked(&self) -> Option<String> {
-        self.range().map(|Range { option, text, .. }| format!("--{option} {text}"))
-    }
-
-    /// The file that their places are read from with its content, if they are.
-    pub(super) fn content(&self) -> Option<String> {
-        self.range().and_then(|range| range.content.clone())
+        self.range().map(|Range { option, asked, .. }| format!("--{option} {asked}"))
     }
 
     /// The stream that takes the samples, if any are asked for.

@@ -109,8 +109,7 @@ fn read(args: &RunArgs) -> anyhow::Result<(ManyRuns, Identity)> {
     let case = overridden(&name, &text, set).map_err(|error| args.case.of_another_kind(error))?;
     let asked = axes.iter().map(|axis| axis.text.clone()).collect();
     let part = part.map(|Share { k, n }| format!("{k}/{n}"));
-    let contents = runs.contents().into_iter().chain(args.samples.content()).collect();
-    let identity = Identity::new(case, asked, part, contents).with_samples(args.samples.asked());
+    let identity = Identity::new(case, asked, part, runs.contents()).with_samples(args.samples.asked());
     args.case.note(runs.first());
     runs.first().warnings().iter().for_each(|warning| report::warn(warning));
     // Refuses times where the scene has none.

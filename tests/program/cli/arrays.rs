@@ -99,8 +99,9 @@ fn every_table_of_a_run_is_an_array_too() {
     // The next run without it leaves none behind, and a failed one has what it has.
     folder.succeeds("run quartic --out doubled");
     assert!(folder.names("doubled").iter().all(|name| !name.ends_with(".npy")));
-    folder.fails("run light-capture --set grid.gamma_f=1000 --format npy --out failed", 4);
+    folder.fails("run horizon --set solver.accuracy=1e-8 --format npy --out failed", 4);
     check(&folder, "failed");
+    assert!(folder.names("failed").contains(&"until_failure.npy".to_owned()));
     folder.refuses(&[
         ("run quartic --format npy --stdout", 2, "--format"),
         ("run quartic --format parquet", 2, "csv, npy"),
