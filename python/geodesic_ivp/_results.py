@@ -126,6 +126,11 @@ class Sweep(_Result):
         """The events of all rows."""
         return self.table("runs-events")
 
+    @property
+    def samples(self) -> Table:
+        """The samples of all rows, at the values that `sample_t` or `sample_gamma` asked for."""
+        return self.table("runs-samples")
+
     def to_pandas(self, name: str = "runs") -> pandas.DataFrame:
         """A table as a DataFrame, where pandas is installed."""
         return _frame(self.table(name))

@@ -60,9 +60,7 @@ def run(
     A doubtful result is returned with a `DoubtfulWarning`. An invalid case is a `CaseError` whatever `check` is.
     """
     with _Call(case, set, out) as call:
-        for option, values in [("--sample-t", sample_t), ("--sample-gamma", sample_gamma)]:
-            if values is not None:
-                call.add(f"{option}={call.samples(values, option)}")
+        call.add_samples(sample_t, sample_gamma)
         if continue_from is not None:
             before = continue_from.folder if isinstance(continue_from, Run) else continue_from
             call.add("--from", os.path.abspath(before))
@@ -77,6 +75,8 @@ def vary(
     keys: Mapping[str, str | ArrayLike | Iterable[Any]],
     *,
     set: Mapping[str, Any] | None = None,
+    sample_t: str | ArrayLike | None = None,
+    sample_gamma: str | ArrayLike | None = None,
     prove: bool = False,
     plot: bool = False,
     out: str | os.PathLike[str] | None = None,
@@ -88,6 +88,7 @@ def vary(
 
     keys            Values for each key: numbers or strings, or "START:STOP:COUNT". Several keys make every combination,
                     and the last varies fastest.
+    sample_t        Also give values of every row at these times, as far as it reaches.
     out             The folder of the results. With it, the same call goes on where one was interrupted.
     check           With no solution in any row there is an exception; with False a `Sweep` all the same.
 
@@ -97,6 +98,7 @@ def vary(
     with _Call(case, set, out) as call:
         for key, values in keys.items():
             call.add("--vary", f"{key}={_list(values)}")
+        call.add_samples(sample_t, sample_gamma)
         flags = [("--prove", prove), ("--plot", plot)]
         call.add(*(flag for flag, is_given in flags if is_given), *options)
         return call.result(Sweep, check, timeout)
@@ -140,6 +142,11 @@ class _Call:
 
     def add(self, *arguments: str) -> None:
         self._arguments.extend(arguments)
+
+    def add_samples(self, times: Any, gammas: Any) -> None:
+        for option, values in [("--sample-t", times), ("--sample-gamma", gammas)]:
+            if values is not None:
+                self.add(f"{option}={self.samples(values, option)}")
 
     def samples(self, values: Any, option: str) -> str:
         """The places of samples, in a file if there are many."""

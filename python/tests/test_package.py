@@ -288,6 +288,15 @@ class Sweeps(InAFolder):
         self.assertEqual(set(sweep.events.event), {"apoapsis", "periapsis"})
         self.assertEqual(set(sweep.events.row), {1, 2})
 
+    def test_samples_of_all_rows_are_in_one_table(self):
+        times = np.linspace(0.0, 1.0, 2000)
+        for out in [None, "kept", "kept"]:
+            sweep = geodesic_ivp.vary(PENDULUM, {"initial.x": [0.2, 0.6]}, sample_t=times, out=out)
+            np.testing.assert_array_equal(sweep.samples.row, np.repeat([1, 2], len(times)))
+            np.testing.assert_allclose(sweep.samples.t, np.tile(times, 2), atol=1e-15)
+        single = geodesic_ivp.run(PENDULUM, set={"initial.x": 0.6}, sample_t=times, prove=False)
+        np.testing.assert_array_equal(sweep.samples.x[len(times):], single.samples.x)
+
 
 class Program(InAFolder):
     def test_commands_print(self):

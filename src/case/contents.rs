@@ -32,7 +32,7 @@ impl Case {
 
 /// A name, and a number for the content by the function FNV-1a of G. Fowler, L. C. Noll and K.-P. Vo, which is the same
 /// on all machines.
-fn named(name: &str, content: &[u8]) -> String {
+pub fn named(name: &str, content: &[u8]) -> String {
     let step = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3);
     format!("{name} {:016x}", content.iter().fold(0xcbf2_9ce4_8422_2325, step))
 }

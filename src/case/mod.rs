@@ -61,6 +61,7 @@ pub use crate::geometry::Direction;
 pub use crate::sbp::SbpName;
 pub use crate::solve::System;
 pub use condition::Condition;
+pub use contents::named;
 pub use error::CaseError;
 pub use files::{MOST_OF_CASE, MOST_OF_SUMMARY, MOST_OF_TABLE, read_at_most, read_file, read_text};
 pub use find::{Data, Find, Goal, Series, Unknown};

@@ -16,6 +16,7 @@ use geodesic_ivp::study::proof::decimal;
 use geodesic_ivp::study::run::{self, NoRun, Wanted};
 
 use super::family::{Followed, follow_family};
+use super::format::FormatArgs;
 use super::lines::{listed, row, short, wrapped};
 use super::out::OutArgs;
 use super::report::{self, Interrupted, refused};
@@ -107,7 +108,9 @@ pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
     if args.output.json || args.case.quiet {
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
-    write_tables(&files, &of_run, &|name, out| write_table(name, out, &found.case, (&run, None), 1))?;
+    write_tables(&files, &of_run, &FormatArgs::default(), &|name, out| {
+        write_table(name, out, &found.case, (&run, None), 1)
+    })?;
     if let Some(fit) = &found.fit {
         files.write_table(FIT, |out| write_fit(out, &wanted, fit))?;
     }

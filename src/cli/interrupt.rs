@@ -12,7 +12,7 @@ use std::panic::resume_unwind;
 use std::process::exit;
 use std::sync::Once;
 use std::sync::atomic::{AtomicU8, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
@@ -30,6 +30,9 @@ const STOPPED: u8 = 2;
 const THREADS: &str = "RAYON_NUM_THREADS";
 /// More threads than so many on a core take time to start, and none is faster for them.
 const MOST_PER_CORE: usize = 4;
+
+/// More results than these do not wait to be written, so that they do not fill the memory.
+const MOST_WAITING: usize = 64;
 
 /// The main thread looks for an interrupt so often.
 const WATCH: Duration = Duration::from_millis(20);
@@ -80,7 +83,7 @@ pub(super) fn run_interruptible<T: Send + 'static>(
 ) -> bool {
     start_threads();
     STATE.store(WATCHED, Ordering::SeqCst);
-    let (sender, news) = channel();
+    let (sender, news) = sync_channel(MOST_WAITING);
     let worker = thread::Builder::new().spawn(move || work(&|one| drop(sender.send(one))));
     let worker = worker.unwrap_or_else(|error| without_threads(error));
     while STATE.load(Ordering::SeqCst) != STOPPED {

@@ -7,6 +7,7 @@ use clap::{Args, ValueHint};
 use geodesic_ivp::output::runs::{Part, join, joined};
 use geodesic_ivp::output::{CASE, Origin, OutputSet, SUMMARY, origin_of};
 
+use super::format::FormatArgs;
 use super::out::{self, OutArgs};
 use super::study::Placed;
 use super::vary;
@@ -16,6 +17,9 @@ pub(super) struct MergeArgs {
     /// Folders with parts of one table, as `run --vary … --part K/N` writes them
     #[arg(value_name = "PART", required = true, value_hint = ValueHint::DirPath)]
     parts: Vec<PathBuf>,
+
+    #[command(flatten)]
+    format: FormatArgs,
 
     #[command(flatten)]
     output: OutArgs,
@@ -33,9 +37,10 @@ pub(super) fn merge(args: &MergeArgs) -> anyhow::Result<ExitCode> {
     let target = args
         .output
         .target_in(args.output.out.clone().unwrap_or_default(), Origin { command: out::VARY.to_owned(), case })?;
-    let tables = first.table_names();
-    let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE]].concat())?;
-    join(&mut parts, tables.iter().map(|name| files.writer(name)).collect(), &mut summary)?;
+    let tables = first.table_names().to_vec();
+    let files = OutputSet::open(target, &[&args.format.files(&tables)[..], &[SUMMARY, CASE]].concat())?;
+    join(&mut parts, tables.iter().map(|name| (*name, files.writer(name))).collect(), &mut summary)?;
+    tables.iter().try_for_each(|table| args.format.write_array(&files, table))?;
     files.write_text(CASE, &parts[0].case)?;
     let text = vary::summary_text(summary.title.as_deref().unwrap_or("Many runs"), &summary, "");
     let json = summary.to_json();

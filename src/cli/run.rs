@@ -12,17 +12,19 @@ use geodesic_ivp::Case;
 use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::{StreamedTable, write_events, write_samples};
-use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
+use geodesic_ivp::output::{CASE, Chart, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
 use geodesic_ivp::solve::{Limit, Settings, Setup, WorldLine};
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
 
+use super::format::FormatArgs;
 use super::judge::{JudgeArgs, NO_ERROR, NO_PROOF, PROOF};
 use super::out::{OutArgs, RESULTS};
 use super::run_tables::{EVENTS, tables, write_table, write_tables};
 use super::samples::SampleArgs;
 use super::share::VaryArgs;
+use super::together::Together;
 use super::told::Told;
 use super::{CaseArgs, complete, memory, out, report};
 
@@ -71,8 +73,11 @@ pub(super) struct RunArgs {
     every: usize,
 
     /// Write one table with all columns to standard output, and no files
-    #[arg(long, conflicts_with_all = ["out", "force", "json"], help_heading = RESULTS)]
+    #[arg(long, conflicts_with_all = ["out", "force", "json", "format"], help_heading = RESULTS)]
     pub(super) stdout: bool,
+
+    #[command(flatten)]
+    pub(super) format: FormatArgs,
 
     #[command(flatten)]
     pub(super) output: OutArgs,
@@ -80,6 +85,12 @@ pub(super) struct RunArgs {
     /// Also draw pictures
     #[arg(long, conflicts_with = "stdout", help_heading = RESULTS)]
     pub(super) plot: bool,
+
+    /// Also draw the curves of all runs in one picture
+    ///
+    /// Several cases, or the rows of --vary, have the pictures of a single run together, in a colour for each.
+    #[arg(long, requires = "plot", help_heading = RESULTS)]
+    pub(super) together: bool,
 
     /// Also print every charge, the critical point and the paper's bounds
     #[arg(long, short, conflicts_with = "vary", help_heading = RESULTS)]
@@ -111,17 +122,26 @@ impl RunArgs {
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if args.more.is_empty() {
-        return run_case(&args.case.read()?, args);
+        let help = "name further cases, or let --vary give a key several values";
+        return match args.together {
+            true => Err(report::refused("--together draws several runs in one picture, and this is one", help)),
+            false => run_case(&args.case.read()?, args, &mut Vec::new()),
+        };
     }
     // All are read before the first is run: a mistake in the last one is found at once.
     let each = args.each()?;
     let cases: Vec<Case> = each.iter().map(|args| args.case.read()).collect::<anyhow::Result<_>>()?;
+    let named: Vec<(String, &Case)> = each.iter().map(|args| args.named(&each)).zip(&cases).collect();
+    let mut together = if args.together { Some(Together::open(&args.output, &named)?) } else { None };
     let mut worst = 0;
-    for (case, args) in cases.iter().zip(&each) {
-        if let Err(error) = run_case(case, args) {
-            worst = worst.max(report::explain(&error));
+    for ((case, args), (name, _)) in cases.iter().zip(&each).zip(&named) {
+        let mut charts = Vec::new();
+        match run_case(case, args, &mut charts) {
+            Ok(_) => together.iter_mut().for_each(|together| together.add(name, case, std::mem::take(&mut charts))),
+            Err(error) => worst = worst.max(report::explain(&error)),
         }
     }
+    together.map_or(Ok(()), |together| together.finish(args.case.quiet))?;
     Ok(ExitCode::from(worst))
 }
 
@@ -146,14 +166,23 @@ impl RunArgs {
         }
         Ok(each)
     }
+
+    /// The name of its case beside those of the others.
+    fn named(&self, each: &[Self]) -> String {
+        let is_lone = each.iter().filter(|other| other.case.stem() == self.case.stem()).count() == 1;
+        if is_lone { self.case.headed(None) } else { self.case.name() }
+    }
 }
 
-/// Runs one case, the one of `args`.
-fn run_case(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
-    if case.settings.is_extended() { execute::<Extended>(case, args) } else { execute::<f64>(case, args) }
+/// Runs one case, the one of `args`. Its pictures, if there are any, are also kept in `charts`.
+fn run_case(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> anyhow::Result<ExitCode> {
+    match case.settings.is_extended() {
+        true => execute::<Extended>(case, args, charts),
+        false => execute::<f64>(case, args, charts),
+    }
 }
 
-fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
+fn execute<S: Real>(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> anyhow::Result<ExitCode> {
     let setup = case.setup::<S>();
     args.samples.check(args.stdout)?;
     check_options(case, args)?;
@@ -164,13 +193,14 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
     if args.stdout {
         return to_standard_output(case, &setup, args, Wanted { samples, is_streamed, ..Wanted::default() });
     }
-    let wanted = Wanted { samples, is_streamed, sums: true, observer: None };
+    let wanted = Wanted { samples, is_streamed, sums: true, ..Wanted::default() };
     let target = args.output.target(&args.case, "run")?;
     out::keep_source(case, &target)?;
     let directory = target.folder.clone();
     let tables = tables(case, !args.samples.samples_only, args.samples.count().is_some());
+    let all = [&tables[..], &[UNTIL_FAILURE]].concat();
     let drawn = if args.plot { pictures::names_of_run(case) } else { Vec::new() };
-    let files = OutputSet::open(target, &[&tables[..], &[UNTIL_FAILURE, SUMMARY, CASE], &drawn].concat())?;
+    let files = OutputSet::open(target, &[&args.format.files(&all)[..], &[SUMMARY, CASE], &drawn].concat())?;
     // The expectations hold for the case as it is in its file.
     let is_own = args.case.set.iter().all(|set| [PROOF, NO_PROOF, NO_ERROR].contains(&set.as_str()));
     let effective = if is_own { case.to_toml() } else { case.without_expectations().to_toml() };
@@ -186,17 +216,18 @@ fn execute<S: Real>(case: &Case, args: &RunArgs) -> anyhow::Result<ExitCode> {
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
     }
     let start = Instant::now();
-    write_tables(&files, &tables, &|name, out| {
+    write_tables(&files, &tables, &args.format, &|name, out| {
         write_table(name, out, case, (&run, judged.proof.as_ref()), args.every)
     })?;
     let title = args.case.headed(case.title.as_deref());
     let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
     files.write_text(SUMMARY, &json)?;
     if args.plot {
-        let mut charts = drawn.iter().zip(pictures::of_run(&title, case, &run));
-        charts.try_for_each(|(name, chart)| files.write_text(name, &chart.to_svg()))?;
+        *charts = pictures::of_run(&title, case, &run);
+        drawn.iter().zip(&*charts).try_for_each(|(name, chart)| files.write_text(name, &chart.to_svg()))?;
     }
-    files.commit(&|name| name != UNTIL_FAILURE)?;
+    let of_failure = args.format.files(&[UNTIL_FAILURE]);
+    files.commit(&|name| !of_failure.contains(&name))?;
     args.output.tell(args.case.quiet, &json, || {
         let told = Told { title: &title, case, run: &run, judged: &judged, solve_seconds };
         told.lines(&directory) + &if args.verbose { told.details() } else { String::new() }
@@ -215,9 +246,10 @@ fn failed<S: Real>(
     if let NoRun::Unsolved(failure, _) = &none {
         let summary = failure_summary(case, &setup.place.geometry, failure, solve_seconds);
         let write = || {
-            let has_rows = until_failure(case, setup, &files)?;
+            let has_rows = until_failure(case, setup, &args.format, &files)?;
             files.write_text(SUMMARY, &summary)?;
-            let is_kept = |name: &str| has_rows && [UNTIL_FAILURE, EVENTS].contains(&name);
+            let of_failure = args.format.files(&[UNTIL_FAILURE, EVENTS]);
+            let is_kept = |name: &str| has_rows && of_failure.contains(&name);
             files.commit(&|name| name == SUMMARY || name == CASE || is_kept(name))
         };
         if let Err(error) = write() {
@@ -231,7 +263,12 @@ fn failed<S: Real>(
 
 /// Writes the rows before a failure and the events there, which the run that failed has not kept: it is solved once
 /// more, window by window. Returns whether there is any row.
-fn until_failure<S: Real>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> anyhow::Result<bool> {
+fn until_failure<S: Real>(
+    case: &Case,
+    setup: &Setup<S>,
+    arrays: &FormatArgs,
+    files: &OutputSet,
+) -> anyhow::Result<bool> {
     let Settings { windows, accuracy, .. } = setup.settings;
     if windows == 1 && accuracy.is_none() {
         return Ok(false);
@@ -245,10 +282,12 @@ fn until_failure<S: Real>(case: &Case, setup: &Setup<S>, files: &OutputSet) -> a
     let wanted = Wanted { is_streamed: true, observer: Some(&mut see), ..Wanted::default() };
     let Err(NoRun::Unsolved(_, events)) = run::run(case, setup, wanted).0 else { return Ok(false) };
     table.finish().context("cannot write until_failure.csv")?;
+    arrays.write_array(files, UNTIL_FAILURE)?;
     if has_rows && !case.events.is_empty() {
         let names = setup.place.geometry.names();
         let format = (setup.settings.digits, setup.settings.is_judged_on_its_way());
         files.write_table(EVENTS, |out| write_events(out, names, &case.event_names(), (&events, &[]), format))?;
+        arrays.write_array(files, EVENTS)?;
     }
     Ok(has_rows)
 }

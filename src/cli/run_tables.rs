@@ -13,6 +13,8 @@ use geodesic_ivp::solve::System;
 use geodesic_ivp::study::proof::ProofOfRun;
 use geodesic_ivp::study::run::Run;
 
+use super::format::FormatArgs;
+
 const TRAJECTORY: &str = "trajectory.csv";
 const RESIDUALS: &str = "residuals.csv";
 const BRANCHES: &str = "branches.csv";
@@ -63,13 +65,18 @@ pub(super) fn write_table<S: Real>(
     }
 }
 
-/// Writes the tables, in parallel: at a million nodes that is most of the work that is left after the solve.
+/// Writes the tables, and their arrays if these are wanted, in parallel: at a million nodes that is most of the work that
+/// is left after the solve.
 pub(super) fn write_tables(
     files: &OutputSet,
     tables: &[&str],
+    format: &FormatArgs,
     write: &(dyn Fn(&str, &File) -> csv::Result<()> + Sync),
 ) -> anyhow::Result<()> {
-    let write = |name: &str| files.write_table(name, |out| write(name, out));
+    let write = |name: &str| {
+        files.write_table(name, |out| write(name, out))?;
+        format.write_array(files, name)
+    };
     let Some((first, others)) = tables.split_first() else { return Ok(()) };
     scope(|scope| {
         let spawned = |table| (table, Builder::new().spawn_scoped(scope, move || write(table)));

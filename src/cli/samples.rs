@@ -4,9 +4,10 @@ use std::path::Path;
 
 use clap::Args;
 use geodesic_ivp::Case;
-use geodesic_ivp::case::{MOST_OF_TABLE, read_file};
+use geodesic_ivp::case::{MOST_OF_TABLE, named, read_file};
 use geodesic_ivp::number::Real;
-use geodesic_ivp::trajectory::{Coordinate, NoSamples, OutsideRun, SampleStream};
+use geodesic_ivp::study::{Numbers, Sampling};
+use geodesic_ivp::trajectory::{NoSamples, OutsideRun, SampleStream};
 
 use super::lines::shown;
 use super::out::RESULTS;
@@ -26,7 +27,8 @@ const BY_GAMMA: &str = "take samples with --sample-gamma";
 pub(super) struct SampleArgs {
     /// Also write samples.csv at these times, e.g. 0:10:0.1
     ///
-    /// TIMES is START:STOP:STEP, a list as 0,1,2.5, or a column of a table as @times.csv:t.
+    /// TIMES is START:STOP:STEP, a list as 0,1,2.5, or a column of a table as @times.csv:t. With --vary the samples of
+    /// all rows are in runs-samples.csv.
     #[arg(
         long,
         value_name = "TIMES",
@@ -50,18 +52,14 @@ pub(super) struct SampleArgs {
     pub(super) samples_only: bool,
 }
 
-/// Where samples are wanted. Numbers are kept as text, so that a step of 0.1 is one tenth in every precision.
+/// Where samples are wanted, and the option that says so.
 #[derive(Debug, Clone)]
 struct Range {
     option: &'static str,
     text: String,
-    numbers: Numbers,
-}
-
-#[derive(Debug, Clone)]
-enum Numbers {
-    Steps { start: String, step: String, count: usize },
-    List(Vec<String>),
+    sampling: Sampling,
+    /// The same text, in which a file is known by its content and not by its folder.
+    asked: String,
 }
 
 fn number(text: &str) -> Option<f64> {
@@ -70,12 +68,13 @@ fn number(text: &str) -> Option<f64> {
 
 impl Range {
     fn parse(option: &'static str, text: &str) -> Result<Self, String> {
-        let numbers = match text.strip_prefix('@') {
-            Some(column) => Self::list(read_column(column)?)?,
-            None if text.contains(':') => Self::steps(text)?,
-            None => Self::list(text.split(',').map(|part| part.trim().to_owned()).collect())?,
+        let (numbers, asked) = match text.strip_prefix('@') {
+            Some(column) => read_column(column).and_then(|(list, asked)| Ok((Self::list(list)?, asked)))?,
+            None if text.contains(':') => (Self::steps(text)?, text.to_owned()),
+            None => (Self::list(text.split(',').map(|part| part.trim().to_owned()).collect())?, text.to_owned()),
         };
-        Ok(Self { option, text: text.to_owned(), numbers })
+        let sampling = Sampling { by_time: option == BY_TIME, numbers };
+        Ok(Self { option, text: text.to_owned(), sampling, asked })
     }
 
     fn steps(text: &str) -> Result<Numbers, String> {
@@ -107,24 +106,13 @@ impl Range {
         }
         Ok(Numbers::List(texts))
     }
-
-    fn values<S: Real>(&self) -> Vec<S> {
-        let read = |text: &str| S::from_decimal(text).unwrap_or_else(|| S::from(f64::NAN));
-        match &self.numbers {
-            Numbers::Steps { start, step, count } => {
-                let (start, step): (S, S) = (read(start), read(step));
-                (0..*count).map(|k| start + S::from(k as f64) * step).collect()
-            }
-            Numbers::List(list) => list.iter().map(|text| read(text)).collect(),
-        }
-    }
 }
 
-/// The numbers below a heading of a CSV, which `column` names as FILE.csv:COLUMN.
-fn read_column(column: &str) -> Result<Vec<String>, String> {
+/// The numbers below a heading of a CSV, which `column` names as FILE.csv:COLUMN, and by what they are known again.
+fn read_column(column: &str) -> Result<(Vec<String>, String), String> {
     let example = "expected @FILE.csv:COLUMN, for example @times.csv:t";
     let (path, name) = column.rsplit_once(':').ok_or(example)?;
-    let shown = shown(path);
+    let (shown, file) = (shown(path), Path::new(path).file_name().unwrap_or_default().display());
     let bytes = read_file(Path::new(path), MOST_OF_TABLE).map_err(|error| format!("cannot read {shown}: {error}"))?;
     let cannot = |error: csv::Error| format!("cannot read {shown}: {error}");
     let mut table = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
@@ -137,7 +125,7 @@ fn read_column(column: &str) -> Result<Vec<String>, String> {
     let rows = rows.collect::<Result<Vec<String>, _>>().map_err(cannot)?;
     match rows.len() {
         0 => Err(format!("{shown} has no rows")),
-        1..=MOST_LISTED => Ok(rows),
+        1..=MOST_LISTED => Ok((rows, named(&format!("@{file}:{name} with the content"), &bytes))),
         _ => Err(format!("{shown} has more than {MOST_LISTED} rows: give START:STOP:STEP, or several runs")),
     }
 }
@@ -159,12 +147,19 @@ impl SampleArgs {
         self.sample_t.as_ref().or(self.sample_gamma.as_ref())
     }
 
-    /// The number of samples that are asked for, if any are.
+    /// The samples that are asked for, if any are.
+    pub(super) fn wanted(&self) -> Option<&Sampling> {
+        self.range().map(|range| &range.sampling)
+    }
+
+    /// The number of these.
     pub(super) fn count(&self) -> Option<usize> {
-        self.range().map(|range| match &range.numbers {
-            Numbers::Steps { count, .. } => *count,
-            Numbers::List(list) => list.len(),
-        })
+        self.wanted().map(Sampling::count)
+    }
+
+    /// The option by which they are asked for, and what it says.
+    pub(super) fn asked(&self) -> Option<String> {
+        self.range().map(|Range { option, asked, .. }| format!("--{option} {asked}"))
     }
 
     /// The stream that takes the samples, if any are asked for.
@@ -172,17 +167,9 @@ impl SampleArgs {
     /// # Errors
     /// A refusal if the coordinate by which they are asked for is none of the case's.
     pub(super) fn stream<S: Real>(&self, case: &Case) -> anyhow::Result<Option<SampleStream<S>>> {
-        let Some(range) = self.range() else { return Ok(None) };
-        if range.option != BY_TIME {
-            return Ok(Some(SampleStream::new(Coordinate::Gamma, range.values(), case.is_backward())));
-        }
-        let t = case
-            .coordinates()
-            .iter()
-            .position(|name| name == "t")
-            .ok_or_else(|| report::refused("--sample-t needs a coordinate t, and the scene has none", BY_GAMMA))?;
-        let backwards = (case.start::<f64>().q_dot[t] < 0.0) != case.is_backward();
-        Ok(Some(SampleStream::new(Coordinate::Value(t), range.values(), backwards)))
+        let Some(wanted) = self.wanted() else { return Ok(None) };
+        let refuse = || report::refused("--sample-t needs a coordinate t, and the scene has none", BY_GAMMA);
+        wanted.stream(case).ok_or_else(refuse).map(Some)
     }
 
     /// The error where there are no samples.
@@ -191,8 +178,8 @@ impl SampleArgs {
             let message = "t does not grow, or fall, all the way: a time is not one place of the world-line";
             return report::refused(message, BY_GAMMA);
         };
-        let Range { option, text, .. } = asked;
-        let starts_before = asked.values::<S>().iter().any(|value| *value < from);
+        let Range { option, text, sampling, .. } = asked;
+        let starts_before = sampling.values::<S>().iter().any(|value| *value < from);
         let [from, to] = [from, to].map(|end| end.to_decimal(digits));
         let longer = if *option == BY_TIME { "--set grid.t_f=…" } else { "--set grid.gamma_f=…" };
         let help = match starts_before {

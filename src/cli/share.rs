@@ -17,7 +17,7 @@ pub(super) struct VaryArgs {
         long,
         value_name = "KEY=VALUES",
         add = ArgValueCompleter::new(complete::settings),
-        conflicts_with_all = ["more", "sample_t", "sample_gamma", "samples_only"]
+        conflicts_with_all = ["more", "samples_only"]
     )]
     pub(super) vary: Vec<Axis>,
 

@@ -14,9 +14,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{key_of, overridden};
 use geodesic_ivp::number::Extended;
-use geodesic_ivp::output::runs::{Columns, Identity, Journal, RunRow, RunsSummary, TABLES};
+use geodesic_ivp::output::runs::{Columns, Identity, Journal, RunRow, RunsSummary};
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, pictures};
 use geodesic_ivp::solve::Settings;
+use geodesic_ivp::study::Sampling;
 use geodesic_ivp::study::many::{Axis, ManyRuns};
 
 use super::interrupt;
@@ -25,7 +26,7 @@ use super::report::{self, INTERRUPTED, INVALID_CASE, NO_CRITICAL_POINT, refused}
 use super::run::RunArgs;
 use super::share::{Share, VaryArgs};
 use super::study::{self, Placed};
-use super::{memory, out};
+use super::{memory, out, together};
 
 /// The pictures of `--plot`: of a column over one key, over two, and of the events of all rows.
 const LINE: &str = "line.svg";
@@ -40,35 +41,31 @@ const TOO_LARGE: &str = "too-large";
 
 /// Runs of so few nodes fit any machine. To look for the memory that there is costs as much as a short run.
 const FEW_NODES: usize = 100_000;
+/// A row keeps its samples as text, too, which takes about as much room as so many samples.
+const TEXT_OF_SAMPLE: usize = 3;
 
 pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
-    let VaryArgs { vary: axes, part, .. } = &args.vary;
-    check_keys(axes, &args.case.set)?;
-    if part.is_some() && args.output.out.is_none() && !args.stdout {
-        return Err(refused("--part writes one of several tables", "give each part a folder, with --out"));
-    }
+    check(args)?;
     interrupt::start_threads();
-    let (name, text, set) = (args.case.name(), args.case.read_text()?, &args.case.set);
-    let runs = ManyRuns::new(&name, &text, set, axes.clone()).map_err(|error| args.case.of_another_kind(error))?;
-    let case = overridden(&name, &text, set).map_err(|error| args.case.of_another_kind(error))?;
-    let asked = axes.iter().map(|axis| axis.text.clone()).collect();
-    let identity = Identity::new(case, asked, part.map(|Share { k, n }| format!("{k}/{n}")), runs.contents());
-    args.case.note(runs.first());
-    runs.first().warnings().iter().for_each(|warning| report::warn(warning));
-
+    let (runs, identity) = read(args)?;
     let columns = Columns::new(&runs);
-    let Share { k, n } = part.unwrap_or(Share { k: 1, n: 1 });
+    let Share { k, n } = args.vary.part.unwrap_or(Share { k: 1, n: 1 });
     let share = (k - 1..runs.len()).step_by(n);
     if args.stdout {
         return piped(&Arc::new((runs, columns)), share.collect(), args.case.quiet);
     }
     let column = if args.plot { Some(column(&args.vary, &runs, &columns)?) } else { None };
+    let curves = if args.together { Some(together::of_rows(&runs)?) } else { None };
     let target = args.output.target(&args.case, out::VARY)?;
     out::keep_source(runs.first(), &target)?;
     let force = target.force;
-    let tables = &TABLES[..columns.headers.len()];
-    let files = OutputSet::open(target, &[tables, &[SUMMARY, CASE], &pictures(args, &runs)].concat())?;
-    let mut journal = Journal::open(files.folder(), &identity, &columns.headers, force)?;
+    let tables: Vec<&'static str> = columns.tables.iter().map(|table| table.name).collect();
+    let of_rows = curves.as_ref().map_or(&[][..], |curves| &curves.names);
+    let files = OutputSet::open(
+        target,
+        &[&args.format.files(&tables)[..], &[SUMMARY, CASE], &pictures(args, &runs), of_rows].concat(),
+    )?;
+    let mut journal = Journal::open(files.folder(), &identity, &columns.tables, force)?;
 
     let (all, there) = (share.len(), journal.count());
     let todo: Vec<usize> = share.filter(|run| !journal.has(run + 1)).collect();
@@ -87,11 +84,13 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
 
     let mut summary = RunsSummary::new(runs.first().title.as_deref(), &identity, runs.len());
-    let tables = tables.iter().map(|name| files.writer(name)).collect();
-    let cells = journal.write(tables, &mut summary, column.as_deref())?;
+    let writers = tables.iter().map(|name| (*name, files.writer(name))).collect();
+    let cells = journal.write(writers, &mut summary, column.as_deref())?;
+    tables.iter().try_for_each(|table| args.format.write_array(&files, table))?;
     if let Some(column) = &column {
         let title = args.case.headed(runs.first().title.as_deref());
         draw(&files, runs, &title, (column, &cells), &mut journal)?;
+        curves.map_or(Ok(()), |curves| together::draw_rows(curves, &files, runs, &title))?;
     }
     files.write_text(CASE, &identity.case)?;
     let text = summary_text(&args.case.headed(runs.first().title.as_deref()), &summary, &varied(runs));
@@ -100,6 +99,22 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
     journal.remove()?;
     args.output.tell(args.case.quiet, &json, || text + &placed.written)?;
     Ok(ExitCode::from(ending(&summary)))
+}
+
+/// The runs that are asked for, and the identity of their table.
+fn read(args: &RunArgs) -> anyhow::Result<(ManyRuns, Identity)> {
+    let VaryArgs { vary: axes, part, .. } = &args.vary;
+    let (name, text, set) = (args.case.name(), args.case.read_text()?, &args.case.set);
+    let runs = ManyRuns::new(&name, &text, set, axes.clone()).map_err(|error| args.case.of_another_kind(error))?;
+    let case = overridden(&name, &text, set).map_err(|error| args.case.of_another_kind(error))?;
+    let asked = axes.iter().map(|axis| axis.text.clone()).collect();
+    let part = part.map(|Share { k, n }| format!("{k}/{n}"));
+    let identity = Identity::new(case, asked, part, runs.contents()).with_samples(args.samples.asked());
+    args.case.note(runs.first());
+    runs.first().warnings().iter().for_each(|warning| report::warn(warning));
+    // Refuses times where the scene has none.
+    args.samples.stream::<f64>(runs.first())?;
+    Ok((runs.with_samples(args.samples.wanted().cloned()), identity))
 }
 
 /// Warns of what the rows of a table say, and returns its exit code.
@@ -163,10 +178,10 @@ fn piped(table: &Arc<(ManyRuns, Columns)>, todo: Vec<usize>, is_quiet: bool) -> 
     let mut order = todo.clone().into_iter().map(|run| run + 1).peekable();
     let interrupted = compute(table, todo, is_quiet, |row| {
         waiting.insert(row.row, row);
-        while let Some(RunRow { record, .. }) = order.peek().and_then(|next| waiting.remove(next)) {
+        while let Some(RunRow { records, .. }) = order.peek().and_then(|next| waiting.remove(next)) {
             order.next();
-            summary.see(&table.1.headers[0], &record);
-            out.write_all(&record)?;
+            summary.see(table.1.header(), &records[0]);
+            out.write_all(&records[0])?;
         }
         Ok(out.flush()?)
     })?;
@@ -179,7 +194,7 @@ fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result
         let message = "--plot draws a whole table over one or two keys that vary";
         return Err(refused(message, "give --vary once or twice, without --part, or leave out --plot"));
     }
-    let header = &columns.headers[0];
+    let header = columns.header();
     let default = || runs.first().coordinates().into_iter().find(|name| name != "t");
     let column = args.column.clone().or_else(default).unwrap_or_else(|| "status".to_owned());
     if header.contains(&column) {
@@ -189,14 +204,22 @@ fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result
     Err(refused(format!("the table has no column '{column}'"), format!("its columns are {known}")))
 }
 
-/// Refuses keys that are given twice.
-fn check_keys(axes: &[Axis], set: &[String]) -> anyhow::Result<()> {
+/// Refuses combinations of options that make no sense, and keys that are given twice.
+fn check(args: &RunArgs) -> anyhow::Result<()> {
+    let VaryArgs { vary: axes, part, .. } = &args.vary;
+    if part.is_some() && args.output.out.is_none() && !args.stdout {
+        return Err(refused("--part writes one of several tables", "give each part a folder, with --out"));
+    }
+    if args.stdout && args.samples.wanted().is_some() {
+        let message = "--stdout writes one table, the rows, and samples are in another";
+        return Err(refused(message, "leave --stdout or the samples out"));
+    }
     for (place, axis) in axes.iter().enumerate() {
         let key = &axis.key;
         if axes[..place].iter().any(|other| other.key == *key) {
             return Err(refused(format!("--vary {key} is given twice"), "give all its values at once"));
         }
-        if set.iter().any(|setting| key_of(setting).is_some_and(|other| other == *key)) {
+        if args.case.set.iter().any(|setting| key_of(setting).is_some_and(|other| other == *key)) {
             let message = format!("{key} is both in --set and in --vary");
             return Err(refused(message, "leave one of them out"));
         }
@@ -245,7 +268,7 @@ fn computed(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
         Ok(case) => case,
         Err(error) => return refused(INVALID, INVALID_CASE, &error.message),
     };
-    if let Err(error) = check_memory(&case) {
+    if let Err(error) = check_memory(&case, runs.samples.as_ref().map_or(0, Sampling::count)) {
         return refused(TOO_LARGE, INVALID_CASE, &error.to_string());
     }
     match runs.outcome(&case) {
@@ -254,12 +277,13 @@ fn computed(runs: &ManyRuns, columns: &Columns, run: usize) -> RunRow {
     }
 }
 
-fn check_memory(case: &Case) -> anyhow::Result<()> {
+fn check_memory(case: &Case, samples: usize) -> anyhow::Result<()> {
     let Settings { n_gamma, windows, .. } = case.settings;
+    let samples = TEXT_OF_SAMPLE * samples;
     match case.settings.is_extended() {
-        _ if n_gamma * windows <= FEW_NODES => Ok(()),
-        true => memory::check(&case.setup::<Extended>(), false, 0),
-        false => memory::check(&case.setup::<f64>(), false, 0),
+        _ if n_gamma * windows + samples <= FEW_NODES => Ok(()),
+        true => memory::check(&case.setup::<Extended>(), false, samples),
+        false => memory::check(&case.setup::<f64>(), false, samples),
     }
 }
 

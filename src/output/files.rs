@@ -237,7 +237,8 @@ impl OutputSet {
                 // A symbolic link is followed, so that its target is replaced and the link stays.
                 let path = folder.join(name);
                 let path = fs::canonicalize(&path).unwrap_or(path);
-                let file = AtomicWriteFile::open(&path).with_context(|| format!("cannot write {}", path.display()))?;
+                let file = AtomicWriteFile::options().read(true).open(&path);
+                let file = file.with_context(|| format!("cannot write {}", path.display()))?;
                 leftovers::hold(file.as_file());
                 Ok((name, file))
             })
@@ -250,7 +251,7 @@ impl OutputSet {
         &self.target.folder
     }
 
-    /// An opened file, to write to from any thread. It is not buffered.
+    /// An opened file, to write to from any thread, and to read from what is written. It is not buffered.
     ///
     /// # Panics
     /// If `name` was not opened.

@@ -23,6 +23,7 @@ mod find;
 mod json;
 mod leftovers;
 mod lock;
+pub mod npy;
 pub mod pictures;
 pub mod runs;
 mod stability;

@@ -68,12 +68,16 @@ pub fn write_samples<S: Real>(
 }
 
 /// The column of a proved bound.
-fn radius_of(name: &String) -> String {
+pub(crate) fn radius_of(name: &String) -> String {
     format!("{name}_radius")
 }
 
 /// So many cells of proved bounds.
-fn radius_cells<S: Real>(radii: Option<&Option<Vec<f64>>>, count: usize, digits: u32) -> impl Iterator<Item = String> {
+pub(crate) fn radius_cells<S: Real>(
+    radii: Option<&Option<Vec<f64>>>,
+    count: usize,
+    digits: u32,
+) -> impl Iterator<Item = String> {
     let cell = move |radius: f64| if radius.is_nan() { String::new() } else { S::from(radius).to_decimal(digits) };
     (0..count).map(move |place| radii.and_then(Option::as_ref).map_or_else(String::new, |of| cell(of[place])))
 }

@@ -10,6 +10,7 @@ pub mod many;
 mod method;
 pub mod proof;
 pub mod run;
+mod sampling;
 mod solved;
 pub mod stability;
 mod subject;
@@ -18,3 +19,4 @@ mod witnesses;
 pub mod work_precision;
 
 pub use method::Method;
+pub use sampling::{Numbers, Sampling};

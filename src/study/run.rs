@@ -33,6 +33,8 @@ pub type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>, &Diagnostics<S>);
 pub struct Wanted<'o, S: Real = f64> {
     /// Samples.
     pub samples: Option<SampleStream<S>>,
+    /// True if samples beyond the run may be missing, and are no reason to have no run.
+    pub takes_part: bool,
     /// True if nothing but the last window is to be kept.
     pub is_streamed: bool,
     /// True if conserved sums of momenta are looked for.
@@ -69,6 +71,8 @@ pub struct Run<S: Real = f64> {
     pub diagnostics: Diagnostics<S>,
     /// The samples.
     pub samples: Vec<Sample<S>>,
+    /// Why others are missing, if some are.
+    pub unsampled: Option<NoSamples<S>>,
     /// The events of the case, in the order of γ.
     pub events: Vec<Crossing<S>>,
     /// The name of the first event that the run has met and its judge has not, or the other way round.
@@ -252,14 +256,13 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         Ok(found) => found,
         Err(stopped) => return (Err(measures.unsolved(setup, *stopped, wanted.is_streamed)), solve_seconds),
     };
-    let acting_events = pieces.iter().map(|piece| piece.acted.len()).sum();
-    let start = Instant::now();
+    let (acting_events, start) = (pieces.iter().map(|piece| piece.acted.len()).sum(), Instant::now());
     let mut before = measures.see_pieces(pieces, wanted.is_streamed && !setup.has_acting_events());
     let (mut line, diagnostics) = before.pop().expect("a run has a piece");
-    let samples = match measures.samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
-        Ok(samples) => samples,
-        Err(none) => return (Err(NoRun::Unsampled(none)), solve_seconds),
-    };
+    let (samples, unsampled) = measures.samples.map_or_else(Default::default, |samples| samples.finish_inside(&line));
+    if let Some(none) = unsampled.filter(|_| !wanted.takes_part) {
+        return (Err(NoRun::Unsampled(none)), solve_seconds);
+    }
     let further = Further::new(case, setup, &line, &measures.sights);
     further.limit(&mut line);
     let (missed, unseen) = (measures.events.missed(), measures.events.unseen());
@@ -276,6 +279,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         sums: measures.sums.into_iter().filter_map(|(sum, holds)| holds.then_some(sum)).collect(),
         diagnostics,
         samples,
+        unsampled,
         acting_events,
         missed: missed + passed(&events, &of_run, |watch| case.events[watch].until),
         events,

@@ -192,6 +192,8 @@ pub struct SampleStream<S = f64> {
     coordinate: Coordinate,
     /// The values in the order of the run.
     values: Vec<S>,
+    /// The number of those that lie before the start of the run.
+    before: usize,
     /// True if that is the reverse of the requested order.
     reversed: bool,
     samples: Vec<Sample<S>>,
@@ -217,14 +219,18 @@ impl<S: Real> SampleStream<S> {
     pub fn see(&mut self, solution: &Solution<S>) {
         if solution.window_count == solution.windows.len() {
             self.samples.clear();
-            self.has_turned = false;
+            (self.before, self.has_turned) = (0, false);
         }
         if solution.windows.is_empty() {
             return;
         }
         let (origin, end) = self.coordinate.ends(solution);
+        let mut sampler = Sampler::with_tables(solution, std::mem::take(&mut self.tables));
         if solution.window_count == solution.windows.len() {
             self.first = origin;
+            let is_before = |value: S| if end < S::ZERO { value > origin } else { value < origin };
+            let mut outside = |value: S| is_before(value) && sampler.at(self.coordinate, value).is_err();
+            self.before = self.values.iter().take_while(|&&value| outside(value)).count();
         }
         if let Coordinate::Value(a) = self.coordinate {
             let turns = |view: WindowNodes<'_, S>| {
@@ -236,10 +242,8 @@ impl<S: Real> SampleStream<S> {
         }
         // A sample at the end of this solution is left to the next one, which starts there.
         let beyond = |value: S| if end < S::ZERO { value - origin <= end } else { value - origin >= end };
-        let mut sampler = Sampler::with_tables(solution, std::mem::take(&mut self.tables));
-        let from = self.samples.len();
+        let from = self.before + self.samples.len();
         let reached = self.values[from..].iter().take_while(|&&value| !beyond(value)).count();
-        // A value before the start of the run stays in the list, and `finish` refuses it.
         let values = self.values[from..from + reached].iter();
         self.samples.extend(values.map_while(|&value| sampler.at(self.coordinate, value).ok()));
         self.tables = sampler.tables;
@@ -249,24 +253,34 @@ impl<S: Real> SampleStream<S> {
     ///
     /// # Errors
     /// [`NoSamples`] if one does not lie in the run, or cannot be told from another one.
-    pub fn finish(mut self, last: &Solution<S>) -> Result<Vec<Sample<S>>, NoSamples<S>> {
+    pub fn finish(self, last: &Solution<S>) -> Result<Vec<Sample<S>>, NoSamples<S>> {
+        match self.finish_inside(last) {
+            (samples, None) => Ok(samples),
+            (_, Some(none)) => Err(none),
+        }
+    }
+
+    /// The samples that lie in the run, in the requested order, and why there are no others, if there are none. `last`
+    /// is the last solution that was seen.
+    pub fn finish_inside(mut self, last: &Solution<S>) -> (Vec<Sample<S>>, Option<NoSamples<S>>) {
         if self.has_turned {
-            return Err(NoSamples::Turns);
+            return (Vec::new(), Some(NoSamples::Turns));
         }
         let mut sampler = Sampler::with_tables(last, self.tables);
-        for &value in &self.values[self.samples.len()..] {
-            let sample = sampler.at(self.coordinate, value).map_err(|_| {
-                let (first, change) = self.coordinate.ends(last);
-                let end = first + change;
-                let range = if end < self.first { (end, self.first) } else { (self.first, end) };
-                NoSamples::Outside(OutsideRun { range })
-            })?;
-            self.samples.push(sample);
-        }
+        let rest = &self.values[self.before + self.samples.len()..];
+        self.samples.extend(rest.iter().map_while(|&value| sampler.at(self.coordinate, value).ok()));
+        let is_whole = self.samples.len() == self.values.len();
         if self.reversed {
             self.samples.reverse();
         }
-        Ok(self.samples)
+        let outside = || {
+            let (first, change) = self.coordinate.ends(last);
+            let end = first + change;
+            let range = if end < self.first { (end, self.first) } else { (self.first, end) };
+            NoSamples::Outside(OutsideRun { range })
+        };
+        let others = (!is_whole).then(outside);
+        (self.samples, others)
     }
 
     /// A stream of samples at `values`, which must be in ascending or descending order. `backwards` says whether γ, or
@@ -280,6 +294,7 @@ impl<S: Real> SampleStream<S> {
         Self {
             coordinate,
             values,
+            before: 0,
             reversed,
             samples: Vec::new(),
             first: S::ZERO,

@@ -9,6 +9,7 @@ mod thin;
 
 pub(crate) use bar::{Bar, ticks_of_cells};
 pub use map::{Kind, Map, Panel, Sign};
+pub(crate) use series::colour;
 pub use series::{Mark, Series, Shape, Style};
 
 use svg::node::element::Polyline;

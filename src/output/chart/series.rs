@@ -4,6 +4,11 @@
 const PALETTE: [[u8; 3]; 7] =
     [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233], [0, 0, 0]];
 
+/// The colour of the series with this number.
+pub(crate) fn colour(number: usize) -> [u8; 3] {
+    PALETTE[number % PALETTE.len()]
+}
+
 /// How the points of a series are drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {

@@ -7,6 +7,7 @@ mod of_x;
 mod run;
 mod scan;
 mod stability;
+mod together;
 mod work_precision;
 
 pub use convergence::errors;
@@ -14,4 +15,5 @@ pub use family::family;
 pub use run::{names_of_run, of_run, places_of_events, section_of_runs};
 pub use scan::{Varied, line, scan};
 pub use stability::{last_node, sawtooth_onset, stability_map};
+pub use together::{MOST_TOGETHER, are_apart, names_of_together, together};
 pub use work_precision::{Work, drift, work_precision};

@@ -73,6 +73,12 @@ fn orbits_of<S: Real>(case: &Case, geometry: &Geometry<S>) -> Vec<(String, PlotA
     case.orbits(geometry).into_iter().map(axes).collect()
 }
 
+/// The axes of the orbits of a case in words: first what is drawn to the right, then upwards.
+pub(super) fn axes_of_orbits(case: &Case) -> Vec<String> {
+    let axes = case.orbits(&case.geometry::<f64>()).into_iter();
+    axes.map(|(_, Axes { x, y })| format!("{x} and {y}")).collect()
+}
+
 /// The events of a row of many runs: their names, and their places on the axes of its case, by their records in
 /// `runs-events.csv`.
 pub fn places_of_events(case: &Case, events: &[StringRecord]) -> Vec<(String, (f64, f64))> {

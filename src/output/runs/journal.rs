@@ -2,10 +2,10 @@
 //! continued and not begun anew.
 //!
 //! The journal is the table itself with its rows in the order in which they were finished, below a line that says what
-//! it is a table of; the events of a row are in a table beside it, before the row is there. A row is written at once,
-//! and then the file is only longer: of a program that is killed every row is there, but perhaps for the last one. What
-//! is torn is cut off when the journal is opened again. Once a second all is brought to the disk, for the case that the
-//! machine stops.
+//! it is a table of; the events and samples of a row are in tables beside it, before the row is there. A row is written
+//! at once, and then the file is only longer: of a program that is killed every row is there, but perhaps for the last
+//! one. What is torn is cut off when the journal is opened again. Once a second all is brought to the disk, for the
+//! case that the machine stops.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Write};
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use super::super::files::{refused, refused_by_system};
 use super::super::lock::try_lock;
 use super::rows::{self, RowFile};
-use super::{JOURNAL, JOURNAL_EVENTS, RunRow, RunsSummary};
+use super::{JOURNAL, JOURNAL_EVENTS, RowTable, RunRow, RunsSummary, TABLES};
 
 /// The longest time that a row may be on its way to the disk.
 const AT_RISK: Duration = Duration::from_secs(1);
@@ -41,6 +41,9 @@ pub struct Identity {
     pub vary: Vec<String>,
     /// The part, if the table is one.
     pub part: Option<String>,
+    /// Where samples are wanted, if they are, as it was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<String>,
     /// The files that the case is read from besides its text, each with its content.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<String>,
@@ -50,7 +53,13 @@ impl Identity {
     /// A table of this program.
     pub fn new(case: String, vary: Vec<String>, part: Option<String>, files: Vec<String>) -> Self {
         let [program, version] = [env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")].map(str::to_owned);
-        Self { program, version, case, vary, part, files }
+        Self { program, version, case, vary, part, samples: None, files }
+    }
+
+    /// The same table with samples.
+    #[must_use]
+    pub fn with_samples(self, samples: Option<String>) -> Self {
+        Self { samples, ..self }
     }
 
     /// The first line of its journal.
@@ -71,6 +80,9 @@ impl Identity {
             Some(format!("{}, and now it is {}", list(&other.vary), list(&self.vary)))
         } else if self.part != other.part {
             Some(format!("{}, and now it is {}", part(&other.part), part(&self.part)))
+        } else if self.samples != other.samples {
+            let [before, now] = [other, self].map(|table| table.samples.as_deref().unwrap_or("no samples"));
+            Some(format!("{before}, and now it is {now}"))
         } else if self.case == other.case {
             let changed = self.files.iter().find(|file| !other.files.contains(file)).or(other.files.first());
             let name = changed.and_then(|file| file.rsplit_once(' ')).map_or("a file", |(name, _)| name);
@@ -84,18 +96,18 @@ impl Identity {
 /// An open journal. No other process can open it meanwhile.
 #[derive(Debug)]
 pub struct Journal {
-    /// The rows and, if the table has any, their events.
+    /// The rows and, if the table has any, their events and samples.
     tables: Vec<RowFile>,
     synced: Instant,
 }
 
 impl Journal {
-    /// Opens the journal of a table in `folder`, which must be there, or begins it. It has these headers of the rows
-    /// and, if there is a second one, of their events. With `force` a file that is no journal is replaced.
+    /// Opens the journal of tables in `folder`, which must be there, or begins it. With `force` a file that is no
+    /// journal is replaced.
     ///
     /// # Errors
     /// [`Refused`](crate::output::Refused) if it is of another table, no journal, or in use; or an error of a file.
-    pub fn open(folder: &Path, identity: &Identity, headers: &[Vec<String>], force: bool) -> anyhow::Result<Self> {
+    pub fn open(folder: &Path, identity: &Identity, kinds: &[RowTable], force: bool) -> anyhow::Result<Self> {
         let (path, mut file) = opened(folder, JOURNAL)?;
         if !try_lock(&file).with_context(|| format!("cannot write {}", path.display()))? {
             let message = format!("another program is computing the rows of {}", path.display());
@@ -120,21 +132,21 @@ impl Journal {
             return Err(refused_by_system(message, help));
         }
         let mut tables = vec![RowFile::read(&path, file, own.len() as u64)?];
-        if headers.len() > 1 {
-            let (path, file) = opened(folder, JOURNAL_EVENTS)?;
+        for kind in &kinds[1..] {
+            let partial = TABLES.iter().find(|(name, _)| *name == kind.name).map_or(kind.name, |(_, partial)| partial);
+            let (path, file) = opened(folder, partial)?;
             tables.push(RowFile::read(&path, file, 0)?);
         }
-        let mut all = tables.iter().zip(headers);
-        if before.is_some() && all.all(|(table, header)| table.header.iter().eq(header)) {
-            tables[0].cut(|_| true)?;
-            if let [runs, events] = &mut tables[..] {
-                // Events are written before their row, which the program may have been killed before.
-                events.cut(|row| runs.has(row))?;
-            }
+        let mut all = tables.iter().zip(kinds);
+        if before.is_some() && all.all(|(table, kind)| table.header.iter().eq(&kind.header)) {
+            let (runs, others) = tables.split_first_mut().expect("there are rows");
+            runs.cut(|_| true)?;
+            // They are written before their row, which the program may have been killed before.
+            others.iter_mut().try_for_each(|table| table.cut(|row| runs.has(row)))?;
         } else {
-            let first: [&[u8]; 2] = [&own, &[]];
-            for ((table, header), first) in tables.iter_mut().zip(headers).zip(first).rev() {
-                table.begin(first, header)?;
+            let first: [&[u8]; TABLES.len()] = [&own, &[], &[]];
+            for ((table, kind), first) in tables.iter_mut().zip(kinds).zip(first).rev() {
+                table.begin(first, &kind.header)?;
             }
         }
         Ok(Self { tables, synced: Instant::now() })
@@ -160,7 +172,7 @@ impl Journal {
     /// # Errors
     /// If it cannot be written.
     pub fn keep(&mut self, row: &RunRow) -> anyhow::Result<()> {
-        for (table, records) in self.tables.iter_mut().zip([&row.record, &row.events]).rev() {
+        for (table, records) in self.tables.iter_mut().zip(&row.records).rev() {
             table.append(Some(row.row), records)?;
         }
         if self.synced.elapsed() >= AT_RISK {
@@ -177,7 +189,7 @@ impl Journal {
     /// If a row cannot be read, or a table cannot be written.
     pub fn write<W: Write>(
         &mut self,
-        tables: Vec<W>,
+        tables: Vec<(&str, W)>,
         summary: &mut RunsSummary,
         column: Option<&str>,
     ) -> anyhow::Result<Vec<String>> {
@@ -190,7 +202,8 @@ impl Journal {
     /// # Errors
     /// If they cannot be read.
     pub fn events(&mut self) -> anyhow::Result<Vec<(usize, Vec<StringRecord>)>> {
-        let Some(table) = self.tables.get_mut(1) else { return Ok(Vec::new()) };
+        let is_of_events = |table: &&mut RowFile| table.path.ends_with(JOURNAL_EVENTS);
+        let Some(table) = self.tables.iter_mut().find(is_of_events) else { return Ok(Vec::new()) };
         let rows: Vec<usize> = table.numbers().collect();
         let of_row = |row: usize| {
             let records = table.row(row)?;
@@ -225,28 +238,36 @@ fn opened(folder: &Path, name: &str) -> anyhow::Result<(PathBuf, File)> {
 
 #[cfg(test)]
 mod tests {
+    use std::cmp::Ordering;
+
+    use super::super::JOURNAL_SAMPLES;
     use super::*;
 
     fn row(row: usize) -> RunRow {
         let events = if row % 2 == 1 { format!("{row},up\n{row},\"do\nwn\"\n") } else { String::new() };
-        RunRow { row, record: format!("{row},\"{row}.0\n\"\"\",converged\n").into_bytes(), events: events.into_bytes() }
+        let samples = format!("{row},0.5\n").repeat(row % 3);
+        let own = format!("{row},\"{row}.0\n\"\"\",converged\n");
+        RunRow { row, records: [own, events, samples].map(String::into_bytes).to_vec() }
     }
 
     fn open(folder: &Path) -> Journal {
         let identity = Identity::new("a = 1\n".to_owned(), vec!["b=1,2".to_owned()], None, Vec::new());
-        let headers =
-            ["row,x,status", "row,event"].map(|names| names.split(',').map(str::to_owned).collect::<Vec<_>>());
-        Journal::open(folder, &identity, &headers, false).unwrap()
+        let headers = ["row,x,status", "row,event", "row,gamma"].map(|names| names.split(',').map(str::to_owned));
+        let kinds = headers.into_iter().zip(TABLES);
+        let kinds: Vec<RowTable> =
+            kinds.map(|(header, (name, _))| RowTable { name, header: header.collect() }).collect();
+        Journal::open(folder, &identity, &kinds, false).unwrap()
     }
 
     #[test]
     fn whatever_length_a_killed_program_leaves_the_whole_rows_are_there() {
         let folder = tempfile::tempdir().unwrap();
-        let paths = [JOURNAL_EVENTS, JOURNAL].map(|name| folder.path().join(name));
+        // In the order in which they are written.
+        let paths = [JOURNAL_SAMPLES, JOURNAL_EVENTS, JOURNAL].map(|name| folder.path().join(name));
         let sizes = || paths.clone().map(|path| fs::read(path).map_or(0, |text| text.len()));
         // The contents of both files after each write, in the order of the writes.
         let mut journal = open(folder.path());
-        let mut states = vec![([0, 0], 0), (sizes(), 0)];
+        let mut states = vec![([0; 3], 0), (sizes(), 0)];
         for (number, done) in [(3, 1), (1, 2), (2, 3)] {
             journal.keep(&row(number)).unwrap();
             states.push((sizes(), done));
@@ -254,23 +275,33 @@ mod tests {
         drop(journal);
         let whole = paths.clone().map(|path| fs::read(path).unwrap());
         for pair in states.windows(2) {
-            let ([events, runs], [more_events, more_runs], before, after) =
-                (pair[0].0, pair[1].0, pair[0].1, pair[1].1);
-            let lengths = (events..=more_events).map(|events| [events, runs]);
-            for [events, runs] in lengths.chain((runs..=more_runs).map(|runs| [more_events, runs])) {
-                fs::write(&paths[0], &whole[0][..events]).unwrap();
-                fs::write(&paths[1], &whole[1][..runs]).unwrap();
+            let ((few, before), (more, after)) = (pair[0], pair[1]);
+            // One file after the other is written.
+            let lengths = (0..3).flat_map(|file| {
+                let others = move |length| {
+                    [0, 1, 2].map(|other: usize| match other.cmp(&file) {
+                        Ordering::Less => more[other],
+                        Ordering::Equal => length,
+                        Ordering::Greater => few[other],
+                    })
+                };
+                (few[file]..=more[file]).map(others)
+            });
+            for lengths in lengths {
+                for ((path, whole), length) in paths.iter().zip(&whole).zip(lengths) {
+                    fs::write(path, &whole[..length]).unwrap();
+                }
                 let mut journal = open(folder.path());
-                let expected = if runs == more_runs { after } else { before };
-                assert_eq!(journal.count(), expected, "{events} {runs}");
+                let expected = if lengths[2] == more[2] { after } else { before };
+                assert_eq!(journal.count(), expected, "{lengths:?}");
                 // It goes on from there, and what was there stays.
                 journal.keep(&row(7)).unwrap();
                 drop(journal);
                 let mut journal = open(folder.path());
                 assert_eq!(journal.count(), expected + 1);
                 for number in [3, 1, 2][..expected].iter().chain(&[7]) {
-                    let kept = [0, 1].map(|table| journal.tables[table].row(*number).unwrap());
-                    assert_eq!(kept, [row(*number).record, row(*number).events]);
+                    let kept = [0, 1, 2].map(|table| journal.tables[table].row(*number).unwrap());
+                    assert_eq!(kept[..], row(*number).records);
                 }
             }
         }

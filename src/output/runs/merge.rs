@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::super::files::{CASE, SUMMARY, refused};
 use super::rows::{self, RowFile};
-use super::{JOURNAL, RUNS, RUNS_EVENTS, RunsSummary, TABLES};
+use super::{JOURNAL, RUNS, RunsSummary, TABLES};
 use crate::case::{MOST_OF_CASE, MOST_OF_SUMMARY, read_text};
 
 /// Rows that a message names at most.
@@ -20,7 +20,8 @@ pub struct Part {
     /// The text of its case.
     pub case: String,
     summary: RunsSummary,
-    /// The rows and, if the table has any, their events.
+    names: Vec<&'static str>,
+    /// The rows and, if the table has any, their events and samples.
     tables: Vec<RowFile>,
 }
 
@@ -51,13 +52,19 @@ impl Part {
         let runs = RowFile::open(folder, RUNS)?.ok_or_else(|| no_table(format!("there is no {RUNS}")))?;
         let case = read_text(&folder.join(CASE), MOST_OF_CASE);
         let case = case.map_err(|error| no_table(format!("{CASE}: {error}")))?;
-        let tables = [runs].into_iter().chain(RowFile::open(folder, RUNS_EVENTS)?).collect();
-        Ok(Self { folder: folder.to_owned(), summary, case, tables })
+        let (mut names, mut tables) = (vec![RUNS], vec![runs]);
+        for (name, _) in &TABLES[1..] {
+            if let Some(table) = RowFile::open(folder, name)? {
+                names.push(*name);
+                tables.push(table);
+            }
+        }
+        Ok(Self { folder: folder.to_owned(), summary, case, names, tables })
     }
 
     /// The names of its tables.
-    pub fn table_names(&self) -> &'static [&'static str] {
-        &TABLES[..self.tables.len()]
+    pub fn table_names(&self) -> &[&'static str] {
+        &self.names
     }
 
     /// The difference from another part, if they are not parts of one table.
@@ -70,7 +77,9 @@ impl Part {
             Some("cases")
         } else if (&one.vary, one.runs) != (&two.vary, two.runs) {
             Some("what varies")
-        } else if headers(self) != headers(other) {
+        } else if one.samples != two.samples {
+            Some("where samples are")
+        } else if (&self.names, headers(self)) != (&other.names, headers(other)) {
             Some("columns")
         } else {
             None
@@ -98,12 +107,12 @@ pub fn joined(parts: &[Part]) -> anyhow::Result<RunsSummary> {
     Ok(RunsSummary { part: None, ..first.summary.without_rows() })
 }
 
-/// Writes the rows of all parts in their order to the first table, and their events to the second if they have any; and
-/// counts them in the summary.
+/// Writes the rows of all parts in their order to tables, which have names: the rows to the first, and what a row has
+/// several of to the others; and counts them in the summary.
 ///
 /// # Errors
 /// [`Refused`](crate::output::Refused) if a row is missing or there twice, or an error of the files.
-pub fn join<W: Write>(parts: &mut [Part], tables: Vec<W>, summary: &mut RunsSummary) -> anyhow::Result<()> {
+pub fn join<W: Write>(parts: &mut [Part], tables: Vec<(&str, W)>, summary: &mut RunsSummary) -> anyhow::Result<()> {
     let mut order: BTreeMap<usize, usize> = BTreeMap::new();
     for (place, part) in parts.iter().enumerate() {
         for row in part.tables[0].numbers() {

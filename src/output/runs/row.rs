@@ -1,28 +1,36 @@
 //! A row of `runs.csv`, and what its columns are.
 
 use super::rows::line_of;
+use super::{RUNS, RUNS_EVENTS, RUNS_SAMPLES};
 use crate::diagnostics::verdict::{Grade, Reason};
-use crate::number::Real;
-use crate::output::tables::{event_header, state_header};
+use crate::number::{Extended, Real};
+use crate::output::tables::{event_header, radius_cells, radius_of, state_header};
 use crate::solve::Status;
 use crate::study::many::{End, ManyRuns};
 
-/// A run as a row of `runs.csv` and rows of `runs-events.csv`.
+/// A run as a row of `runs.csv` and rows of the other tables.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunRow {
     /// The number of the run, from 1.
     pub row: usize,
-    /// The line of `runs.csv`.
-    pub record: Vec<u8>,
-    /// The lines of `runs-events.csv`.
-    pub events: Vec<u8>,
+    /// Its lines in each of the tables.
+    pub records: Vec<Vec<u8>>,
 }
 
-/// The columns of the table: those that the first valid run has.
+/// A table of many runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RowTable {
+    /// Its file.
+    pub name: &'static str,
+    /// Its columns.
+    pub header: Vec<String>,
+}
+
+/// The columns of the tables: those that the first valid run has.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns {
-    /// The header of `runs.csv` and, if there are events, that of `runs-events.csv`.
-    pub headers: Vec<Vec<String>>,
+    /// `runs.csv` and, if there are such, the tables of events and of samples.
+    pub tables: Vec<RowTable>,
     maxima: Vec<String>,
 }
 
@@ -40,12 +48,23 @@ impl Columns {
         let row = [texts(&["row"]), keys, ending, state, maxima.clone(), estimate, proof, verdict].concat();
         let of_event = || event_header(&first.coordinates(), first.settings.is_judged_on_its_way());
         let event = (!first.events.is_empty()).then(|| [texts(&["row", "event"]), of_event()].concat());
-        Self { headers: [row].into_iter().chain(event).collect(), maxima }
+        let radii = first.coordinates().into_iter().filter(|_| first.proof == Some(true));
+        let radii: Vec<String> = radii.map(|name| radius_of(&name)).collect();
+        let of_sample = || [texts(&["row"]), state_header(&first.coordinates()), radii].concat();
+        let sample = runs.samples.is_some().then(of_sample);
+        let all = [(RUNS, Some(row)), (RUNS_EVENTS, event), (RUNS_SAMPLES, sample)];
+        let tables = all.into_iter().filter_map(|(name, header)| Some(RowTable { name, header: header? }));
+        Self { tables: tables.collect(), maxima }
     }
 
-    /// The header of `runs.csv` as a line.
+    /// The columns of `runs.csv`.
+    pub fn header(&self) -> &[String] {
+        &self.tables[0].header
+    }
+
+    /// These as a line.
     pub fn header_line(&self) -> Vec<u8> {
-        line_of(self.headers[0].iter().map(String::as_str))
+        line_of(self.header().iter().map(String::as_str))
     }
 
     /// The row of a run, which counts from 0, from its end or else the status in a word, the exit code that a single
@@ -69,20 +88,47 @@ impl Columns {
             }));
         }
         // What is not there is empty, and what only this run has is not in the table.
-        cells.resize(self.headers[0].len() - 2, String::new());
+        cells.resize(self.header().len() - 2, String::new());
         let (verdict, message) = match end {
-            Some(End { verdict, .. }) => {
-                let reasons: Vec<String> = verdict.reasons.iter().map(Reason::to_string).collect();
-                (verdict.grade, reasons.join("; "))
+            Some(End { verdict, unsampled, .. }) => {
+                let reasons = verdict.reasons.iter().map(Reason::to_string).chain(unsampled.clone());
+                (verdict.grade, reasons.collect::<Vec<_>>().join("; "))
             }
             None => (Grade::Refused, message.to_owned()),
         };
         cells.push(verdict.as_str().to_owned());
         // A row is one line.
         cells.push(message.split_whitespace().collect::<Vec<_>>().join(" "));
-        let line = |cells: &[String]| line_of(cells.iter().map(String::as_str));
-        let events = end.map_or(&[][..], |end| &end.events).iter();
-        let events = events.map(|(event, state)| [&[number.clone(), event.clone()][..], state].concat());
-        RunRow { row: run + 1, record: line(&cells), events: events.flat_map(|cells| line(&cells)).collect() }
+        let row = line_of(cells.iter().map(String::as_str));
+        let records = self.tables.iter().map(|table| match table.name {
+            RUNS => row.clone(),
+            RUNS_EVENTS => end.map_or_else(Vec::new, |end| events(&number, end)),
+            _ => end.map_or_else(Vec::new, |end| samples(&number, end, &table.header)),
+        });
+        RunRow { row: run + 1, records: records.collect() }
     }
+}
+
+/// The lines of the events of a run with this number.
+fn events(number: &str, end: &End) -> Vec<u8> {
+    let cells = |(event, state): &(String, Vec<String>)| {
+        line_of([number, event].into_iter().chain(state.iter().map(String::as_str)))
+    };
+    end.events.iter().flat_map(cells).collect()
+}
+
+/// The lines of its samples. Decimals need no quotes.
+fn samples(number: &str, end: &End, header: &[String]) -> Vec<u8> {
+    let proved = end.proof.as_ref().map_or(&[][..], |proof| &proof.samples);
+    let mut lines = Vec::new();
+    for (k, state) in end.samples.iter().enumerate() {
+        let radii = header.len() - 1 - state.split(',').count();
+        let radii: Vec<String> = match end.digits > f64::MOST_DIGITS {
+            true => radius_cells::<Extended>(proved.get(k), radii, end.digits).collect(),
+            false => radius_cells::<f64>(proved.get(k), radii, end.digits).collect(),
+        };
+        let cells = [&[number.to_owned(), state.clone()], &radii[..]].concat();
+        lines.extend_from_slice((cells.join(",") + "\n").as_bytes());
+    }
+    lines
 }

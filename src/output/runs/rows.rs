@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use csv::{ReaderBuilder, StringRecord};
 
-use super::{RUNS, RunsSummary, TABLES};
+use super::RunsSummary;
 
 /// Tables are written in blocks of this many bytes.
 const BUFFER: usize = 1 << 18;
@@ -132,30 +132,30 @@ pub(super) fn line_of<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<u8> {
     writer.into_inner().expect("a record is written to memory")
 }
 
-/// Writes the rows of `order`, each with the place of its source, to tables: the first has the rows, and the second, if
-/// there is one, their events. A source has a file for each. The rows are counted in the summary. Returns the cells of
-/// a column, if one is wanted, in their order.
+/// Writes the rows of `order`, each with the place of its source, to tables, which have names: the first has the rows,
+/// and the others what a row has several of. A source has a file for each. The rows are counted in the summary. Returns
+/// the cells of a column, if one is wanted, in their order.
 pub(super) fn write<W: Write>(
     sources: &mut [&mut Vec<RowFile>],
     order: impl Iterator<Item = (usize, usize)>,
-    tables: Vec<W>,
+    tables: Vec<(&str, W)>,
     summary: &mut RunsSummary,
     column: Option<&str>,
 ) -> anyhow::Result<Vec<String>> {
     let cannot = |name: &str| format!("cannot write {name}");
-    let tables = tables.into_iter().map(|table| BufWriter::with_capacity(BUFFER, table));
-    let mut tables: Vec<_> = tables.zip(TABLES).collect();
-    for ((out, name), table) in tables.iter_mut().zip(&*sources[0]) {
+    let tables = tables.into_iter().map(|(name, table)| (name, BufWriter::with_capacity(BUFFER, table)));
+    let mut tables: Vec<_> = tables.collect();
+    for ((name, out), table) in tables.iter_mut().zip(&*sources[0]) {
         out.write_all(&line_of(&table.header)).with_context(|| cannot(name))?;
     }
     let header: Vec<String> = sources[0][0].header.iter().map(str::to_owned).collect();
     let place = column.map(|name| header.iter().position(|cell| cell == name));
     let mut wanted = Vec::new();
     for (row, source) in order {
-        for ((out, name), table) in tables.iter_mut().zip(sources[source].iter_mut()) {
+        for (place_of_table, ((name, out), table)) in tables.iter_mut().zip(sources[source].iter_mut()).enumerate() {
             let records = table.row(row)?;
             out.write_all(&records).with_context(|| cannot(name))?;
-            if *name == RUNS {
+            if place_of_table == 0 {
                 let cells = summary.see(&header, &records);
                 let cell =
                     |place: Option<usize>| place.and_then(|place| cells.get(place)).unwrap_or_default().to_owned();
@@ -163,6 +163,6 @@ pub(super) fn write<W: Write>(
             }
         }
     }
-    tables.iter_mut().try_for_each(|(out, name)| out.flush().with_context(|| cannot(name)))?;
+    tables.iter_mut().try_for_each(|(name, out)| out.flush().with_context(|| cannot(name)))?;
     Ok(wanted)
 }

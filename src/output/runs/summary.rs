@@ -27,6 +27,9 @@ pub struct RunsSummary {
     /// The part that the table is, K/N; absent if it is the whole.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub part: Option<String>,
+    /// Where samples were taken, as it was asked for; absent if there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<String>,
     /// The number of rows of the table.
     pub rows: usize,
     /// Rows with a solution.
@@ -54,6 +57,7 @@ impl RunsSummary {
             vary: identity.vary.clone(),
             runs,
             part: identity.part.clone(),
+            samples: identity.samples.clone(),
             rows: 0,
             solved: 0,
             doubtful: 0,

@@ -6,7 +6,8 @@ use crate::number::norm::larger;
 use crate::number::{Extended, Real};
 use crate::solve::{Setup, Status};
 use crate::study::run::{Judged, NoRun, Run, Wanted, run};
-use crate::trajectory::{Coordinate, NoSamples, OutsideRun, SampleStream};
+use crate::study::sampling::stream;
+use crate::trajectory::{NoSamples, OutsideRun};
 
 /// A case whose unknowns are to be found.
 #[derive(Debug)]
@@ -120,7 +121,7 @@ impl Problem {
         let case = self.case(&decimals, with_sensitivity && self.has_sensitivity)?;
         let setup: Setup = case.setup();
         let samples = match &self.find.goal {
-            Goal::Data(data) => Some(stream(&case, data)),
+            Goal::Data(data) => Some(stream(&case, data.by, data.places.clone())),
             _ => None,
         };
         let run = run(&case, &setup, Wanted { samples, ..Wanted::default() }).0.map_err(unsolved)?;
@@ -167,17 +168,6 @@ fn errors(gradients: &[Gradient], ends: &Ends, judged: &Judged) -> Option<Vec<f6
     };
     let of_run = |gradient: &Gradient| weighted(&gradient[1][0], &left.q) + weighted(&gradient[1][1], &left.p);
     Some(gradients.iter().map(|gradient| of_run(gradient) + rounding(gradient)).collect())
-}
-
-/// The samples at the places of the data.
-fn stream(case: &Case, data: &Data) -> SampleStream {
-    match data.by {
-        None => SampleStream::new(Coordinate::Gamma, data.places.clone(), case.is_backward()),
-        Some(t) => {
-            let backwards = (case.start::<f64>().q_dot[t] < 0.0) != case.is_backward();
-            SampleStream::new(Coordinate::Value(t), data.places.clone(), backwards)
-        }
-    }
 }
 
 /// By how many standard deviations the samples of a run differ from the data, coordinate by coordinate, and what its

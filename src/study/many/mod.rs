@@ -32,8 +32,9 @@ use crate::geometry::Geometry;
 use crate::number::{Extended, Real};
 use crate::solve::{NoSolution, WorldLine};
 use crate::study::proof::{ProofOfRun, prove_run};
-use crate::study::run::{NoRun, Wanted, run};
-use crate::trajectory::Crossing;
+use crate::study::run::{NoRun, Run, Wanted, run};
+use crate::study::sampling::Sampling;
+use crate::trajectory::{Crossing, NoSamples, OutsideRun};
 
 /// More runs than this are taken for a typing mistake.
 const MOST_RUNS: usize = 10_000_000;
@@ -46,6 +47,8 @@ pub struct ManyRuns {
     overrides: Vec<String>,
     /// The keys that vary.
     pub axes: Vec<Axis>,
+    /// Where samples of each are wanted, if any are.
+    pub samples: Option<Sampling>,
     first: Option<Case>,
 }
 
@@ -62,12 +65,18 @@ impl ManyRuns {
             return Err(CaseError::without_place("command line", message));
         }
         let (name, text, overrides) = (name.to_owned(), text.to_owned(), overrides.to_vec());
-        let runs = Self { name, text, overrides, axes, first: None };
+        let runs = Self { name, text, overrides, axes, samples: None, first: None };
         let first = runs.case(0).or_else(|error| {
             let others = (1..runs.len()).into_par_iter();
             others.find_map_first(|run| runs.case(run).ok()).ok_or(error)
         })?;
         Ok(Self { first: Some(first), ..runs })
+    }
+
+    /// The same runs with samples of each.
+    #[must_use]
+    pub fn with_samples(self, samples: Option<Sampling>) -> Self {
+        Self { samples, ..self }
     }
 
     /// The number of runs.
@@ -133,7 +142,10 @@ impl ManyRuns {
     /// # Errors
     /// [`NoSolution`] if it is not at a critical point.
     pub fn outcome(&self, case: &Case) -> Result<End, NoSolution> {
-        if case.settings.is_extended() { outcome::<Extended>(case) } else { outcome::<f64>(case) }
+        match case.settings.is_extended() {
+            true => outcome::<Extended>(case, self.samples.as_ref()),
+            false => outcome::<f64>(case, self.samples.as_ref()),
+        }
     }
 }
 
@@ -156,6 +168,12 @@ pub struct End {
     pub verdict: Verdict,
     /// The events of the case, in the order of γ: the name, then the state and its errors, if these are columns.
     pub events: Vec<(String, Vec<String>)>,
+    /// The digits of its numbers.
+    pub digits: u32,
+    /// The states at the samples that lie in the run, each as a line with commas between its numbers.
+    pub samples: Vec<String>,
+    /// Why others are missing, if some are.
+    pub unsampled: Option<String>,
 }
 
 impl End {
@@ -180,12 +198,13 @@ impl End {
 }
 
 /// Solves a case.
-fn outcome<S: Real>(case: &Case) -> Result<End, NoSolution> {
+fn outcome<S: Real>(case: &Case, samples: Option<&Sampling>) -> Result<End, NoSolution> {
     let setup = case.setup::<S>();
-    let found = match run(case, &setup, Wanted::default()).0 {
+    let stream = samples.and_then(|samples| samples.stream(case));
+    let found = match run(case, &setup, Wanted { samples: stream, takes_part: true, ..Wanted::default() }).0 {
         Ok(found) => found,
         Err(NoRun::Unsolved(failure, _)) => return Err(failure),
-        Err(NoRun::Unsampled(_)) => unreachable!("a row has no samples"),
+        Err(NoRun::Unsampled(_)) => unreachable!("samples of a row may be missing"),
     };
     let (line, mut judged) = (&found.line, found.judged(&setup, false, false));
     if case.proof == Some(true) {
@@ -205,7 +224,22 @@ fn outcome<S: Real>(case: &Case) -> Result<End, NoSolution> {
         proof: judged.proof,
         verdict: judged.verdict,
         events: events.collect(),
+        digits: line.digits,
+        samples: found.samples.iter().map(|at| state(at.gamma, &at.q, &at.q_dot).join(",")).collect(),
+        unsampled: samples.and_then(|samples| unsampled(&found, samples.count())),
     })
+}
+
+/// Why not all of so many samples are there, if some are missing.
+fn unsampled<S: Real>(run: &Run<S>, count: usize) -> Option<String> {
+    match run.unsampled? {
+        NoSamples::Turns => Some("no samples: t does not grow, or fall, all the way".to_owned()),
+        NoSamples::Outside(OutsideRun { range: (from, to) }) => {
+            let [from, to] = [from, to].map(|end| end.to_decimal(run.line.digits));
+            let missing = count - run.samples.len();
+            Some(format!("{missing} of {count} samples are not in the run, which covers {from} to {to}"))
+        }
+    }
 }
 
 /// The largest deviations, as decimals.

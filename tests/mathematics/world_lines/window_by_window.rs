@@ -73,7 +73,8 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
         };
         let samples = || Some(SampleStream::new(by, values.clone(), to < from));
         let whole = Wanted { samples: samples(), sums: true, ..Wanted::default() };
-        let streamed = Wanted { samples: samples(), is_streamed: true, sums: true, observer: Some(&mut see) };
+        let streamed =
+            Wanted { samples: samples(), takes_part: false, is_streamed: true, sums: true, observer: Some(&mut see) };
         let [whole, streamed] = [whole, streamed].map(|wanted| run(&case, &setup, wanted).0.expect("there is a run"));
         assert!(windows > 1 && windows == whole.line.windows.len() && streamed.line.windows.len() == 1, "{text}");
         assert_eq!((seen, nodes(&whole.line)), (nodes(&line), nodes(&line)), "{text}");

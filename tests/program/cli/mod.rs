@@ -1,6 +1,7 @@
 //! The command line, as a user meets it: every test runs the program in a folder of its own.
 
 mod acting;
+mod arrays;
 mod cases;
 mod enclose;
 mod find;
@@ -9,6 +10,7 @@ mod folders;
 mod interrupts;
 mod limits;
 mod malformed;
+mod one_picture;
 mod prove;
 mod restart;
 mod run;
@@ -21,4 +23,5 @@ mod tables;
 #[cfg(unix)]
 mod together;
 mod vary;
+mod vary_samples;
 mod verdict;

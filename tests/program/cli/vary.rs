@@ -177,8 +177,8 @@ mod killed {
     use super::*;
 
     /// Some hundred rows, which take seconds.
-    const LONG: &str =
-        "run henon-heiles --set grid.gamma_f=20 --set grid.windows=20 --vary initial.y=-0.2:0.2:200 --out out";
+    const LONG: &str = "run henon-heiles --set grid.gamma_f=20 --set grid.windows=20 --sample-t 0:20:1 \
+                        --vary initial.y=-0.2:0.2:200 --out out";
 
     fn start(folder: &Folder) -> Child {
         folder.program(LONG).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
@@ -213,7 +213,7 @@ mod killed {
         let rest = folder.run(LONG);
         assert!(stderr(&rest).contains(&format!("note: {before} of 200 rows are there already")), "{}", stderr(&rest));
         succeeded(&rest);
-        for name in ["runs.csv", "runs-events.csv", "summary.json", "case.toml"] {
+        for name in ["runs.csv", "runs-events.csv", "runs-samples.csv", "summary.json", "case.toml"] {
             assert_eq!(folder.read(&format!("out/{name}")), folder.read(&format!("whole/{name}")), "{name}");
         }
         assert!(!folder.has(&format!("out/{JOURNAL}")));
@@ -235,12 +235,13 @@ mod killed {
         let message = failed(&child.wait_with_output().unwrap(), 130);
         let kept = rows_in_journal(&folder);
         assert!(message.contains(&format!("interrupted: {kept} of 200 rows are kept")), "{message}");
-        assert_eq!(folder.names("out"), ["runs-events.partial.csv", JOURNAL]);
+        assert_eq!(folder.names("out"), ["runs-events.partial.csv", "runs-samples.partial.csv", JOURNAL]);
         folder.refuses(&[
             ("merge out --out merged", 2, "the table of out is not finished"),
             (&*LONG.replace("20 --set", "21 --set"), 2, "rows of another table … another text of the case"),
             (&*LONG.replace(":200", ":201"), 2, "rows of another table … --vary initial.y=-0.2:0.2:201"),
             (&*format!("{LONG} --part 1/2"), 2, "rows of another table … --part 1/2"),
+            (&*LONG.replace("0:20:1", "0:20:2"), 2, "begun with --sample-t 0:20:1, and now it is --sample-t 0:20:2"),
         ]);
         // Another version of the program does not continue it either.
         let journal = format!("out/{JOURNAL}");
