@@ -17,6 +17,8 @@ pub struct Observable<S = f64> {
     /// Its arguments of functions, divisors and bases of powers, which must not change much from a point to the next if
     /// the points are to show what it does between them. A table has no scale of its own.
     steep: Vec<Watched>,
+    /// True if it depends on velocities.
+    has_velocities: bool,
     /// True if velocities and momenta are those of the reversed motion.
     is_reversed: bool,
     /// The coordinates whose momenta have the other sign in the formula, see [`Geometry::seen`](super::Geometry::seen).
@@ -47,7 +49,14 @@ impl<S: Real> Observable<S> {
         let varies = program.depends_on(|variable| variable + 1 < variables.len());
         let (mut steep, _) = watched_registers(program.steps_to(1).iter(), &varies);
         steep.retain(|look| !matches!(look.kind, Kind::Table(_)));
-        Ok(Self { registers, program, steep, is_reversed: false, mirrored })
+        let n = variables.len() / 3;
+        let has_velocities = program.depends_on(|variable| (n..2 * n).contains(&variable))[program.output(0)];
+        Ok(Self { registers, program, steep, has_velocities, is_reversed: false, mirrored })
+    }
+
+    /// Returns true if velocities occur in it, and not positions and momenta alone.
+    pub(crate) fn has_velocities(&self) -> bool {
+        self.has_velocities
     }
 
     /// The values of all that may be steep in the formula, where it was evaluated last.
