@@ -53,7 +53,7 @@ pub(crate) use contraction::single;
 pub(crate) use hamiltonian::Hamiltonian;
 pub use hamiltonian::Point;
 pub use inverse::MOST_COUPLED;
-pub use jumps::{Jump, jumps};
+pub use jumps::{Jump, Steps};
 pub use motion::{Motion, OnNodes};
 pub(crate) use observable::Shown;
 pub use observable::{Direction, Observable, observed};
