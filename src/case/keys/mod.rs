@@ -11,6 +11,8 @@ pub(super) use exclusive::{EXCLUSIVE, Exclusion};
 pub(super) use former::{FORMER, PARAMETERS, is_former, replaced};
 pub use table::KEYS;
 
+use std::sync::LazyLock;
+
 use crate::number::{Extended, Real};
 
 /// A key of a case file.
@@ -269,10 +271,13 @@ impl Kind {
 }
 
 /// The places in a case whose presence makes it a scene: tables that only scenes have, and keys of others.
-pub(super) fn of_scenes() -> impl Iterator<Item = &'static str> {
+pub(super) static OF_SCENES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let makes = |key: &&Key| key.cases == Cases::MakesScene;
-    KEYS.iter().filter(makes).map(move |key| {
+    let place = |key: &'static Key| {
         let is_whole = KEYS.iter().filter(|other| other.top() == key.top()).all(|other| makes(&other));
         if is_whole { key.top() } else { key.fixed() }
-    })
-}
+    };
+    let mut places: Vec<&str> = KEYS.iter().filter(makes).map(place).collect();
+    places.dedup();
+    places
+});
