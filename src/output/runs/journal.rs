@@ -226,10 +226,17 @@ fn opened(folder: &Path, name: &str) -> anyhow::Result<(PathBuf, File)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnostics::verdict::Grade;
 
     fn row(row: usize) -> RunRow {
         let events = if row % 2 == 1 { format!("{row},up\n{row},\"do\nwn\"\n") } else { String::new() };
-        RunRow { row, record: format!("{row},\"{row}.0\n\"\"\",converged\n").into_bytes(), events: events.into_bytes() }
+        RunRow {
+            row,
+            record: format!("{row},\"{row}.0\n\"\"\",converged\n").into_bytes(),
+            events: events.into_bytes(),
+            status: "converged".to_owned(),
+            verdict: Grade::Trusted,
+        }
     }
 
     fn open(folder: &Path) -> Journal {

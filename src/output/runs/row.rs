@@ -1,6 +1,6 @@
 //! A row of `runs.csv`, and what its columns are.
 
-use super::rows::line_of;
+use super::rows::{line_of, write_line};
 use crate::diagnostics::verdict::{Grade, Reason};
 use crate::number::Real;
 use crate::output::tables::{event_header, state_header};
@@ -16,6 +16,10 @@ pub struct RunRow {
     pub record: Vec<u8>,
     /// The lines of `runs-events.csv`.
     pub events: Vec<u8>,
+    /// Its status in a word.
+    pub status: String,
+    /// Its verdict.
+    pub verdict: Grade,
 }
 
 /// The columns of the table: those that the first valid run has.
@@ -80,9 +84,11 @@ impl Columns {
         cells.push(verdict.as_str().to_owned());
         // A row is one line.
         cells.push(message.split_whitespace().collect::<Vec<_>>().join(" "));
-        let line = |cells: &[String]| line_of(cells.iter().map(String::as_str));
-        let events = end.map_or(&[][..], |end| &end.events).iter();
-        let events = events.map(|(event, state)| [&[number.clone(), event.clone()][..], state].concat());
-        RunRow { row: run + 1, record: line(&cells), events: events.flat_map(|cells| line(&cells)).collect() }
+        let mut events = Vec::new();
+        for (event, state) in end.map_or(&[][..], |end| &end.events) {
+            write_line([&number, event].into_iter().chain(state).map(String::as_str), &mut events);
+        }
+        let record = line_of(cells.iter().map(String::as_str));
+        RunRow { row: run + 1, record, events, status: status.to_owned(), verdict }
     }
 }
