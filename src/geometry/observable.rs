@@ -104,6 +104,23 @@ impl<S: Real> Observable<S> {
     }
 }
 
+impl<S: Real> Observable<S> {
+    /// Writes the values at many states, given by rows of q^a, of dq^a/dγ and of p_a.
+    pub(crate) fn along(&self, [q, q_dot, p]: [&[&[S]]; 3], norm: S, out: &mut [S]) {
+        let (n, norm) = (q.len(), vec![norm; out.len()]);
+        let turned = |(variable, row): (usize, &&[S])| {
+            let is_mirrored = variable >= 2 * n && self.mirrored.contains(&(variable - 2 * n));
+            let is_turned = is_mirrored != (self.is_reversed && variable >= n);
+            is_turned.then(|| row.iter().map(|&value| -value).collect::<Vec<S>>())
+        };
+        let rows = || q.iter().chain(q_dot).chain(p);
+        let turned: Vec<Option<Vec<S>>> = rows().enumerate().map(turned).collect();
+        let rows = rows().zip(&turned).map(|(row, turned)| turned.as_deref().unwrap_or(row));
+        let variables: Vec<&[S]> = rows.chain([norm.as_slice()]).collect();
+        self.program.sample(&variables, &mut [out]);
+    }
+}
+
 impl Observable<Extended> {
     /// The value at a state of which each number is off by at most the part `off`, and a bound of what it is off by.
     pub fn enclosed(&self, [q, q_dot, p]: [&[Extended]; 3], norm: Extended, off: f64) -> (Extended, f64) {
