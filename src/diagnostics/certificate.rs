@@ -60,7 +60,9 @@ impl<S: Real> Fields<'_, S> {
             if let Some((here @ [_, change], (a, k))) = largest.filter(is_more) {
                 most = here;
                 let weight = weights[k - window.nodes().start].to_f64();
-                nodes.see(Place { change, ..self.residual_place(index, k, a).scaled(weight) });
+                if nodes.keeps(change, weight * self.residual_terms(index, k, a)) {
+                    nodes.see(Place { change, ..self.residual_place(index, k, a).scaled(weight) });
+                }
             }
         }
         Certificate { nodes, solved }
@@ -78,6 +80,29 @@ impl<S: Real> Fields<'_, S> {
             self.residual_place(index, first + k, a).scaled(weight)
         });
         Place { change: self.run.gradient_norm.to_f64(), ..rows.fold(constraints, Place::plus) }
+    }
+
+    /// The sizes of the terms of ΔG_a at node k of a window, as [`Self::residual_place`] has them.
+    fn residual_terms(&self, index: usize, k: usize, a: usize) -> f64 {
+        let (window, one, mut room) = (&self.run.windows[index], [(a, S::ONE)], Room::default());
+        let first = window.nodes().start;
+        let mut of = |(j, d): (usize, f64)| d.abs() * self.terms(first + j, Weights::Constants(&one), &mut room);
+        row_of(window, k - first).fold(self.force_terms(k, a), |sum, entry| sum + of(entry))
+    }
+
+    /// The sizes of the terms of f_a + F_a at node k.
+    fn force_terms(&self, k: usize, a: usize) -> f64 {
+        let (structure, n) = (self.structure(), self.velocities.len());
+        let q_dot = |b: usize| if b < n { self.velocities[b][k].to_f64() } else { 1.0 };
+        let mut terms = 0.0;
+        for &Term { ab: [b, c], value, .. } in structure.first.iter().filter(|term| term.by == [a]) {
+            terms += (half(b, c) * self.samples.at(value, k).to_f64() * q_dot(b) * q_dot(c)).abs();
+        }
+        if let Some(force) = &self.force {
+            let own = structure.force.iter().filter(|term| term.a == a);
+            terms += own.map(|term| force.at(term.value, k).to_f64().abs()).sum::<f64>();
+        }
+        terms
     }
 
     /// What may change ΔG_a at node k of a window: D p_a, and f_a + F_a.
@@ -119,11 +144,9 @@ impl<S: Real> Fields<'_, S> {
     fn force_place(&self, index: usize, k: usize, a: usize) -> Place {
         let (structure, n, window) = (self.structure(), self.velocities.len(), &self.run.windows[index]);
         let q_dot = |b: usize| if b < n { self.velocities[b][k].to_f64() } else { 1.0 };
-        let half = |b: usize, c: usize| if b == c { 0.5 } else { 1.0 };
-        let (mut positions, mut velocities, mut terms) = (vec![0.0_f64; n], vec![0.0_f64; n], 0.0);
+        let (mut positions, mut velocities) = (vec![0.0_f64; n], vec![0.0_f64; n]);
         for &Term { ab: [b, c], value, .. } in structure.first.iter().filter(|term| term.by == [a]) {
             let g = half(b, c) * self.samples.at(value, k).to_f64();
-            terms += (g * q_dot(b) * q_dot(c)).abs();
             velocities[b] += g * q_dot(c);
             velocities.get_mut(c).into_iter().for_each(|by| *by += g * q_dot(b));
         }
@@ -139,17 +162,20 @@ impl<S: Real> Fields<'_, S> {
             }
         }
         if let Some(force) = &self.force {
-            let own = structure.force.iter().filter(|term| term.a == a);
-            terms += own.map(|term| force.at(term.value, k).to_f64().abs()).sum::<f64>();
             for &ForceTerm { by: [variable], value, .. } in structure.force_first.iter().filter(|term| term.a == a) {
                 let slope = force.at(value, k).to_f64();
                 if variable < n { positions[variable] += slope } else { velocities[variable - n] += slope }
             }
         }
-        let row_sum = row_sum(window, k - window.nodes().start);
+        let (row_sum, terms) = (row_sum(window, k - window.nodes().start), self.force_terms(k, a));
         let mut by: Vec<f64> = positions.iter().zip(&velocities).map(|(q, u)| q.abs() + row_sum * u.abs()).collect();
         let rounding = self.rounding(index, &by, structure.first.len() + 2, terms) + self.jump(index, k, a);
         by.extend((0..n).map(|b| f64::from(u8::from(b == a))));
         Place { terms, rounding, ..Place::of(gamma_at(self.run, index, k), by) }
     }
+}
+
+/// The factor of a product of two velocities in a force, ½ Σ over both orders.
+fn half(b: usize, c: usize) -> f64 {
+    if b == c { 0.5 } else { 1.0 }
 }

@@ -205,7 +205,7 @@ impl<S: Real> Fields<'_, S> {
     }
 
     /// The sizes of the terms of a sum of momenta, or of K, at node k.
-    fn terms(&self, k: usize, weights: Weights<'_, S>, room: &mut Room) -> f64 {
+    pub(super) fn terms(&self, k: usize, weights: Weights<'_, S>, room: &mut Room) -> f64 {
         let (n, mut terms) = (self.velocities.len(), 0.0);
         let q_dot = |a: usize| if a < n { self.velocities[a][k].to_f64() } else { 1.0 };
         weights.of((0..n).map(q_dot), room);
