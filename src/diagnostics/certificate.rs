@@ -150,8 +150,9 @@ impl<S: Real> Fields<'_, S> {
             velocities[b] += g * q_dot(c);
             velocities.get_mut(c).into_iter().for_each(|by| *by += g * q_dot(b));
         }
+        let here = self.run.geometry().at(&self.run.q.iter().map(|row| row[k]).collect::<Vec<S>>());
         for &Term { ab: [b, c], by: [one, other], value } in &structure.second {
-            let g = half(b, c) * self.samples.at(value, k).to_f64() * q_dot(b) * q_dot(c);
+            let g = half(b, c) * here.at(value, 0).to_f64() * q_dot(b) * q_dot(c);
             // Where a second derivative is not finite, an error may do anything.
             let g = if g.is_finite() { g } else { f64::INFINITY };
             if one == a {

@@ -14,7 +14,8 @@ pub(super) struct Fields<'r, S> {
     pub(super) run: &'r WorldLine<S>,
     /// Dq^a or D̄q^a.
     pub(super) velocities: Vec<Vec<S>>,
-    /// The metric and the one-form.
+    /// The metric and the one-form with their first derivatives, and with second ones in the paper's space-time of t
+    /// and x.
     pub(super) samples: Samples<S>,
     /// F_a, empty where no force acts.
     pub(super) forces: Vec<Vec<S>>,
@@ -36,10 +37,9 @@ impl<'r, S: Real> Fields<'r, S> {
         let n = structure.dimension;
         let mut velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], |view| view.first(a))).collect();
         know_clocks(run, &mut velocities);
-        let mut samples = lagrangian.room(points);
-        // A second derivative that is not finite at a node is no matter here. Anything else that is not leaves NaN, and
-        // a verdict doubts that.
-        let _ = lagrangian.fill(&rows, &mut samples);
+        // A number that is not finite leaves NaN, and a verdict doubts that.
+        let has_second = lagrangian.c_squared.is_some();
+        let samples = if has_second { lagrangian.all_at(&rows) } else { lagrangian.first_at(&rows) };
         let mut forces = vec![Vec::new(); n];
         let force = (!structure.force.is_empty()).then(|| {
             let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();

@@ -60,7 +60,7 @@ impl<S: Real> Geometry<S> {
 
     /// All rows at one point, inside the domain or not.
     pub fn at(&self, q: &[S]) -> Samples<S> {
-        self.at_rows(&rows(q), self.lagrangian.fields.outputs.len())
+        self.all_at(&rows(q))
     }
 
     /// K, and what motion contributes to it, at many points, given in the same way.
@@ -80,6 +80,11 @@ impl<S: Real> Geometry<S> {
         let mut momenta = vec![vec![S::ZERO; q[0].len()]; self.dimension()];
         momenta.iter_mut().enumerate().for_each(|(a, row)| contraction.add_momentum(a, row));
         momenta
+    }
+
+    /// All rows at many points, inside the domain or not.
+    pub(crate) fn all_at(&self, q: &[&[S]]) -> Samples<S> {
+        self.at_rows(q, self.lagrangian.fields.outputs.len())
     }
 
     /// The rows of the metric and the one-form without derivatives at many points, inside the domain or not.
