@@ -229,7 +229,8 @@ fn conserved_sums<S: Real>(case: &Case, setup: &Setup<S>) -> Vec<ConservedSum> {
 /// is streamed they contain those of measuring.
 pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let sums = if wanted.sums && !case.is_of_x { conserved_sums(case, setup) } else { Vec::new() };
-    let mut watches = case.watches();
+    let watched = case.watches();
+    let mut watches = watched.clone();
     let mut measures = Measures {
         case,
         setup,
@@ -245,13 +246,12 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     };
     let mut see = |part: &WorldLine<S>| measures.see(part);
     let observer: Option<EveryWindow<'_, S>> = if wanted.is_streamed { Some(&mut see) } else { None };
-    let (found, solve_seconds) = timed(|| solved(case, setup, observer));
+    let (found, solve_seconds) = timed(|| solved(case, setup, &watched, observer));
     let (Chains { pieces, error, .. }, of_judge) = match found {
         Ok(found) => found,
         Err(stopped) => return (Err(measures.unsolved(setup, *stopped, wanted.is_streamed)), solve_seconds),
     };
-    let acting_events = pieces.iter().map(|piece| piece.acted.len()).sum();
-    let start = Instant::now();
+    let (start, acting_events) = (Instant::now(), pieces.iter().map(|piece| piece.acted.len()).sum());
     let mut before = measures.see_pieces(pieces, wanted.is_streamed && !setup.has_acting_events());
     let (mut line, diagnostics) = before.pop().expect("a run has a piece");
     let samples = match measures.samples.map_or(Ok(Vec::new()), |samples| samples.finish(&line)) {
