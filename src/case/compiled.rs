@@ -1,5 +1,5 @@
-//! What the formulas of a scene compile to. Cases with the same formulas share it, as most rows of a table do: what
-//! varies is a number of the start, say, and formulas take long to be read and differentiated.
+//! The programs that the formulas of a scene compile to. Cases with the same formulas share them, as most rows of a
+//! table do: a number of the start varies, say, and formulas take long to be read and differentiated.
 
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
@@ -22,7 +22,7 @@ pub(crate) struct Compiled {
 }
 
 impl Compiled {
-    /// That of these formulas: `known`, if it is of the same ones.
+    /// The programs of these formulas: `known`, if it has them.
     ///
     /// # Errors
     /// [`GeometryError`] with the place of the mistake.

@@ -157,7 +157,7 @@ impl<'t> Scenery<'t> {
         Self { text, places, section, whole, preset: None, coefficients: None, bodies, start }
     }
 
-    /// What the formulas compile to: `known`, if that is of the same ones.
+    /// The programs that the formulas compile to: `known`, if it has them.
     pub(super) fn compiled(&self, known: Option<&Arc<Compiled>>) -> Result<Arc<Compiled>, CaseError> {
         Compiled::new(&self.text, self.section.source.is_of_x, known).map_err(|error| self.error(&error))
     }

@@ -55,8 +55,8 @@ pub struct Structure<S> {
     pub force: Vec<ForceTerm<S, 0>>,
     /// Its first derivatives.
     pub force_first: Vec<ForceTerm<S, 1>>,
-    /// Number of rows for the metric and the one-form with their derivatives: first come values, then first derivatives,
-    /// then second ones.
+    /// Number of rows for the metric and the one-form with their derivatives: first come values, then first
+    /// derivatives, then second ones.
     pub rows: usize,
     /// Number of rows for values alone.
     pub rows_of_values: usize,

@@ -30,7 +30,7 @@ pub struct Sampler<'l, S: Real = f64> {
     current: Option<(usize, Curve<S>)>,
     pub(super) tables: Tables<S>,
     point: Point<S>,
-    /// What computes rates on all nodes of a window, once they were asked for.
+    /// Rates on all nodes of a window are computed here, once they were asked for.
     on_nodes: Option<Motion<S>>,
 }
 
