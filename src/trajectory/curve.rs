@@ -147,15 +147,12 @@ struct Motion<'m, S> {
 impl<S: Real> Motion<'_, S> {
     /// The derivatives of rows of values. Outside the domain they are not finite, or mean nothing.
     fn slopes(&mut self, values: &[Vec<S>]) -> Vec<Vec<S>> {
-        let (n, [of_q, of_p]) = (self.geometry.dimension(), self.start);
-        let points = values.first().map_or(0, Vec::len);
-        let ahead = |(start, row): (S, &Vec<S>)| row.iter().map(|&change| start + change).collect();
-        let q: Vec<Vec<S>> = of_q.iter().copied().zip(values).map(ahead).collect();
-        let own = self.geometry.active().iter().map(|&a| of_p[a]);
-        let p: Vec<Vec<S>> = own.zip(&values[n..]).map(ahead).collect();
-        if let Ok(slopes) = self.on_nodes.all_rates(OnNodes { q: &q, p: &p, start: of_p }, points) {
+        // Extended numbers have no vectors, and blocks are filled up.
+        let at_once = if S::IS_EXTENDED { None } else { self.slopes_at_once(values) };
+        if let Some(slopes) = at_once {
             return slopes;
         }
+        let (n, points) = (self.geometry.dimension(), values.first().map_or(0, Vec::len));
         let mut slopes = vec![Vec::with_capacity(points); values.len()];
         for k in 0..points {
             let rows: Vec<S> = values.iter().map(|row| row[k]).collect();
@@ -167,6 +164,16 @@ impl<S: Real> Motion<'_, S> {
             }
         }
         slopes
+    }
+
+    /// The same of a block of points at a time; `None` if one of them is outside of the domain.
+    fn slopes_at_once(&mut self, values: &[Vec<S>]) -> Option<Vec<Vec<S>>> {
+        let [of_q, of_p] = self.start;
+        let ahead = |(start, row): (S, &Vec<S>)| row.iter().map(|&change| start + change).collect();
+        let q: Vec<Vec<S>> = of_q.iter().copied().zip(values).map(ahead).collect();
+        let own = self.geometry.active().iter().map(|&a| of_p[a]);
+        let p: Vec<Vec<S>> = own.zip(&values[q.len()..]).map(ahead).collect();
+        self.on_nodes.all_rates(OnNodes { q: &q, p: &p, start: of_p }, q[0].len()).ok()
     }
 
     /// The coefficients of the integrals of the rates, which are polynomials through their values at `values`.

@@ -141,7 +141,8 @@ impl<'l, S: Real> Sampler<'l, S> {
         mut see: impl FnMut(&Sample<S>),
     ) {
         let (line, points) = (self.line, self.line.windows[window].points());
-        let rates = if wanted { self.rates_on_nodes(window, into) } else { None };
+        // Extended numbers have no vectors, and blocks are filled up.
+        let rates = if wanted && !S::IS_EXTENDED { self.rates_on_nodes(window, into) } else { None };
         for node in 0..points {
             let is_end = node + 1 == points && window + 1 == line.windows.len();
             if is_end || (wanted && rates.is_none()) {
