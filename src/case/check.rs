@@ -1,13 +1,14 @@
 //! Checks of a case as a whole: one geometry, a start inside its domain, and a motion that its law allows.
 
 use super::CaseError;
+use super::compiled::Compiled;
 use super::initial::Initial;
 use super::keys::{EXCLUSIVE, Exclusion};
 use super::reader::Field;
 use super::scenery::{self, Scenery};
 use super::start::{self, NoStart};
 use super::{Case, bodies, metric, potential};
-use crate::geometry::{Geometry, Jump, Law, Observable, OutsideGeometry, Place, Start, Tau, jumps, value_of};
+use crate::geometry::{Geometry, Jump, Law, Observable, OutsideGeometry, Place, Start, Tau, value_of};
 use crate::number::{Extended, Real};
 use crate::solve::Quantity;
 
@@ -80,15 +81,15 @@ pub(super) fn start<S: Real>(
     Ok((is_double, tau))
 }
 
-/// The start in the geometry of the case, and this geometry, which has the coordinate tau if one is asked for.
+/// The start in the geometry of the case, and this geometry around it.
 pub(super) fn placed(
     scenery: &Scenery<'_>,
     initial: &Initial<'_>,
-    geometry: Geometry,
+    compiled: &Compiled,
     rounding: f64,
     is_double: bool,
 ) -> Result<(Start, Geometry), CaseError> {
-    let geometry = if scenery.text.tau.is_some() { scenery.geometry()? } else { geometry };
+    let geometry: Geometry = scenery.geometry(compiled)?;
     let start = scenery::start(&scenery.text, &geometry, &initial.data, rounding, Some(is_double));
     let start = start.map_err(|none| no_start(none, initial))?;
     if start.q_dot.iter().any(|u| !u.is_finite()) {
@@ -213,7 +214,7 @@ pub(super) fn digits(case: &Case, whole: &Field<'_>) -> Result<(), CaseError> {
     if digits <= 16 {
         return Ok(());
     }
-    let exact = scenery::compiled::<Extended>(&case.geometry_text, case.is_of_x).ok();
+    let exact = case.compiled.geometry::<Extended>().ok();
     let tau = case.geometry_text.tau.map(|_| Extended::ZERO);
     let q: Vec<Extended> = case.initial.q.iter().map(|q| case.value(q)).chain(tau).collect();
     let exact = exact.and_then(|geometry| geometry.with_domain_of(&q).ok());
@@ -239,7 +240,7 @@ pub(super) fn jumping(case: &Case, whole: &Field<'_>, q: &[f64]) -> Result<(), C
         let mut size = |q: &[f64]| event.at(q, &rest, &rest, 0.0).abs();
         size(&jump.at) <= 1e-9 * jump.beside.iter().map(|q| size(q)).fold(0.0, f64::max)
     };
-    let jumps = jumps(scene, q);
+    let jumps = case.compiled.jumps(q);
     let Some(jump) = jumps.iter().find(|jump| !acting.iter_mut().any(|event| is_met(jump, event))) else {
         return Ok(());
     };

@@ -23,6 +23,7 @@
 mod bodies;
 pub mod builtin;
 mod check;
+mod compiled;
 mod condition;
 mod contents;
 mod dotted;
@@ -55,6 +56,7 @@ mod warnings;
 
 use std::any::Any;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 pub use crate::action::Form;
 pub use crate::geometry::Direction;
@@ -74,7 +76,8 @@ pub(crate) use setup::WatchedFormula;
 pub use source::{key_of, overridden};
 pub use start_data::{Rate, Sign, StartData};
 
-use crate::geometry::{Geometry, GeometryText, Start, value_of};
+use self::compiled::Compiled;
+use crate::geometry::{Geometry, GeometryText, Start, WrittenRates, value_of};
 use crate::number::{Extended, Real};
 use crate::solve::{Carried, Continuation, Limit, Settings};
 
@@ -86,7 +89,9 @@ pub struct Case {
     /// The metric or the potential as formulas; those of a preset, with what the case replaces.
     pub geometry_text: GeometryText,
     /// The same, compiled.
-    compiled: Geometry,
+    compiled: Arc<Compiled>,
+    /// The compiled geometry in doubles, whose determinants must keep the signs that they have at the start.
+    rough: Geometry,
     /// The preset, if the case names one.
     pub preset: Option<&'static str>,
     /// True if it is a particle in a potential of x alone and what is asked for is what the paper has: no formulas of
@@ -155,16 +160,21 @@ impl Case {
 
     /// The compiled geometry, whose determinants must keep the signs that they have at the start.
     pub fn geometry<S: Real>(&self) -> Geometry<S> {
-        let compiled: &dyn Any = &self.compiled;
-        compiled.downcast_ref().cloned().unwrap_or_else(|| {
-            let geometry =
-                scenery::compiled(&self.geometry_text, self.is_of_x).expect("a valid case has valid formulas");
+        let rough: &dyn Any = &self.rough;
+        rough.downcast_ref().cloned().unwrap_or_else(|| {
+            let geometry = self.compiled.geometry().expect("a valid case has valid formulas");
             let tau = self.geometry_text.tau.map(|_| S::ZERO);
             let q: Vec<S> = self.initial.q.iter().map(|q| self.value(q)).chain(tau).collect();
             geometry
                 .with_domain_of(&q)
                 .unwrap_or_else(|outside| panic!("a valid case starts inside its domain: {outside:?}"))
         })
+    }
+
+    /// Hamilton's equations as they are written, of the motion that the solver computes, in 70 digits; `None` if these
+    /// have none.
+    pub(crate) fn written_rates(&self, is_backward: bool) -> Option<WrittenRates<Extended>> {
+        self.compiled.rates(is_backward)
     }
 
     /// The coefficients of g00(x) = c² + 2V/m, lowest power first, if V is given by its coefficients.

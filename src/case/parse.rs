@@ -1,5 +1,8 @@
 //! From a text to a valid case.
 
+use std::sync::Arc;
+
+use super::compiled::Compiled;
 use super::observables::{self, Formulas};
 use super::reader::Field;
 use super::source::Source;
@@ -16,10 +19,20 @@ impl Case {
     /// [`CaseError`] for anything that is not a complete, valid case: syntax, an unknown or missing key, a wrong type,
     /// a number that is not finite or out of range, a formula that does not parse, a start outside the domain.
     pub fn parse(source_name: &str, text: &str, overrides: &[String]) -> Result<Self, CaseError> {
+        Self::parse_beside(source_name, text, overrides, None)
+    }
+
+    /// The same, beside a case that may have the same formulas, which are not compiled again then.
+    pub(crate) fn parse_beside(
+        source_name: &str,
+        text: &str,
+        overrides: &[String],
+        other: Option<&Self>,
+    ) -> Result<Self, CaseError> {
         let source = Source::new(source_name, text, overrides)?;
         let document = source.document()?;
         let root = Field::root(&source, document.as_item());
-        let read = || Self::read(&root);
+        let read = || Self::read(&root, other.map(|other| &other.compiled));
         // It may be missing because it is misspelt.
         let lacks = |error: &CaseError| {
             ["missing field", "neither ", "no potential"].iter().any(|begin| error.message.starts_with(begin))
@@ -34,7 +47,7 @@ impl Case {
         missing.flatten().map_or(case, Err)
     }
 
-    fn read(root: &Field<'_>) -> Result<Self, CaseError> {
+    fn read(root: &Field<'_>, known: Option<&Arc<Compiled>>) -> Result<Self, CaseError> {
         check::excluded(root)?;
         let mut scenery = check::geometry(root)?;
         let events = root.table("events");
@@ -42,16 +55,18 @@ impl Case {
         scenery.text.hold(observables::set_names(&events));
         let mut settings = settings::solver(root)?;
         check::particle(&scenery)?;
-        let compiled = scenery.geometry::<f64>()?;
-        let initial = initial::read(root.table("initial"), &scenery, &compiled)?;
+        let compiled = scenery.compiled(known)?;
+        let geometry = scenery.geometry::<f64>(&compiled)?;
+        let initial = initial::read(root.table("initial"), &scenery, &geometry)?;
         initial.check_numbers(&scenery.text.parameters)?;
         let rounding = rounding(settings.digits);
-        let (mut is_double, mut tau) = check::start(&scenery, &initial, compiled.clone(), rounding)?;
+        let (mut is_double, mut tau) = check::start(&scenery, &initial, geometry, rounding)?;
         if settings.is_extended() {
-            (is_double, tau) = check::start::<Extended>(&scenery, &initial, scenery.geometry()?, rounding)?;
+            (is_double, tau) = check::start::<Extended>(&scenery, &initial, scenery.geometry(&compiled)?, rounding)?;
         }
         scenery.text.tau = tau;
-        let (start, compiled) = check::placed(&scenery, &initial, compiled, rounding, is_double)?;
+        let compiled = if tau.is_some() { scenery.compiled(known)? } else { compiled };
+        let (start, geometry) = check::placed(&scenery, &initial, &compiled, rounding, is_double)?;
         let names = scenery.text.names();
         let formulas = Formulas { coordinates: &names, scene: &scenery.text };
         let gamma_i = initial.from.as_ref().map(|(from, _)| from.gamma());
@@ -74,6 +89,7 @@ impl Case {
             from: initial.from.map(|(from, _)| from),
             geometry_text: scenery.text.clone(),
             compiled,
+            rough: geometry,
             t_dot: names.iter().position(|name| name == "t").map_or(0.0, |t| start.q_dot[t]),
             is_double,
             ignores_scheme: settings.accuracy.is_some() && root.get("scheme").is_some(),

@@ -4,7 +4,10 @@
 //! by Ω. A particle with K ≠ 0 is one with K = 0 that has one more flat coordinate, tau. Without Ω its component is −1
 //! for K > 0 and 1 for K < 0, and dtau/dγ = √|K|.
 
+use std::sync::Arc;
+
 use super::CaseError;
+use super::compiled::Compiled;
 use super::keys::{FORMER, PARAMETERS};
 use super::names::{self, NameTable};
 use super::reader::Field;
@@ -106,11 +109,6 @@ pub(super) struct Scenery<'t> {
     pub(super) start: Vec<Given<'t>>,
 }
 
-/// The compiled geometry of a case.
-pub(super) fn compiled<S: Real>(text: &GeometryText, is_of_x: bool) -> Result<Geometry<S>, GeometryError> {
-    if is_of_x { Geometry::of_x(text) } else { Geometry::new(text) }
-}
-
 /// The geometry that the initial data belong to, if it is another one: that without Ω. With Newton's law they are those
 /// of the geometry with Ω.
 pub(super) fn bare(text: &GeometryText) -> Option<GeometryText> {
@@ -159,9 +157,14 @@ impl<'t> Scenery<'t> {
         Self { text, places, section, whole, preset: None, coefficients: None, bodies, start }
     }
 
-    /// The compiled geometry.
-    pub(super) fn geometry<S: Real>(&self) -> Result<Geometry<S>, CaseError> {
-        compiled(&self.text, self.section.source.is_of_x).map_err(|error| self.error(&error))
+    /// The programs that the formulas compile to: `known`, if it has them.
+    pub(super) fn compiled(&self, known: Option<&Arc<Compiled>>) -> Result<Arc<Compiled>, CaseError> {
+        Compiled::new(&self.text, self.section.source.is_of_x, known).map_err(|error| self.error(&error))
+    }
+
+    /// The geometry that they make.
+    pub(super) fn geometry<S: Real>(&self, compiled: &Compiled) -> Result<Geometry<S>, CaseError> {
+        compiled.geometry().map_err(|error| self.error(&error))
     }
 
     /// The compiled geometry that the initial data belong to, if it is another one.

@@ -72,7 +72,7 @@ fn pattern(part: &str) -> Option<&'static str> {
 /// A table: the keys below that dotted name.
 fn table(path: &str) -> Map<String, Value> {
     let (mut named, mut open, mut other, mut required) = (Map::new(), Map::new(), json!(false), Vec::new());
-    for name in keys::below(path) {
+    for &name in keys::below(path) {
         let dotted = if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") };
         let below = below(&dotted);
         match pattern(name) {

@@ -3,8 +3,9 @@
 use std::any::Any;
 use std::sync::Arc;
 
+use super::compiled::Compiled;
 use super::start_data::{Rate, StartData};
-use super::{Case, Event, scenery};
+use super::{Case, Event};
 use crate::engine::{Handed, Marched};
 use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
 use crate::number::{Extended, Real};
@@ -123,7 +124,8 @@ impl Case {
         for (place, value) in values {
             case.geometry_text.parameters[*place].1 = format!("{value:e}");
         }
-        case.compiled = scenery::compiled(&case.geometry_text, self.is_of_x).ok()?.with_domain_of(q).ok()?;
+        case.compiled = Compiled::new(&case.geometry_text, self.is_of_x, Some(&self.compiled)).ok()?;
+        case.rough = case.compiled.geometry().ok()?.with_domain_of(q).ok()?;
         Some(case)
     }
 
@@ -140,7 +142,7 @@ impl Case {
             return None;
         }
         let case = self.with_parameters(&set, q)?;
-        let place = Place { geometry: Arc::new(case.compiled.clone()), start: Arc::clone(&before.place.start) };
+        let place = Place { geometry: Arc::new(case.rough.clone()), start: Arc::clone(&before.place.start) };
         Some(Setup { rough: place.clone(), place, until: case.ending(), set, ..before.clone() })
     }
 

@@ -38,13 +38,13 @@ impl Source {
         let folder = Path::new(name).parent().filter(|folder| folder.is_dir()).unwrap_or(Path::new("")).to_owned();
         let (name, text) = (name.to_owned(), text.to_owned());
         let plain = Self { name, text, folder, is_of_x: false, former: Vec::new() };
-        let mut source = if overrides.is_empty() { plain } else { plain.with_overrides(overrides)? };
-        let document = source.document()?;
+        if !overrides.is_empty() {
+            return plain.with_overrides(overrides);
+        }
+        let document = plain.document()?;
         let (is_of_x, former) = (is_of_x(document.as_table()), parameters::former(document.as_table()));
         drop(document);
-        source.former.extend(former);
-        source.former.dedup();
-        Ok(Self { is_of_x, ..source })
+        Ok(Self { is_of_x, former, ..plain })
     }
 
     /// The keys and values of the text with their places.
@@ -85,7 +85,9 @@ impl Source {
             former.extend(place.into_iter().chain(parameters::gather(document.as_table_mut(), true)));
         }
         let name = format!("{} with --set {}", self.name, overrides.join(" --set "));
-        Ok(Self { name, text: document.to_string(), former, ..self })
+        former.extend(parameters::former(document.as_table()));
+        former.dedup();
+        Ok(Self { name, text: document.to_string(), is_of_x: is_of_x(document.as_table()), former, ..self })
     }
 }
 
@@ -96,7 +98,7 @@ fn is_of_x(root: &Table) -> bool {
         Some((name, key)) => table(name).is_some_and(|table| table.contains_key(key)),
         None => root.contains_key(path),
     };
-    !(keys::of_scenes().any(has) || table("potential").is_some_and(is_of_time))
+    !(keys::OF_SCENES.iter().any(|path| has(path)) || table("potential").is_some_and(is_of_time))
 }
 
 /// Returns true if V is a formula with t in it.

@@ -134,7 +134,8 @@ pub(super) fn rounding_of_norm<S: Real>(dimension: usize, rounding: f64) -> S {
 
 /// g_ab and A_a at a point.
 fn matrix<S: Real>(geometry: &Geometry<S>, q: &[S]) -> (Vec<Vec<S>>, Vec<S>) {
-    let (n, samples) = (geometry.dimension(), geometry.at(q));
+    let at: Vec<&[S]> = q.iter().map(std::slice::from_ref).collect();
+    let (n, samples) = (geometry.dimension(), geometry.values_at(&at));
     let (mut matrix, mut one_form) = (vec![vec![S::ZERO; n]; n], vec![S::ZERO; n]);
     for term in &geometry.structure().values {
         let ([a, b], value) = (term.ab, samples.at(term.value, 0));

@@ -178,9 +178,9 @@ fn piped(table: &Arc<(ManyRuns, Columns)>, todo: Vec<usize>, is_quiet: bool) -> 
     let mut order = todo.clone().into_iter().map(|run| run + 1).peekable();
     let interrupted = compute(table, todo, is_quiet, |row| {
         waiting.insert(row.row, row);
-        while let Some(RunRow { records, .. }) = order.peek().and_then(|next| waiting.remove(next)) {
+        while let Some(RunRow { records, status, verdict, .. }) = order.peek().and_then(|next| waiting.remove(next)) {
             order.next();
-            summary.see(table.1.header(), &records[0]);
+            summary.count(&status, verdict.as_str());
             out.write_all(&records[0])?;
         }
         Ok(out.flush()?)

@@ -233,15 +233,8 @@ impl<'v, S: Real> Slopes<'v, S> {
         let ahead = |start: S, row: &[S]| row.iter().map(|&value| start + value).collect::<Vec<S>>();
         let q: Vec<Vec<S>> = (0..n).map(|a| ahead(view.start.q[a], &increments[a])).collect();
         let p: Vec<Vec<S>> = (0..m).map(|k| ahead(view.start.p[active[k]], &increments[n + k])).collect();
-        let mut rates = vec![vec![S::ZERO; points]; 2 * m];
-        let is_inside = motion.rates(OnNodes { q: &q, p: &p, start: view.start.p }, points, &mut rates).is_ok();
-        let forces = rates.split_off(m);
-        let (mut own, mut others) = (rates.into_iter(), motion.ignorable.iter().cloned());
-        let velocities = (0..n).filter_map(|a| if active.contains(&a) { own.next() } else { others.next() });
-        let mut rows: Vec<Vec<S>> = velocities.chain(forces).collect();
-        if !is_inside {
-            rows.iter_mut().flatten().for_each(|rate| *rate = S::from(f64::NAN));
-        }
+        let rows = motion.all_rates(OnNodes { q: &q, p: &p, start: view.start.p }, points);
+        let rows = rows.unwrap_or_else(|_| vec![vec![S::from(f64::NAN); points]; n + m]);
         Self { start: [view.start.q.to_vec(), view.start.p.to_vec()], active, rows }
     }
 

@@ -204,17 +204,13 @@ pub(super) fn invariants<S: Real>(
     let positions: Vec<&[S]> = q.iter().map(Vec::as_slice).collect();
     let velocities: Vec<&[S]> = tangent.iter().map(|row| &**row).collect();
     let momenta = line.geometry().rows_of_momenta(&positions, &velocities);
-    let mut here = Start::clone(&line.place.start);
+    let momenta: Vec<&[S]> = momenta.iter().map(Vec::as_slice).collect();
     let measured = |(name, formula): &mut (String, Observable<S>)| {
         let Start { q, q_dot, p } = &*line.place.start;
         let value = formula.at(q, q_dot, p, k);
-        let at = |node: usize| {
-            here.q.iter_mut().zip(&positions).for_each(|(value, row)| *value = row[node]);
-            here.q_dot.iter_mut().zip(&velocities).for_each(|(value, row)| *value = row[node]);
-            here.p.iter_mut().zip(&momenta).for_each(|(value, row)| *value = row[node]);
-            formula.at(&here.q, &here.q_dot, &here.p, k) - value
-        };
-        let delta: Vec<S> = (0..line.nodes()).map(at).collect();
+        let mut delta = fields.zeros();
+        formula.along([&positions, &velocities, &momenta], k, &mut delta);
+        delta.iter_mut().for_each(|here| *here -= value);
         let ends = line.views().map(|view| view.end);
         let ends: Vec<S> = ends.map(|end| formula.at(end.q, &line.velocities(end), end.p, k) - value).collect();
         let heard =

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::witnesses::{Heard, Place};
-use crate::geometry::{Contraction, ForceTerm, Samples, Structure, Term};
+use crate::geometry::{Contraction, ForceTerm, Geometry, Samples, Structure, Term};
 use crate::number::Real;
 use crate::number::norm::{larger, max_abs, times};
 use crate::solve::{Window, WindowNodes, WorldLine};
@@ -14,7 +14,8 @@ pub(super) struct Fields<'r, S> {
     pub(super) run: &'r WorldLine<S>,
     /// Dq^a or D̄q^a.
     pub(super) velocities: Vec<Vec<S>>,
-    /// The metric and the one-form.
+    /// The metric and the one-form with their first derivatives, and with second ones in the paper's space-time of t
+    /// and x.
     pub(super) samples: Samples<S>,
     /// F_a, empty where no force acts.
     pub(super) forces: Vec<Vec<S>>,
@@ -36,10 +37,9 @@ impl<'r, S: Real> Fields<'r, S> {
         let n = structure.dimension;
         let mut velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], |view| view.first(a))).collect();
         know_clocks(run, &mut velocities);
-        let mut samples = lagrangian.room(points);
-        // A second derivative that is not finite at a node is no matter here. Anything else that is not leaves NaN, and
-        // a verdict doubts that.
-        let _ = lagrangian.fill(&rows, &mut samples);
+        // A number that is not finite leaves NaN, and a verdict doubts that.
+        let has_second = lagrangian.c_squared.is_some();
+        let samples = if has_second { lagrangian.all_at(&rows) } else { lagrangian.first_at(&rows) };
         let mut forces = vec![Vec::new(); n];
         let force = (!structure.force.is_empty()).then(|| {
             let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
@@ -123,6 +123,43 @@ pub(super) enum Weights<'w, S> {
     Velocities,
 }
 
+impl<S: Real> Weights<'_, S> {
+    /// Writes u^a into its room, where velocities are these.
+    fn of(&self, q_dot: impl Iterator<Item = f64>, Room { u, .. }: &mut Room) {
+        match self {
+            Self::Velocities => {
+                u.clear();
+                u.extend(q_dot);
+            }
+            Self::Constants(terms) => {
+                zero(u, q_dot.count());
+                terms.iter().for_each(|(a, c)| u[*a] = c.to_f64());
+            }
+        }
+    }
+
+    /// Both orders of a pair of n coordinates; the one-form is g_an, and q̇^n = 1.
+    fn pairs(&self, [a, b]: [usize; 2], n: usize) -> impl Iterator<Item = [usize; 2]> + use<S> {
+        let has_one_form = matches!(self, Self::Constants(_));
+        let second = (a != b && b < n).then_some([b, a]);
+        std::iter::once([a, b]).filter(move |[_, b]| *b < n || has_one_form).chain(second)
+    }
+}
+
+/// Room for what is summed up at a node: u, and what changes of positions and of velocities make.
+#[derive(Default)]
+pub(super) struct Room {
+    u: Vec<f64>,
+    positions: Vec<f64>,
+    velocities: Vec<f64>,
+}
+
+/// Makes a row so many zeros.
+fn zero(row: &mut Vec<f64>, count: usize) {
+    row.clear();
+    row.resize(count, 0.0);
+}
+
 impl OfWindow {
     /// Looks at every window of a run once.
     pub(super) fn all<S: Real>(run: &WorldLine<S>) -> Vec<Self> {
@@ -144,13 +181,17 @@ impl<S: Real> Fields<'_, S> {
         weights: Weights<'_, S>,
         factor: impl Fn(usize) -> f64,
     ) -> Heard {
-        let mut heard = Heard::default();
+        let (mut heard, mut room) = (Heard::default(), Room::default());
         for (index, window) in self.run.windows.iter().enumerate() {
             let exact = window.exact();
             let (last, most) = (exact.end - 1, largest_of(delta, exact));
             for (k, change) in [(most, delta[most]), (last, ends[index])] {
-                let place = self.place(index, k, weights).scaled(factor(k));
-                heard.see(Place { change: change.to_f64().abs(), ..place });
+                // Most windows change it less than others, and nothing else need be known of them.
+                let (change, factor) = (change.to_f64().abs(), factor(k));
+                if heard.keeps(change, factor * self.terms(k, weights, &mut room)) {
+                    let place = self.place(index, k, weights).scaled(factor);
+                    heard.see(Place { change, ..place });
+                }
             }
         }
         heard
@@ -158,42 +199,51 @@ impl<S: Real> Fields<'_, S> {
 
     /// What may change a sum of momenta, or K, at node k of a window.
     pub(super) fn place(&self, index: usize, k: usize, weights: Weights<'_, S>) -> Place {
+        let mut place = Place::default();
+        self.look(index, k, weights, (&mut Room::default(), &mut place));
+        place
+    }
+
+    /// The sizes of the terms of a sum of momenta, or of K, at node k.
+    pub(super) fn terms(&self, k: usize, weights: Weights<'_, S>, room: &mut Room) -> f64 {
+        let (n, mut terms) = (self.velocities.len(), 0.0);
+        let q_dot = |a: usize| if a < n { self.velocities[a][k].to_f64() } else { 1.0 };
+        weights.of((0..n).map(q_dot), room);
+        for &Term { ab, value, .. } in &self.structure().values {
+            let g = self.samples.at(value, k).to_f64();
+            weights.pairs(ab, n).for_each(|[a, b]| terms += (room.u[a] * g * q_dot(b)).abs());
+        }
+        terms
+    }
+
+    /// Writes what [`Self::place`] tells into a place that is there.
+    pub(super) fn look(&self, index: usize, k: usize, weights: Weights<'_, S>, (room, place): (&mut Room, &mut Place)) {
         let (structure, n, window) = (self.structure(), self.velocities.len(), &self.run.windows[index]);
         let q_dot = |a: usize| if a < n { self.velocities[a][k].to_f64() } else { 1.0 };
-        let (u, factor): (Vec<f64>, f64) = match weights {
-            Weights::Velocities => ((0..n).map(q_dot).collect(), 2.0),
-            Weights::Constants(terms) => {
-                let mut u = vec![0.0; n];
-                terms.iter().for_each(|(a, c)| u[*a] = c.to_f64());
-                (u, 1.0)
-            }
-        };
-        let has_one_form = matches!(weights, Weights::Constants(_));
-        // Both orders of a pair of coordinates; the one-form is g_an, and q̇^n = 1.
-        let pairs = |[a, b]: [usize; 2]| {
-            let second = (a != b && b < n).then_some([b, a]);
-            std::iter::once([a, b]).filter(move |[_, b]| *b < n || has_one_form).chain(second)
-        };
-        let (mut positions, mut velocities, mut terms) = (vec![0.0_f64; n], vec![0.0_f64; n], 0.0);
+        let terms = self.terms(k, weights, room);
+        let Room { u, positions, velocities } = room;
+        [&mut *positions, &mut *velocities].into_iter().for_each(|row| zero(row, n));
+        let (factor, is_norm) = if let Weights::Velocities = weights { (2.0, true) } else { (1.0, false) };
         for &Term { ab, value, .. } in &structure.values {
             let g = self.samples.at(value, k).to_f64();
-            for [a, b] in pairs(ab) {
-                terms += (u[a] * g * q_dot(b)).abs();
+            for [a, b] in weights.pairs(ab, n) {
                 velocities.get_mut(b).into_iter().for_each(|by| *by += factor * u[a] * g);
             }
         }
         for &Term { ab, by: [c], value } in &structure.first {
             let g = self.samples.at(value, k).to_f64();
-            pairs(ab).for_each(|[a, b]| positions[c] += u[a] * g * q_dot(b));
+            weights.pairs(ab, n).for_each(|[a, b]| positions[c] += u[a] * g * q_dot(b));
         }
         let row_sum = row_sum(window, k - window.nodes().start);
-        let mut by: Vec<f64> = positions.iter().zip(&velocities).map(|(q, u)| q.abs() + row_sum * u.abs()).collect();
-        let rounding = self.rounding(index, &by, structure.values.len() + 2, terms);
-        if matches!(weights, Weights::Velocities) {
+        let Place { gamma, change, terms: of_place, by, rounding } = place;
+        by.clear();
+        by.extend(positions.iter().zip(&*velocities).map(|(q, u)| q.abs() + row_sum * u.abs()));
+        *rounding = self.rounding(index, by, structure.values.len() + 2, terms);
+        if is_norm {
             by.resize(2 * n, 0.0);
             by.push(1.0);
         }
-        Place { terms, rounding, ..Place::of(gamma_at(self.run, index, k), by) }
+        (*gamma, *change, *of_place) = (gamma_at(self.run, index, k), 0.0, terms);
     }
 
     /// What may change the balance of p_a and the work of the force: p_a at the end of the run, and F_a on all nodes,
@@ -238,24 +288,20 @@ impl<S: Real> Fields<'_, S> {
         for (index, window) in self.run.windows.iter().enumerate() {
             let (nodes, length) = (window.nodes(), window.length().to_f64().abs());
             let k = largest_of(delta, nodes.clone());
-            let here: Vec<S> = q.iter().chain(q_dot).map(|row| row[k]).collect();
-            let mut value = |here: &[S]| {
-                let (q, q_dot) = here.split_at(n);
-                at([q, q_dot, &geometry.momenta(q, q_dot)])
-            };
             let largest = |row: &[S]| row[nodes.clone()].iter().fold(0.0, |most, x| larger(most, x.to_f64().abs()));
-            let mut slope = |variable: usize, size: f64| {
-                let far = S::from(step * if size > 0.0 { size } else { 1.0 });
-                let [mut up, mut down] = [here.clone(), here.clone()];
-                up[variable] += far;
-                down[variable] -= far;
-                ((value(&up) - value(&down)) / (far + far)).to_f64().abs()
-            };
-            let (mut by, mut terms, row_sum) = (vec![0.0; n], 0.0, row_sum(window, k - nodes.start));
-            for a in 0..n {
+            let sizes_of = |a: usize| {
                 let sizes = [largest(q[a]), largest(q_dot[a])];
-                let sizes = [larger(sizes[0], length * sizes[1]), larger(sizes[1], sizes[0] / length)];
-                let slopes = [slope(a, sizes[0]), slope(n + a, sizes[1])];
+                [larger(sizes[0], length * sizes[1]), larger(sizes[1], sizes[0] / length)]
+            };
+            let sizes: Vec<[f64; 2]> = (0..n).map(sizes_of).collect();
+            let far = |variable: usize| {
+                let size = sizes[variable % n][variable / n];
+                S::from(step * if size > 0.0 { size } else { 1.0 })
+            };
+            let slopes = slopes(geometry, q.iter().chain(q_dot).map(|row| row[k]), far, at);
+            let (mut by, mut terms, row_sum) = (vec![0.0; n], 0.0, row_sum(window, k - nodes.start));
+            for (a, sizes) in sizes.iter().enumerate() {
+                let slopes = [slopes[a], slopes[n + a]];
                 by[a] = slopes[0] + row_sum * slopes[1];
                 terms += slopes[0] * sizes[0] + slopes[1] * sizes[1];
             }
@@ -274,6 +320,37 @@ impl<S: Real> Fields<'_, S> {
         let products: f64 = by.iter().zip(sizes).map(|(&by, &size)| times(by, size)).sum();
         S::EPSILON.to_f64() * (count as f64 * terms + *row as f64 * products)
     }
+}
+
+/// The sizes of the derivatives of a formula of q^a, q̇^a and p_a with respect to the first two at a point, each from
+/// two points that are so far from it.
+fn slopes<S: Real>(
+    geometry: &Geometry<S>,
+    here: impl Iterator<Item = S>,
+    far: impl Fn(usize) -> S,
+    at: &mut dyn FnMut([&[S]; 3]) -> S,
+) -> Vec<f64> {
+    let n = geometry.dimension();
+    let beside = |(variable, value): (usize, S)| {
+        let mut row = vec![value; 4 * n];
+        row[2 * variable] += far(variable);
+        row[2 * variable + 1] -= far(variable);
+        row
+    };
+    let rows: Vec<Vec<S>> = here.enumerate().map(beside).collect();
+    let rows: Vec<&[S]> = rows.iter().map(Vec::as_slice).collect();
+    let momenta = geometry.rows_of_momenta(&rows[..n], &rows[n..]);
+    let mut state = vec![S::ZERO; 3 * n];
+    let mut value = |point: usize| {
+        let all = rows.iter().copied().chain(momenta.iter().map(Vec::as_slice));
+        state.iter_mut().zip(all).for_each(|(value, row)| *value = row[point]);
+        at([&state[..n], &state[n..2 * n], &state[2 * n..]])
+    };
+    let mut slope = |variable: usize| {
+        let far = far(variable);
+        ((value(2 * variable) - value(2 * variable + 1)) / (far + far)).to_f64().abs()
+    };
+    (0..2 * n).map(&mut slope).collect()
 }
 
 /// The entries of row k of D, with what D̄ has besides at the first node of the weak form: there the first value and

@@ -21,7 +21,7 @@ use super::verdict::Reason;
 use crate::number::norm::{larger, times};
 
 /// Where a witness changes, and what may explain it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Place {
     /// γ of the place.
     pub gamma: f64,
@@ -50,14 +50,21 @@ impl Place {
 
     /// The change relative to the terms.
     fn share(&self) -> f64 {
-        if self.change == 0.0 { 0.0 } else { self.change / self.terms }
+        share(self.change, self.terms)
     }
 
     /// A witness that is the sum of two, whose change is not known yet.
     pub(super) fn plus(mut self, next: Self) -> Self {
+        self.add(&next);
+        self
+    }
+
+    /// Adds a witness to this one, whose change is not known then.
+    pub(super) fn add(&mut self, next: &Self) {
         self.by.iter_mut().zip(&next.by).for_each(|(sum, by)| *sum += by);
-        let (terms, rounding) = (self.terms + next.terms, self.rounding + next.rounding);
-        Self { gamma: next.gamma, change: 0.0, terms, rounding, ..self }
+        (self.gamma, self.change) = (next.gamma, 0.0);
+        self.terms += next.terms;
+        self.rounding += next.rounding;
     }
 
     /// A witness of which only the largest change is known, which is at one of two places.
@@ -74,9 +81,25 @@ impl Place {
 
     /// The same witness, multiplied by a number.
     pub(super) fn scaled(mut self, factor: f64) -> Self {
-        self.by.iter_mut().for_each(|by| *by *= factor);
-        Self { change: factor * self.change, terms: factor * self.terms, rounding: factor * self.rounding, ..self }
+        self.scale(factor);
+        self
     }
+
+    /// Multiplies it by a number.
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.by.iter_mut().for_each(|by| *by *= factor);
+        [&mut self.change, &mut self.terms, &mut self.rounding].into_iter().for_each(|value| *value *= factor);
+    }
+}
+
+/// A change relative to the terms.
+fn share(change: f64, terms: f64) -> f64 {
+    if change == 0.0 { 0.0 } else { change / terms }
+}
+
+/// Returns true if a change is larger than another one. NaN is the largest of all.
+fn is_more(new: f64, old: f64) -> bool {
+    new > old || (new.is_nan() && !old.is_nan())
 }
 
 /// What is kept of a witness: where it changes most, and where it does relative to its terms.
@@ -91,10 +114,15 @@ impl Heard {
         heard
     }
 
+    /// Returns true if a place with this change and these terms would be kept.
+    pub(super) fn keeps(&self, change: f64, terms: f64) -> bool {
+        let is_more =
+            |[most, other]: &[Place; 2]| is_more(change, most.change) || is_more(share(change, terms), other.share());
+        self.0.as_ref().is_none_or(is_more)
+    }
+
     /// Takes a place into account.
     pub(super) fn see(&mut self, place: Place) {
-        // NaN is the largest change of all.
-        let is_more = |new: f64, old: f64| new > old || (new.is_nan() && !old.is_nan());
         match &mut self.0 {
             None => self.0 = Some([place.clone(), place]),
             Some([most, share]) => {

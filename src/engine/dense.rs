@@ -27,15 +27,25 @@ pub struct Dense {
 /// The most coefficients of a curve: those of slopes, integrated twice.
 const MOST_MODES: usize = MOST_POINTS + 2;
 
-/// P_0, P_1, … at several x side by side, by P_{k+1} = a x P_k − b P_{k−1}.
-fn legendre<const L: usize>(x: [f64; L]) -> [[f64; L]; MOST_MODES] {
-    let (mut before, mut now) = ([0.0; L], [1.0; L]);
-    std::array::from_fn(|k| {
-        let [up, down] = [(2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64];
+/// The factors a and b of P_{k+1} = a x P_k − b P_{k−1}.
+const FACTORS: [[f64; 2]; MOST_MODES] = {
+    let (mut factors, mut k) = ([[0.0; 2]; MOST_MODES], 0);
+    while k < MOST_MODES {
+        factors[k] = [(2 * k + 1) as f64 / (k + 1) as f64, k as f64 / (k + 1) as f64];
+        k += 1;
+    }
+    factors
+};
+
+/// So many of P_0, P_1, … at several x side by side; zeros behind them.
+fn legendre<const L: usize>(x: [f64; L], modes: usize) -> [[f64; L]; MOST_MODES] {
+    let (mut before, mut now, mut all) = ([0.0; L], [1.0; L], [[0.0; L]; MOST_MODES]);
+    for (values, [up, down]) in all.iter_mut().zip(FACTORS).take(modes) {
+        *values = now;
         let next = std::array::from_fn(|i| up * x[i] * now[i] - down * before[i]);
         before = std::mem::replace(&mut now, next);
-        before
-    })
+    }
+    all
 }
 
 /// A function of s by the Legendre coefficients of what it is ahead of its start.
@@ -47,6 +57,11 @@ pub(super) struct Curve {
 }
 
 impl Curve {
+    /// The number of its coefficients.
+    fn modes(&self) -> usize {
+        self.increment.len()
+    }
+
     /// The values where these are the values of the Legendre polynomials.
     fn at<const L: usize>(&self, legendre: &[[f64; L]]) -> [f64; L] {
         let mut increments = [0.0; L];
@@ -64,7 +79,8 @@ impl Dense {
     /// If there is not as much room as there are values.
     pub fn at(&self, fraction: f64, q: &mut [f64], p: &mut [f64]) {
         // Sums of coefficients have rounding errors, and the start has none.
-        let legendre = if fraction == 0.0 { [[0.0]; MOST_MODES] } else { legendre([2.0 * fraction - 1.0]) };
+        let modes = if fraction == 0.0 { 0 } else { self.modes() };
+        let legendre = legendre([2.0 * fraction - 1.0], modes);
         for (curves, out) in [(&self.q, q), (&self.p, p)] {
             assert_eq!(curves.len(), out.len(), "a place for each value");
             for (out, curve) in out.iter_mut().zip(curves) {
@@ -73,13 +89,18 @@ impl Dense {
         }
     }
 
+    /// The largest number of coefficients of a curve.
+    fn modes(&self) -> usize {
+        self.q.iter().chain(&self.p).map(Curve::modes).max().unwrap_or(0)
+    }
+
     /// Adds q^a of all coordinates and p_a of active ones at many fractions in [0, 1] to rows.
     pub(crate) fn append(&self, fractions: impl Iterator<Item = f64>, q: &mut [Vec<f64>], p: &mut [Vec<f64>]) {
-        let mut fractions = fractions.peekable();
+        let (mut fractions, modes) = (fractions.peekable(), self.modes());
         while fractions.peek().is_some() {
             let mut x = [0.0; LANES];
             let filled = x.iter_mut().zip(&mut fractions).map(|(x, fraction)| *x = 2.0 * fraction - 1.0).count();
-            let legendre = legendre(x);
+            let legendre = legendre(x, modes);
             for (curve, row) in self.q.iter().chain(&self.p).zip(q.iter_mut().chain(&mut *p)) {
                 row.extend_from_slice(&curve.at(&legendre)[..filled]);
             }
@@ -98,7 +119,11 @@ impl Dense {
 
     /// q^a of one coordinate.
     pub(super) fn position(&self, a: usize, fraction: f64) -> f64 {
-        if fraction == 1.0 { self.q[a].end } else { self.q[a].at(&legendre([2.0 * fraction - 1.0]))[0] }
+        if fraction == 1.0 {
+            self.q[a].end
+        } else {
+            self.q[a].at(&legendre([2.0 * fraction - 1.0], self.q[a].modes()))[0]
+        }
     }
 }
 

@@ -145,6 +145,11 @@ impl<S: Real, const N: usize> Points<S, N> {
         }
     }
 
+    /// The coordinates that are not ignorable.
+    pub(super) fn active(&self) -> &[usize] {
+        &self.hamiltonian.active
+    }
+
     /// Evaluates the equations at so many points, where q^a and p_a are in their registers. The first of them is the
     /// node `first`. After `chances` points that cannot be mended no others are tried.
     ///

@@ -32,22 +32,38 @@ const OBLIQUE: usize = 8;
 /// second of what it adds elsewhere: its zero is known to some 1e-16 of the distance on the line.
 const ROUNDING: [f64; 2] = [1e-12, 1e-6];
 
-/// The jumps that are met on lines from `from`.
-pub fn jumps(text: &GeometryText, from: &[f64]) -> Vec<Jump> {
-    let Ok(Parts { mut graph, metric, one_form, names, .. }) = Parts::<f64>::new(text) else { return Vec::new() };
-    let roots: Vec<NodeId> = metric.into_values().chain(one_form.into_values()).collect();
-    let mut found = Vec::new();
-    for (call, function, argument) in graph.calls(&roots) {
-        let (name, values) = match function {
-            Function::Step => ("step", [0.0, 1.0]),
-            Function::Sign => ("sign", [-1.0, 1.0]),
-            _ => continue,
+/// The steps in a metric and a one-form, each with the name of its function.
+#[derive(Debug, Clone)]
+pub struct Steps(Vec<(&'static str, Sides)>);
+
+impl Steps {
+    /// Those of a scene.
+    pub fn new(text: &GeometryText) -> Self {
+        let Ok(Parts { mut graph, metric, one_form, names, .. }) = Parts::<f64>::new(text) else {
+            return Self(Vec::new());
         };
-        let mut sides = Sides::new(&mut graph, names.len(), &roots, (call, argument), values);
-        let met = directions(from.len()).into_iter().filter_map(|direction| sides.jump_on(from, &direction));
-        found.extend(met.map(|(at, beside)| Jump { function: name, at, beside }));
+        let roots: Vec<NodeId> = metric.into_values().chain(one_form.into_values()).collect();
+        let mut found = Vec::new();
+        for (call, function, argument) in graph.calls(&roots) {
+            let (name, values) = match function {
+                Function::Step => ("step", [0.0, 1.0]),
+                Function::Sign => ("sign", [-1.0, 1.0]),
+                _ => continue,
+            };
+            found.push((name, Sides::new(&mut graph, names.len(), &roots, (call, argument), values)));
+        }
+        Self(found)
     }
-    found
+
+    /// The jumps that are met on lines from `from`.
+    pub fn jumps(&mut self, from: &[f64]) -> Vec<Jump> {
+        let mut found = Vec::new();
+        for (name, sides) in &mut self.0 {
+            let met = directions(from.len()).into_iter().filter_map(|direction| sides.jump_on(from, &direction));
+            found.extend(met.map(|(at, beside)| Jump { function: name, at, beside }));
+        }
+        found
+    }
 }
 
 /// The directions of all axes, and some others.
@@ -60,6 +76,7 @@ fn directions(n: usize) -> Vec<Vec<f64>> {
 }
 
 /// The argument of a function with two values, and everything that may jump with each of them.
+#[derive(Debug, Clone)]
 struct Sides {
     program: Program<f64>,
     registers: Vec<[f64; 1]>,
@@ -143,7 +160,8 @@ mod tests {
             components: vec![([0, 0], format!("2 + {formula}")), ([1, 1], "-1".into()), ([2, 2], "-1".into())],
             ..GeometryText::default()
         };
-        let mut names: Vec<_> = jumps(&text, &[0.0, 0.3, 0.2]).into_iter().map(|jump| jump.function).collect();
+        let mut names: Vec<_> =
+            Steps::new(&text).jumps(&[0.0, 0.3, 0.2]).into_iter().map(|jump| jump.function).collect();
         names.dedup();
         names
     }

@@ -31,7 +31,8 @@ impl<S: Real> Lagrangian<S> {
         Self { structure, fields, force, momenta }
     }
 
-    /// Fills in the rows of the metric, the one-form and the determinants at positions, inside the domain or not.
+    /// Fills in the first rows of the metric, the one-form and the determinants, as many as there is room for, at
+    /// positions, inside the domain or not.
     pub(super) fn fill(&self, q: &[&[S]], samples: &mut Samples<S>) {
         self.fields.sample(q, &mut samples.rows_mut().collect::<Vec<_>>());
     }
@@ -60,22 +61,24 @@ fn structure_of<S: Real>(parts: &mut Parts<S>) -> (Structure<S>, Vec<NodeId>) {
     let components = parts.components();
     let mut structure = Structure { dimension: n, has_one_form: !parts.one_form.is_empty(), ..Structure::default() };
     let mut rows = Vec::new();
-    let mut value = |graph: &Graph<S>, node| source(graph, node, &mut rows);
     for &(ab, node) in &components {
-        structure.values.extend(value(&parts.graph, node).map(|value| Term { ab, by: [], value }));
+        structure.values.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [], value }));
     }
+    structure.rows_of_values = rows.len();
     for &(ab, node) in &components {
         for c in 0..n {
             let node = parts.graph.derivative(node, c);
-            structure.first.extend(value(&parts.graph, node).map(|value| Term { ab, by: [c], value }));
+            structure.first.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [c], value }));
         }
     }
+    structure.rows_of_first = rows.len();
     for &(ab, node) in &components {
         for c in 0..n {
             for d in c..n {
                 let first = parts.graph.derivative(node, c);
                 let node = parts.graph.derivative(first, d);
-                structure.second.extend(value(&parts.graph, node).map(|value| Term { ab, by: [c, d], value }));
+                let value = source(&parts.graph, node, &mut rows);
+                structure.second.extend(value.map(|value| Term { ab, by: [c, d], value }));
             }
         }
     }

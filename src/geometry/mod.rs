@@ -55,7 +55,7 @@ pub(crate) use hamiltonian::Hamiltonian;
 pub use hamiltonian::Point;
 pub use inverse::MOST_COUPLED;
 pub(crate) use jets::{Jet, Jets, OfEnds};
-pub use jumps::{Jump, jumps};
+pub use jumps::{Jump, Steps};
 pub use motion::{Motion, OnNodes};
 pub(crate) use observable::Shown;
 pub use observable::{Direction, Observable, observed};
@@ -269,7 +269,7 @@ impl<S: Real> Geometry<S> {
 
     /// g_aa at a point.
     pub(crate) fn diagonal(&self, q: &[S]) -> Vec<S> {
-        let samples = self.at(q);
+        let samples = self.values_at(&points::rows(q));
         let mut diagonal = vec![S::ZERO; self.dimension()];
         for term in self.structure().values.iter().filter(|term| term.ab[0] == term.ab[1]) {
             diagonal[term.ab[0]] = samples.at(term.value, 0);

@@ -77,6 +77,20 @@ impl<S: Real> Motion<S> {
         Ok(())
     }
 
+    /// All rates on the first nodes as rows of their own: q̇^a of all coordinates, and then ṗ_a of active ones.
+    ///
+    /// # Errors
+    /// The first node that is outside the domain.
+    pub fn all_rates(&mut self, on: OnNodes<'_, S>, points: usize) -> Result<Vec<Vec<S>>, OutsideGeometry> {
+        let active = self.block.active().to_vec();
+        let mut rates = vec![vec![S::ZERO; points]; 2 * active.len()];
+        self.rates(on, points, &mut rates)?;
+        let forces = rates.split_off(active.len());
+        let (mut own, mut others) = (rates.into_iter(), self.ignorable.iter().cloned());
+        let velocities = (0..on.q.len()).filter_map(|a| if active.contains(&a) { own.next() } else { others.next() });
+        Ok(velocities.chain(forces).collect())
+    }
+
     /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not zero,
     /// at node k, where [`Self::rates`] was computed from the same numbers. Nodes are best asked for in order.
     pub fn jacobian(&mut self, on: OnNodes<'_, S>, k: usize, see: impl FnMut(usize, usize, S)) {

@@ -17,6 +17,8 @@ pub struct Observable<S = f64> {
     /// Its arguments of functions, divisors and bases of powers, which must not change much from a point to the next if
     /// the points are to show what it does between them. A table has no scale of its own.
     steep: Vec<Watched>,
+    /// True if it depends on velocities.
+    has_velocities: bool,
     /// True if velocities and momenta are those of the reversed motion.
     is_reversed: bool,
     /// The coordinates whose momenta have the other sign in the formula, see [`Geometry::seen`](super::Geometry::seen).
@@ -47,7 +49,14 @@ impl<S: Real> Observable<S> {
         let varies = program.depends_on(|variable| variable + 1 < variables.len());
         let (mut steep, _) = watched_registers(program.steps_to(1).iter(), &varies);
         steep.retain(|look| !matches!(look.kind, Kind::Table(_)));
-        Ok(Self { registers, program, steep, is_reversed: false, mirrored })
+        let n = variables.len() / 3;
+        let has_velocities = program.depends_on(|variable| (n..2 * n).contains(&variable))[program.output(0)];
+        Ok(Self { registers, program, steep, has_velocities, is_reversed: false, mirrored })
+    }
+
+    /// Returns true if velocities occur in it, and not positions and momenta alone.
+    pub(crate) fn has_velocities(&self) -> bool {
+        self.has_velocities
     }
 
     /// The values of all that may be steep in the formula, where it was evaluated last.
@@ -92,6 +101,23 @@ impl<S: Real> Observable<S> {
         variables[3 * n] = norm;
         self.program.run(1, 1, &mut self.registers, &mut 1);
         self.registers[self.program.output(0)][0]
+    }
+}
+
+impl<S: Real> Observable<S> {
+    /// Writes the values at many states, given by rows of q^a, of dq^a/dγ and of p_a.
+    pub(crate) fn along(&self, [q, q_dot, p]: [&[&[S]]; 3], norm: S, out: &mut [S]) {
+        let (n, norm) = (q.len(), vec![norm; out.len()]);
+        let turned = |(variable, row): (usize, &&[S])| {
+            let is_mirrored = variable >= 2 * n && self.mirrored.contains(&(variable - 2 * n));
+            let is_turned = is_mirrored != (self.is_reversed && variable >= n);
+            is_turned.then(|| row.iter().map(|&value| -value).collect::<Vec<S>>())
+        };
+        let rows = || q.iter().chain(q_dot).chain(p);
+        let turned: Vec<Option<Vec<S>>> = rows().enumerate().map(turned).collect();
+        let rows = rows().zip(&turned).map(|(row, turned)| turned.as_deref().unwrap_or(row));
+        let variables: Vec<&[S]> = rows.chain([norm.as_slice()]).collect();
+        self.program.sample(&variables, &mut [out]);
     }
 }
 

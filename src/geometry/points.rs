@@ -18,19 +18,26 @@ impl<S: Real> Geometry<S> {
 
     /// K = g_ab q̇^a q̇^b at a point, inside the domain or not.
     pub fn norm(&self, q: &[S], q_dot: &[S]) -> S {
-        single(|k| self.contraction(&self.at(q), &rows(q_dot)).add_norm(k))
+        single(|k| self.contraction(&self.values_at(&rows(q)), &rows(q_dot)).add_norm(k))
     }
 
     /// f_a + F_a = ½ ∂_a g_bc q̇^b q̇^c + ∂_a A_b q̇^b + F_a at a point, inside the domain or not.
     pub fn forces(&self, q: &[S], q_dot: &[S]) -> Vec<S> {
-        let (structure, samples, q_dot) = (self.structure(), self.at(q), rows(q_dot));
-        let at = self.contraction(&samples, &q_dot);
-        let mut forces: Vec<S> = (0..structure.dimension).map(|a| single(|f| at.add_force(a, f))).collect();
+        self.rows_of_forces(&rows(q), &rows(q_dot)).concat()
+    }
+
+    /// The same at many points: rows of positions and of velocities, one for each coordinate.
+    pub fn rows_of_forces(&self, q: &[&[S]], q_dot: &[&[S]]) -> Vec<Vec<S>> {
+        let (structure, samples) = (self.structure(), self.first_at(q));
+        let at = self.contraction(&samples, q_dot);
+        let mut forces = vec![vec![S::ZERO; q[0].len()]; structure.dimension];
+        forces.iter_mut().enumerate().for_each(|(a, row)| at.add_force(a, row));
         if !structure.force.is_empty() {
-            let mut force = Samples::zeros(structure.force_rows, 1);
-            self.fill_force(&rows(q), &q_dot, &mut force);
+            let mut force = Samples::zeros(structure.force_rows, q[0].len());
+            self.fill_force(q, q_dot, &mut force);
             for term in &structure.force {
-                forces[term.a] += force.at(term.value, 0);
+                let row = forces[term.a].iter_mut().enumerate();
+                row.for_each(|(k, sum)| *sum += force.at(term.value, k));
             }
         }
         forces
@@ -38,7 +45,7 @@ impl<S: Real> Geometry<S> {
 
     /// The contribution of motion to K at a point: the sizes of its terms without the largest of them.
     pub fn motion(&self, q: &[S], q_dot: &[S]) -> S {
-        single(|motion| self.contraction(&self.at(q), &rows(q_dot)).add_motion(motion))
+        single(|motion| self.contraction(&self.values_at(&rows(q)), &rows(q_dot)).add_motion(motion))
     }
 
     /// q̇^a = g^ab (p_b − A_b) at a point.
@@ -53,13 +60,12 @@ impl<S: Real> Geometry<S> {
 
     /// All rows at one point, inside the domain or not.
     pub fn at(&self, q: &[S]) -> Samples<S> {
-        self.at_rows(&rows(q))
+        self.all_at(&rows(q))
     }
 
-    /// K, and what motion contributes to it, at many points: rows of positions and of velocities, one for each
-    /// coordinate.
+    /// K, and what motion contributes to it, at many points, given in the same way.
     pub fn norm_and_motion(&self, q: &[&[S]], q_dot: &[&[S]]) -> [Vec<S>; 2] {
-        let samples = self.at_rows(q);
+        let samples = self.values_at(q);
         let contraction = self.contraction(&samples, q_dot);
         let [mut norm, mut motion] = [(); 2].map(|()| vec![S::ZERO; q[0].len()]);
         contraction.add_norm(&mut norm);
@@ -69,15 +75,31 @@ impl<S: Real> Geometry<S> {
 
     /// p_a at many points, given in the same way, a row for each coordinate.
     pub fn rows_of_momenta(&self, q: &[&[S]], q_dot: &[&[S]]) -> Vec<Vec<S>> {
-        let samples = self.at_rows(q);
+        let samples = self.values_at(q);
         let contraction = self.contraction(&samples, q_dot);
         let mut momenta = vec![vec![S::ZERO; q[0].len()]; self.dimension()];
         momenta.iter_mut().enumerate().for_each(|(a, row)| contraction.add_momentum(a, row));
         momenta
     }
 
-    fn at_rows(&self, q: &[&[S]]) -> Samples<S> {
-        let mut samples = self.room(q[0].len());
+    /// All rows at many points, inside the domain or not.
+    pub(crate) fn all_at(&self, q: &[&[S]]) -> Samples<S> {
+        self.at_rows(q, self.lagrangian.fields.outputs.len())
+    }
+
+    /// The rows of the metric and the one-form without derivatives at many points, inside the domain or not.
+    pub(crate) fn values_at(&self, q: &[&[S]]) -> Samples<S> {
+        self.at_rows(q, self.structure().rows_of_values)
+    }
+
+    /// The same with first derivatives.
+    pub(crate) fn first_at(&self, q: &[&[S]]) -> Samples<S> {
+        self.at_rows(q, self.structure().rows_of_first)
+    }
+
+    /// The first rows at many points.
+    fn at_rows(&self, q: &[&[S]], rows: usize) -> Samples<S> {
+        let mut samples = Samples::zeros(rows, q[0].len());
         self.lagrangian.fill(q, &mut samples);
         samples
     }

@@ -55,8 +55,13 @@ pub struct Structure<S> {
     pub force: Vec<ForceTerm<S, 0>>,
     /// Its first derivatives.
     pub force_first: Vec<ForceTerm<S, 1>>,
-    /// Number of rows for the metric and the one-form with their derivatives.
+    /// Number of rows for the metric and the one-form with their derivatives: first come values, then first
+    /// derivatives, then second ones.
     pub rows: usize,
+    /// Number of rows for values alone.
+    pub rows_of_values: usize,
+    /// Number of rows for values and first derivatives.
+    pub rows_of_first: usize,
     /// Number of rows for the force with its derivatives.
     pub force_rows: usize,
     /// The coordinates of particles in a potential.

@@ -137,6 +137,59 @@ impl GeometryText {
     }
 }
 
+impl GeometryText {
+    /// The parameters that formulas of the scene depend on, or that events set.
+    pub(crate) fn parameters_in_use(&self) -> Vec<String> {
+        let Self { components, potential, definitions, one_form, force, conformal, .. } = self;
+        let of_potential =
+            potential.iter().flat_map(|of| [&of.expression, &of.mass, &of.c].into_iter().chain(&of.masses));
+        let of_pairs = components.iter().map(|(_, formula)| formula);
+        let of_coordinates = one_form.iter().chain(force).map(|(_, formula)| formula);
+        let of_names = definitions.iter().map(|(_, formula)| formula);
+        let formulas = of_potential.chain(of_pairs).chain(of_coordinates).chain(of_names).chain(conformal);
+        let mut formulas: Vec<&String> = formulas.collect();
+        let mut used = self.held.clone();
+        loop {
+            let is_next = |(name, _): &&(String, String)| {
+                !used.contains(name) && formulas.iter().any(|formula| uses(formula, name))
+            };
+            let Some((name, formula)) = self.parameters.iter().find(is_next) else { return used };
+            used.push(name.clone());
+            formulas.push(formula);
+        }
+    }
+
+    /// Returns true if another scene has the same formulas, and the same numbers for these parameters: it is the same
+    /// then if no formula depends on others.
+    pub(crate) fn is_like(&self, other: &Self, parameters: &[String]) -> bool {
+        let Self {
+            coordinates,
+            components,
+            potential,
+            definitions,
+            parameters: own,
+            one_form,
+            force,
+            conformal,
+            tau,
+            tables,
+            held,
+        } = self;
+        let number = |all: &[(String, String)], name: &String| all.iter().find(|(other, _)| other == name).cloned();
+        *coordinates == other.coordinates
+            && *components == other.components
+            && *potential == other.potential
+            && *definitions == other.definitions
+            && *one_form == other.one_form
+            && *force == other.force
+            && *conformal == other.conformal
+            && *tau == other.tau
+            && *tables == other.tables
+            && *held == other.held
+            && parameters.iter().all(|name| number(own, name) == number(&other.parameters, name))
+    }
+}
+
 /// Returns true if `name` occurs in the text as a word of its own.
 pub(crate) fn uses(text: &str, name: &str) -> bool {
     text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)

@@ -10,7 +10,7 @@ use crate::number::ball::Ball;
 use crate::number::{Extended, Real};
 
 /// A program with its registers, which is run at one point after another.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct AtPoints<S> {
     program: Program<S>,
     registers: Vec<[S; 1]>,
@@ -34,7 +34,7 @@ impl<S: Real> AtPoints<S> {
 
 /// Hamilton's equations of *all* coordinates as they follow from the formulas. A coordinate that is ignorable in one
 /// precision may be active in another, where a number that rounds to 0 is none.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct WrittenRates<S> {
     at_points: AtPoints<S>,
     /// Registers of balls, if there were any yet.

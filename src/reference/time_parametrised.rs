@@ -21,7 +21,7 @@ pub fn time_parametrised(geometry: &Geometry, start: &Start, duration: f64, poin
         let (x, v) = (state[0], state[1]);
         // V′/m = g00′/2.
         let squeeze = (1.0 - v * v / c_squared).max(0.0);
-        (rates[0], rates[1]) = (v, -0.5 * geometry.at(&[0.0, x]).at(first, 0) * squeeze * squeeze.sqrt());
+        (rates[0], rates[1]) = (v, -0.5 * geometry.first_at(&[&[0.0], &[x]]).at(first, 0) * squeeze * squeeze.sqrt());
         Ok::<(), Infallible>(())
     };
     let mut state = [start.q[1], start.q_dot[1] / start.q_dot[0]];

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 use std::iter;
+use std::sync::Arc;
 
 use super::gll::LobattoRule;
 use super::legendre::legendre;
@@ -85,11 +86,11 @@ impl<S: Real> Expansion<S> {
 }
 
 /// Expansions by number of nodes, each computed once.
-pub(crate) type Tables<S> = HashMap<usize, Expansion<S>>;
+pub(crate) type Tables<S> = HashMap<usize, Arc<Expansion<S>>>;
 
 /// The expansion on so many points.
-pub(crate) fn expansion<S: Real>(tables: &mut Tables<S>, points: usize) -> &Expansion<S> {
-    tables.entry(points).or_insert_with(|| Expansion::new(points))
+pub(crate) fn expansion<S: Real>(tables: &mut Tables<S>, points: usize) -> Arc<Expansion<S>> {
+    Arc::clone(tables.entry(points).or_insert_with(|| Arc::new(Expansion::new(points))))
 }
 
 /// Σ c_k P_k, smallest terms first.

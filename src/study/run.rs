@@ -11,7 +11,7 @@ use crate::number::Real;
 use crate::solve::{NoSolution, Off, Setup, WorldLine, solve_window_by_window};
 use crate::study::acting::{Chains, Piece, Stopped, begins_beyond};
 use crate::study::errors::{
-    Further, OfRun, Paired, RunError, Sights, lost_to, own_error, paired, passed, reference_error,
+    Further, OfRun, Paired, RunError, Sights, first_unseen, lost_to, own_error, paired, passed, reference_error,
 };
 use crate::study::facts::{coordinate_errors, facts_of_run, suspicions};
 use crate::study::proof::ProofOfRun;
@@ -235,7 +235,8 @@ fn conserved_sums<S: Real>(case: &Case, setup: &Setup<S>) -> Vec<ConservedSum> {
 /// is streamed they contain those of measuring.
 pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let sums = if wanted.sums && !case.is_of_x { conserved_sums(case, setup) } else { Vec::new() };
-    let mut watches = case.watches();
+    let watched = case.watches_with_until();
+    let mut watches = watched[..case.events.len()].to_vec();
     let mut measures = Measures {
         case,
         setup,
@@ -251,7 +252,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     };
     let mut see = |part: &WorldLine<S>| measures.see(part);
     let observer: Option<EveryWindow<'_, S>> = if wanted.is_streamed { Some(&mut see) } else { None };
-    let (found, solve_seconds) = timed(|| solved(case, setup, observer));
+    let (found, solve_seconds) = timed(|| solved(case, setup, &watched, observer));
     let (Chains { pieces, error, .. }, of_judge) = match found {
         Ok(found) => found,
         Err(stopped) => return (Err(measures.unsolved(setup, *stopped, wanted.is_streamed)), solve_seconds),
@@ -293,21 +294,6 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         line,
     };
     (Ok(run), solve_seconds)
-}
-
-/// The first place where an event may have been passed unseen, in the table of events or among those that end pieces of
-/// the run.
-fn first_unseen<'l, S: Real>(
-    case: &Case,
-    found: Option<(usize, S)>,
-    pieces: impl Iterator<Item = &'l WorldLine<S>>,
-) -> Option<(String, f64)> {
-    let found = found.map(|(watch, gamma)| (case.events[watch].name.clone(), gamma.to_f64()));
-    let of_piece = |line: &WorldLine<S>| {
-        let (place, gamma) = line.watched.unseen?;
-        Some((case.ending_names()[place].to_owned(), line.gamma_at(S::from(gamma)).to_f64()))
-    };
-    found.or_else(|| pieces.into_iter().find_map(of_piece))
 }
 
 impl<S: Real> Run<S> {

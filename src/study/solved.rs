@@ -7,7 +7,7 @@ use super::errors::events_of_chain;
 use crate::case::Case;
 use crate::number::Real;
 use crate::solve::{Setup, WorldLine, solve_observed};
-use crate::trajectory::{Crossing, EventSearch};
+use crate::trajectory::{Crossing, EventSearch, Watch};
 
 /// Sees windows as they are solved, each as a world-line of its own.
 pub(super) type EveryWindow<'o, S> = &'o mut dyn FnMut(&WorldLine<S>);
@@ -15,11 +15,12 @@ pub(super) type EveryWindow<'o, S> = &'o mut dyn FnMut(&WorldLine<S>);
 /// A run in pieces, and the events that its judge has met, if it has one.
 pub(super) type Solved<S> = (Chains<S>, Option<Vec<Crossing<S>>>);
 
-/// Solves the setup of a case. The observer, if there is one, sees a run in which no event acts window by window, and
-/// only the last window of it is kept.
+/// Solves the setup of a case, whose judge looks for `watches`. The observer, if there is one, sees a run in which no
+/// event acts window by window, and only the last window of it is kept.
 pub(super) fn solved<S: Real>(
     case: &Case,
     setup: &Setup<S>,
+    watches: &[Watch<S>],
     observer: Option<EveryWindow<'_, S>>,
 ) -> Result<Solved<S>, Box<Stopped<S>>> {
     if setup.has_acting_events() {
@@ -31,7 +32,7 @@ pub(super) fn solved<S: Real>(
         let of_judge = (!chains.coarser.is_empty()).then(|| events_of_chain(case, &chains.coarser));
         return Ok((chains, of_judge));
     }
-    let mut watches = case.watches_with_until();
+    let mut watches = watches.to_vec();
     let is_paired = !watches.is_empty() && setup.settings.is_judged_on_its_way();
     let mut search = EventSearch::new(&mut watches);
     let mut see = |part: &WorldLine<S>| search.see(part);

@@ -98,7 +98,8 @@ impl<'w, S: Real> EventSearch<'w, S> {
             (progress.from, progress.found, progress.missed, progress.unseen) = (found.len(), found, missed, unseen);
         }
         let Self { watches, progress: Some(progress), search, tables } = self else { return };
-        let (mut sampler, mut open, mut at) = (Sampler::new(line), std::mem::take(&mut progress.open), None);
+        let (mut open, mut at) = (std::mem::take(&mut progress.open), None);
+        let mut sampler = Sampler::with_tables(line, std::mem::take(tables));
         for window in 0..line.windows.len() {
             // The nodes are enough where nothing happens.
             let has_states = sampler.has_states(window);
@@ -107,7 +108,7 @@ impl<'w, S: Real> EventSearch<'w, S> {
             } else {
                 sampler.curve(window).cells()
             };
-            let rule = expansion(tables, points);
+            let rule = &*expansion(&mut sampler.tables, points);
             if has_states {
                 progress.see_nodes(&mut sampler, watches, (window, rule));
             }
@@ -134,7 +135,7 @@ impl<'w, S: Real> EventSearch<'w, S> {
                 open.iter_mut().zip(extents).for_each(|(open, [_, own])| *open += own);
             }
         }
-        progress.open = open;
+        (progress.open, *tables) = (open, sampler.tables);
     }
 
     /// Every change of sign in the parts that were seen, which the run ends behind, in the order of γ and, at one
@@ -340,14 +341,14 @@ impl<S: Real> Progress<S> {
         (window, rule): (usize, &Expansion<S>),
     ) {
         self.seen.iter_mut().for_each(|seen| seen.clear(rule));
-        for node in 0..rule.nodes.len() {
-            sampler.at_node(window, node, &mut self.here);
-            let Sample { q, q_dot, p, .. } = &self.here;
-            for (watched, seen) in watches.iter_mut().zip(&mut self.seen) {
-                let value = watched.formula.at(q, q_dot, p, self.norm);
+        let Self { here, seen, norm, .. } = self;
+        let has_velocities = watches.iter().any(|watched| watched.formula.has_velocities());
+        sampler.each_node(window, (here, has_velocities), |Sample { q, q_dot, p, .. }| {
+            for (watched, seen) in watches.iter_mut().zip(&mut *seen) {
+                let value = watched.formula.at(q, q_dot, p, *norm);
                 seen.see(&watched.formula, value);
             }
-        }
+        });
     }
 
     /// Takes what was found of a formula in a window.

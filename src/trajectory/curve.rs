@@ -6,7 +6,7 @@
 
 use super::partition;
 use crate::action::Form;
-use crate::geometry::{Geometry, Point};
+use crate::geometry::{Geometry, Motion as RatesOnNodes, OnNodes, Point};
 use crate::number::Real;
 use crate::number::norm::larger;
 use crate::sbp::gll::MOST_NODES;
@@ -42,17 +42,17 @@ enum Kind<S> {
 }
 
 impl<S: Real> Curve<S> {
-    /// The curve in a window of `line`. `at` computes in its geometry.
+    /// The curve in a window of `line`. `on_nodes` and `at` compute in its geometry.
     pub(super) fn new(
         line: &WorldLine<S>,
         view: &WindowNodes<'_, S>,
         tables: &mut Tables<S>,
-        at: &mut Point<S>,
+        (on_nodes, at): (&mut RatesOnNodes<S>, &mut Point<S>),
     ) -> Self {
         let (grid, geometry, length) = (view.window, line.geometry(), view.window.length());
         let start = [view.start.q, view.start.p].map(<[S]>::to_vec);
         let values = view.increments();
-        let mut motion = Motion { geometry, start: &start, at };
+        let mut motion = Motion { geometry, start: &start, on_nodes, at };
         let kind = if grid.is_equidistant() {
             let slopes = motion.slopes(&values);
             Kind::Hermite { nodes: (0..grid.points()).map(|k| grid.sbp().node(k)).collect(), values, slopes }
@@ -60,13 +60,13 @@ impl<S: Real> Curve<S> {
             let expansion = expansion(tables, grid.points());
             Kind::Legendre(values.iter().map(|row| expansion.coefficients(row)).collect())
         } else {
-            let own = motion.integrals(expansion(tables, grid.points()), &values, length);
+            let own = motion.integrals(&expansion(tables, grid.points()), &values, length);
             // An accuracy holds at the nodes, and the integrals of their rates are more accurate.
             if line.accuracy.is_some() {
                 Kind::Legendre(own)
             } else {
                 let fine = expansion(tables, (2 * grid.points()).min(MOST_NODES));
-                Kind::Legendre(motion.refined(fine, own, length, line.digits))
+                Kind::Legendre(motion.refined(&fine, own, length, line.digits))
             }
         };
         Self { start, length, kind }
@@ -140,14 +140,19 @@ fn point<S: Real>(start: &Position<S>, rows: &[S], geometry: &Geometry<S>) -> Po
 struct Motion<'m, S> {
     geometry: &'m Geometry<S>,
     start: &'m Position<S>,
+    on_nodes: &'m mut RatesOnNodes<S>,
     at: &'m mut Point<S>,
 }
 
 impl<S: Real> Motion<'_, S> {
     /// The derivatives of rows of values. Outside the domain they are not finite, or mean nothing.
     fn slopes(&mut self, values: &[Vec<S>]) -> Vec<Vec<S>> {
-        let n = self.geometry.dimension();
-        let points = values.first().map_or(0, Vec::len);
+        // Extended numbers have no vectors, and blocks are filled up.
+        let at_once = if S::IS_EXTENDED { None } else { self.slopes_at_once(values) };
+        if let Some(slopes) = at_once {
+            return slopes;
+        }
+        let (n, points) = (self.geometry.dimension(), values.first().map_or(0, Vec::len));
         let mut slopes = vec![Vec::with_capacity(points); values.len()];
         for k in 0..points {
             let rows: Vec<S> = values.iter().map(|row| row[k]).collect();
@@ -159,6 +164,16 @@ impl<S: Real> Motion<'_, S> {
             }
         }
         slopes
+    }
+
+    /// The same of a block of points at a time; `None` if one of them is outside of the domain.
+    fn slopes_at_once(&mut self, values: &[Vec<S>]) -> Option<Vec<Vec<S>>> {
+        let [of_q, of_p] = self.start;
+        let ahead = |(start, row): (S, &Vec<S>)| row.iter().map(|&change| start + change).collect();
+        let q: Vec<Vec<S>> = of_q.iter().copied().zip(values).map(ahead).collect();
+        let own = self.geometry.active().iter().map(|&a| of_p[a]);
+        let p: Vec<Vec<S>> = own.zip(&values[q.len()..]).map(ahead).collect();
+        self.on_nodes.all_rates(OnNodes { q: &q, p: &p, start: of_p }, q[0].len()).ok()
     }
 
     /// The coefficients of the integrals of the rates, which are polynomials through their values at `values`.

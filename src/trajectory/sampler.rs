@@ -2,7 +2,7 @@
 
 use super::curve::Curve;
 use super::{OutsideRun, partition, slack, within};
-use crate::geometry::{Point, Start};
+use crate::geometry::{Motion, OnNodes, Point, Start};
 use crate::number::Real;
 use crate::number::root::root;
 use crate::sbp::polynomial::Tables;
@@ -30,6 +30,8 @@ pub struct Sampler<'l, S: Real = f64> {
     current: Option<(usize, Curve<S>)>,
     pub(super) tables: Tables<S>,
     point: Point<S>,
+    /// Rates on all nodes of a window are computed here, once they were asked for.
+    on_nodes: Option<Motion<S>>,
 }
 
 impl<'l, S: Real> Sampler<'l, S> {
@@ -39,7 +41,7 @@ impl<'l, S: Real> Sampler<'l, S> {
     }
 
     pub(super) fn with_tables(line: &'l WorldLine<S>, tables: Tables<S>) -> Self {
-        Self { line, current: None, tables, point: line.geometry().point() }
+        Self { line, current: None, tables, point: line.geometry().point(), on_nodes: None }
     }
 
     /// The world-line at `gamma`.
@@ -130,17 +132,62 @@ impl<'l, S: Real> Sampler<'l, S> {
         !self.line.is_doubled() && !self.line.windows[window].is_equidistant()
     }
 
+    /// Shows the world-line at all nodes of a window of which [`Self::has_states`] is true, one after the other, in
+    /// this room. Velocities are not known if they are not `wanted`.
+    pub(super) fn each_node(
+        &mut self,
+        window: usize,
+        (into, wanted): (&mut Sample<S>, bool),
+        mut see: impl FnMut(&Sample<S>),
+    ) {
+        let (line, points) = (self.line, self.line.windows[window].points());
+        // Extended numbers have no vectors, and blocks are filled up.
+        let rates = if wanted && !S::IS_EXTENDED { self.rates_on_nodes(window, into) } else { None };
+        for node in 0..points {
+            let is_end = node + 1 == points && window + 1 == line.windows.len();
+            if is_end || (wanted && rates.is_none()) {
+                self.at_node(window, node, into);
+            } else {
+                self.state_at_node(window, node, into);
+                see_as(line, into, |a| rates.as_ref().map_or(S::ZERO, |rates| rates[a][node]));
+            }
+            see(into);
+        }
+    }
+
+    /// The rates of all coordinates on the nodes of a window; `None` if one of these is outside of the domain.
+    fn rates_on_nodes(&mut self, window: usize, room: &mut Sample<S>) -> Option<Vec<Vec<S>>> {
+        let (line, points) = (self.line, self.line.windows[window].points());
+        let active = line.geometry().active();
+        let [mut q, mut p] = [line.q.len(), active.len()].map(|count| vec![Vec::with_capacity(points); count]);
+        for node in 0..points {
+            self.state_at_node(window, node, room);
+            q.iter_mut().zip(&room.q).for_each(|(row, &q)| row.push(q));
+            p.iter_mut().zip(active).for_each(|(row, &a)| row.push(room.p[a]));
+        }
+        let on_nodes = self.on_nodes.get_or_insert_with(|| Motion::new(line.geometry()));
+        on_nodes.all_rates(OnNodes { q: &q, p: &p, start: line.joint(window).p }, points).ok()
+    }
+
     /// The world-line at a node of a window of which [`Self::has_states`] is true.
-    pub(super) fn at_node(&mut self, window: usize, node: usize, into: &mut Sample<S>) {
-        let Self { line, point, .. } = self;
-        let (nodes, start) = (line.windows[window].nodes(), line.joint(window));
-        let (is_last, active) = (node + 1 == nodes.len(), line.geometry().active());
-        if is_last && window + 1 == line.windows.len() {
+    fn at_node(&mut self, window: usize, node: usize, into: &mut Sample<S>) {
+        let line = self.line;
+        if node + 1 == line.windows[window].points() && window + 1 == line.windows.len() {
             let Start { q, q_dot, p } = line.end();
             *into = Sample { gamma: into.gamma, q, q_dot, p };
             return;
         }
-        let joint = if is_last { line.joint(window + 1) } else { start };
+        self.state_at_node(window, node, into);
+        let _ = self.point.evaluate(&into.q, &into.p);
+        see_as(line, into, |a| self.point.q_dot(a));
+    }
+
+    /// The positions and momenta at a node of such a window, as the solver has them.
+    fn state_at_node(&self, window: usize, node: usize, into: &mut Sample<S>) {
+        let line = self.line;
+        let nodes = line.windows[window].nodes();
+        let (is_last, active) = (node + 1 == nodes.len(), line.geometry().active());
+        let joint = line.joint(if is_last { window + 1 } else { window });
         let inner = (node > 0 && !is_last).then_some(nodes.start + node);
         into.q.copy_from_slice(joint.q);
         into.p.copy_from_slice(joint.p);
@@ -150,22 +197,25 @@ impl<'l, S: Real> Sampler<'l, S> {
                 (into.q[a], into.p[a]) = (line.q[a][inner], row[inner]);
             }
         }
-        let _ = point.evaluate(&into.q, &into.p);
-        let sign = |rate: S| if line.is_backward { -rate } else { rate };
-        for a in 0..into.q.len() {
-            into.q_dot[a] = sign(point.q_dot(a));
-            into.p[a] = sign(into.p[a]);
-            into.q[a] += line.origin_of(a);
-        }
     }
 
     /// The curve of a window.
     pub(super) fn curve(&mut self, window: usize) -> &Curve<S> {
-        let Self { line, current, tables, point } = self;
+        let Self { line, current, tables, point, on_nodes } = self;
         if current.as_ref().is_some_and(|(current, _)| *current != window) {
             *current = None;
         }
-        &current.get_or_insert_with(|| (window, Curve::new(line, &line.view(window), tables, point))).1
+        let on_nodes = on_nodes.get_or_insert_with(|| Motion::new(line.geometry()));
+        &current.get_or_insert_with(|| (window, Curve::new(line, &line.view(window), tables, (on_nodes, point)))).1
+    }
+}
+
+/// Turns a state of the solver with these velocities into one of the motion.
+fn see_as<S: Real>(line: &WorldLine<S>, state: &mut Sample<S>, q_dot: impl Fn(usize) -> S) {
+    for a in 0..state.q.len() {
+        state.q_dot[a] = line.signed(q_dot(a));
+        state.p[a] = line.signed(state.p[a]);
+        state.q[a] += line.origin_of(a);
     }
 }
 

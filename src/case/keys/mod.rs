@@ -11,6 +11,9 @@ pub(super) use exclusive::{EXCLUSIVE, Exclusion};
 pub(super) use former::{FORMER, PARAMETERS, is_former, replaced};
 pub use table::KEYS;
 
+use std::collections::HashMap;
+use std::sync::LazyLock;
+
 use crate::number::{Extended, Real};
 
 /// A key of a case file.
@@ -136,30 +139,53 @@ pub(super) fn named(name: &str) -> Option<&'static Key> {
     KEYS.iter().find(|key| key.name == name)
 }
 
-/// The parts of names that stand directly below a table, each once and in the order of the table of keys.
-pub(super) fn below(path: &str) -> Vec<&'static str> {
-    let mut parts: Vec<&str> = Vec::new();
-    for part in KEYS.iter().filter_map(|key| rest(key.name, path)?.split('.').next()) {
-        if !parts.contains(&part) {
-            parts.push(part);
+/// The parts of names that stand directly below a table.
+#[derive(Default)]
+struct Below {
+    /// All of them, each once and in the order of the table of keys.
+    all: Vec<&'static str>,
+    /// Those that are names in all cases that have them.
+    named: Vec<&'static str>,
+    /// The one that stands for others, if there is one.
+    open: Option<&'static str>,
+}
+
+/// The same of every table. They are asked for at each table of each case that is read.
+static TABLES: LazyLock<HashMap<&'static str, Below>> = LazyLock::new(|| {
+    let mut tables: HashMap<&str, Below> = HashMap::new();
+    for key in KEYS {
+        let ends = key.name.match_indices('.').map(|(end, _)| end);
+        for (path, rest) in ends.map(|end| (&key.name[..end], &key.name[end + 1..])).chain([("", key.name)]) {
+            let (all, part) = (&mut tables.entry(path).or_default().all, rest.split('.').next().unwrap_or_default());
+            if !all.contains(&part) {
+                all.push(part);
+            }
         }
     }
-    parts
+    for (path, Below { all, named, open }) in &mut tables {
+        let is_of_x = |part: &str| {
+            KEYS.iter().any(|key| key.cases == Cases::OfX && rest(key.name, path).is_some_and(|rest| rest == part))
+        };
+        let parts = all.iter().filter(|part| !is_of_x(part));
+        let (placeholders, names): (Vec<&str>, Vec<&str>) = parts.partition(|part| is_placeholder(part));
+        (*named, *open) = (names, placeholders.first().copied());
+    }
+    tables
+});
+
+/// The parts of names that stand directly below a table, each once and in the order of the table of keys.
+pub(super) fn below(path: &str) -> &'static [&'static str] {
+    TABLES.get(path).map_or(&[], |below| &below.all)
 }
 
 /// The same in two parts: what is a name in all cases that have it, and what stands for others.
-pub(super) fn named_and_open(path: &str) -> (Vec<&'static str>, Option<&'static str>) {
-    let is_of_x = |part: &str| {
-        KEYS.iter().any(|key| key.cases == Cases::OfX && rest(key.name, path).is_some_and(|rest| rest == part))
-    };
-    let parts = below(path).into_iter().filter(|part| !is_of_x(part));
-    let (open, named): (Vec<_>, Vec<_>) = parts.partition(|part| is_placeholder(part));
-    (named, open.first().copied())
+pub(super) fn named_and_open(path: &str) -> (&'static [&'static str], Option<&'static str>) {
+    TABLES.get(path).map_or((&[], None), |below| (&below.named, below.open))
 }
 
 /// The names in a table, with those of a case's own.
 pub(super) fn named_in<'n>(path: &str, own: &'n [String]) -> Vec<&'n str> {
-    named_and_open(path).0.into_iter().chain(own.iter().map(String::as_str)).collect()
+    named_and_open(path).0.iter().copied().chain(own.iter().map(String::as_str)).collect()
 }
 
 /// The keys that say what the potential is.
@@ -269,10 +295,13 @@ impl Kind {
 }
 
 /// The places in a case whose presence makes it a scene: tables that only scenes have, and keys of others.
-pub(super) fn of_scenes() -> impl Iterator<Item = &'static str> {
+pub(super) static OF_SCENES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let makes = |key: &&Key| key.cases == Cases::MakesScene;
-    KEYS.iter().filter(makes).map(move |key| {
+    let place = |key: &'static Key| {
         let is_whole = KEYS.iter().filter(|other| other.top() == key.top()).all(|other| makes(&other));
         if is_whole { key.top() } else { key.fixed() }
-    })
-}
+    };
+    let mut places: Vec<&str> = KEYS.iter().filter(makes).map(place).collect();
+    places.dedup();
+    places
+});

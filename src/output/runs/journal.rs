@@ -242,12 +242,14 @@ mod tests {
 
     use super::super::JOURNAL_SAMPLES;
     use super::*;
+    use crate::diagnostics::verdict::Grade;
 
     fn row(row: usize) -> RunRow {
         let events = if row % 2 == 1 { format!("{row},up\n{row},\"do\nwn\"\n") } else { String::new() };
         let samples = format!("{row},0.5\n").repeat(row % 3);
         let own = format!("{row},\"{row}.0\n\"\"\",converged\n");
-        RunRow { row, records: [own, events, samples].map(String::into_bytes).to_vec() }
+        let records = [own, events, samples].map(String::into_bytes).to_vec();
+        RunRow { row, records, status: "converged".to_owned(), verdict: Grade::Trusted }
     }
 
     fn open(folder: &Path) -> Journal {

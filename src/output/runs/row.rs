@@ -1,6 +1,6 @@
 //! A row of `runs.csv`, and what its columns are.
 
-use super::rows::line_of;
+use super::rows::{line_of, write_line};
 use super::{RUNS, RUNS_EVENTS, RUNS_SAMPLES};
 use crate::diagnostics::verdict::{Grade, Reason};
 use crate::number::{Extended, Real};
@@ -15,6 +15,10 @@ pub struct RunRow {
     pub row: usize,
     /// Its lines in each of the tables.
     pub records: Vec<Vec<u8>>,
+    /// Its status in a word.
+    pub status: String,
+    /// Its verdict.
+    pub verdict: Grade,
 }
 
 /// A table of many runs.
@@ -105,16 +109,17 @@ impl Columns {
             RUNS_EVENTS => end.map_or_else(Vec::new, |end| events(&number, end)),
             _ => end.map_or_else(Vec::new, |end| samples(&number, end, &table.header)),
         });
-        RunRow { row: run + 1, records: records.collect() }
+        RunRow { row: run + 1, records: records.collect(), status: status.to_owned(), verdict }
     }
 }
 
 /// The lines of the events of a run with this number.
 fn events(number: &str, end: &End) -> Vec<u8> {
-    let cells = |(event, state): &(String, Vec<String>)| {
-        line_of([number, event].into_iter().chain(state.iter().map(String::as_str)))
-    };
-    end.events.iter().flat_map(cells).collect()
+    let mut lines = Vec::new();
+    for (event, state) in &end.events {
+        write_line([number, event].into_iter().chain(state.iter().map(String::as_str)), &mut lines);
+    }
+    lines
 }
 
 /// The lines of its samples. Decimals need no quotes.

@@ -127,9 +127,28 @@ impl RowFile {
 
 /// A record as a line of CSV.
 pub(super) fn line_of<'c>(cells: impl IntoIterator<Item = &'c str>) -> Vec<u8> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    writer.write_record(cells).expect("a record is written to memory");
-    writer.into_inner().expect("a record is written to memory")
+    let mut line = Vec::new();
+    write_line(cells, &mut line);
+    line
+}
+
+/// Writes a record as a line of CSV, with quotes around cells that need them. A writer for all dialects is made of
+/// tables, which take longer than a line.
+pub(super) fn write_line<'c>(cells: impl IntoIterator<Item = &'c str>, lines: &mut Vec<u8>) {
+    let begin = lines.len();
+    for (place, cell) in cells.into_iter().enumerate() {
+        lines.extend((place > 0).then_some(b','));
+        if cell.contains(['"', ',', '\r', '\n']) {
+            lines.extend(format!("\"{}\"", cell.replace('"', "\"\"")).bytes());
+        } else {
+            lines.extend_from_slice(cell.as_bytes());
+        }
+    }
+    // A record of one empty cell is no empty line.
+    if lines.len() == begin {
+        lines.extend_from_slice(b"\"\"");
+    }
+    lines.push(b'\n');
 }
 
 /// Writes the rows of `order`, each with the place of its source, to tables, which have names: the first has the rows,
@@ -148,21 +167,46 @@ pub(super) fn write<W: Write>(
     for ((name, out), table) in tables.iter_mut().zip(&*sources[0]) {
         out.write_all(&line_of(&table.header)).with_context(|| cannot(name))?;
     }
-    let header: Vec<String> = sources[0][0].header.iter().map(str::to_owned).collect();
+    let header = sources[0][0].header.clone();
     let place = column.map(|name| header.iter().position(|cell| cell == name));
-    let mut wanted = Vec::new();
+    let (mut wanted, mut lines) = (Vec::new(), Vec::new());
+    let mut count = |lines: &mut Vec<u8>| {
+        summary.see(&header, lines, |cells| {
+            let cell = |place: Option<usize>| place.and_then(|place| cells.get(place)).unwrap_or_default().to_owned();
+            wanted.extend(place.map(cell));
+        });
+        lines.clear();
+    };
     for (row, source) in order {
         for (place_of_table, ((name, out), table)) in tables.iter_mut().zip(sources[source].iter_mut()).enumerate() {
             let records = table.row(row)?;
             out.write_all(&records).with_context(|| cannot(name))?;
             if place_of_table == 0 {
-                let cells = summary.see(&header, &records);
-                let cell =
-                    |place: Option<usize>| place.and_then(|place| cells.get(place)).unwrap_or_default().to_owned();
-                wanted.extend(place.map(cell));
+                lines.extend_from_slice(&records);
             }
         }
+        // They are read again in blocks, for each of which there is a reader.
+        if lines.len() > BUFFER {
+            count(&mut lines);
+        }
     }
+    count(&mut lines);
     tables.iter_mut().try_for_each(|(name, out)| out.flush().with_context(|| cannot(name)))?;
     Ok(wanted)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_those_of_a_writer_for_all_dialects() {
+        let records: [&[&str]; 6] =
+            [&["1", "x, y", "a"], &["a \"quoted\" word", ""], &[""], &["", ""], &["two\nlines", "\r"], &["#", " b "]];
+        for cells in records {
+            let mut writer = csv::Writer::from_writer(Vec::new());
+            writer.write_record(cells).unwrap();
+            assert_eq!(line_of(cells.iter().copied()), writer.into_inner().unwrap(), "{cells:?}");
+        }
+    }
 }

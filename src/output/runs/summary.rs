@@ -76,29 +76,22 @@ impl RunsSummary {
         Self { rows: 0, solved: 0, doubtful: 0, proved: 0, statuses: BTreeMap::new(), ..self.clone() }
     }
 
-    /// Counts a row, which is a line of the table with this header. Returns its cells.
-    pub fn see<'h>(
-        &mut self,
-        header: impl IntoIterator<Item = &'h (impl AsRef<str> + 'h)>,
-        line: &[u8],
-    ) -> StringRecord {
+    /// Counts rows, which are lines of the table with this header, and shows the cells of each.
+    pub(super) fn see(&mut self, header: &StringRecord, lines: &[u8], mut each: impl FnMut(&StringRecord)) {
+        // Coordinates, whose columns are between these two, may have any names.
+        let status = header.iter().position(|cell| cell == "status");
+        let verdict = header.iter().enumerate().filter(|(_, cell)| *cell == "verdict").map(|(place, _)| place).last();
         let mut cells = StringRecord::new();
-        let mut reader = ReaderBuilder::new().has_headers(false).from_reader(line);
-        let is_read = reader.read_record(&mut cells).unwrap_or(false);
-        let (mut status, mut verdict) = ("", "");
-        for (name, cell) in header.into_iter().zip(&cells).filter(|_| is_read) {
-            match name.as_ref() {
-                "status" => status = cell,
-                "verdict" => verdict = cell,
-                _ => {}
-            }
+        let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(lines);
+        while reader.read_record(&mut cells).unwrap_or(false) {
+            let cell = |place: Option<usize>| place.and_then(|place| cells.get(place)).unwrap_or_default();
+            self.count(cell(status), cell(verdict));
+            each(&cells);
         }
-        self.count(status, verdict);
-        cells
     }
 
     /// Counts a row with this status and verdict.
-    fn count(&mut self, status: &str, verdict: &str) {
+    pub fn count(&mut self, status: &str, verdict: &str) {
         self.rows += 1;
         self.solved += usize::from(status == Status::Converged.as_str());
         self.doubtful += usize::from(verdict == Grade::Doubtful.as_str());

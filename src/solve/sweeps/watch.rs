@@ -106,7 +106,7 @@ impl<'g> Watches<'g> {
     pub(super) fn change(&mut self, window: &mut Window<'_>) -> Option<Change> {
         let (gamma, length) = (window.gamma, window.length);
         let Self { inside, watches, search, tables, unseen, .. } = self;
-        let rule = expansion(tables, window.nodes().points());
+        let rule = &*expansion(tables, window.nodes().points());
         inside.see(window, watches, rule);
         let mut within = Within { inside, window };
         let (mut first, least): (Option<Change>, f64) = (None, f64::EPSILON * (gamma + length) / length);

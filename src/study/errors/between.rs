@@ -36,10 +36,9 @@ pub(super) struct Between<'g> {
     seen: f64,
     /// The largest contribution of motion to K.
     motion: f64,
-    /// Rooms for q^a, p_a and their rates in a window.
+    /// Rooms for q^a and p_a in a window.
     q: Vec<Vec<f64>>,
     p: Vec<Vec<f64>>,
-    rates: Vec<Vec<f64>>,
     on_nodes: Motion<f64>,
 }
 
@@ -57,7 +56,6 @@ impl<'g> Between<'g> {
             motion: 0.0,
             q: vec![Vec::new(); n],
             p: vec![Vec::new(); m],
-            rates: vec![Vec::new(); 2 * m],
             on_nodes: Motion::new(geometry),
         }
     }
@@ -103,23 +101,19 @@ impl<'g> Between<'g> {
 
     /// Takes a window of the engine into account.
     pub(super) fn see(&mut self, window: &Window<'_>, dense: &Dense) {
-        let Self { q, p, rates, .. } = self;
+        let Self { q, p, .. } = self;
         let points = (PROBES as f64 * (window.length / self.length)).ceil() as usize;
         let points = points.clamp(IN_A_WINDOW, PROBES);
         q.iter_mut().chain(&mut *p).for_each(Vec::clear);
         dense.append(middles(points), q, p);
-        rates.iter_mut().for_each(|row| row.resize(points, 0.0));
         let each = window.length / points as f64;
-        if self.on_nodes.rates(OnNodes { q, p, start: &self.start }, points, rates).is_err() {
+        let Ok(rates) = self.on_nodes.all_rates(OnNodes { q, p, start: &self.start }, points) else {
             // A motion that is outside of the domain between its nodes is wrong.
             self.see_point(each, f64::INFINITY, 0.0, 1.0);
             return;
-        }
-        let (mut active, mut ignorable) = (rates.iter(), self.on_nodes.ignorable.iter());
-        let row = |a: usize| if self.geometry.active().contains(&a) { active.next() } else { ignorable.next() };
-        let q_dot: Vec<Vec<f64>> = (0..q.len()).filter_map(row).cloned().collect();
+        };
         let q = std::mem::take(q);
-        self.see_rows(each, &q, &q_dot);
+        self.see_rows(each, &q, &rates[..q.len()]);
         self.q = q;
     }
 

@@ -78,11 +78,11 @@ impl Evaluated {
     pub(super) fn new<S: Real>(case: &Case, setup: &Setup<S>, Seen { q, set, .. }: &Seen) -> Option<Self> {
         let changed = if set.is_empty() { None } else { Some(case.with_parameters(set, q)?) };
         let rough = changed.as_ref().map_or_else(|| (*setup.rough.geometry).clone(), Case::geometry);
-        let text = changed.as_ref().unwrap_or(case).geometry_text.clone();
+        let case = changed.as_ref().unwrap_or(case);
         Some(Self {
             set: set.clone(),
-            exact: WrittenRates::new(&text, setup.is_backward).ok()?,
-            text,
+            exact: case.written_rates(setup.is_backward)?,
+            text: case.geometry_text.clone(),
             count: rough.dimension() - usize::from(case.is_lifted()),
             windows: Rates::new(&rough),
             rough,

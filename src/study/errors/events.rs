@@ -105,6 +105,21 @@ pub(crate) fn passed<S: Real>(events: &[Crossing<S>], run: &OfRun, ends: impl Fn
     events.iter().filter(|event| ends(event.watch) && (end - event.sample.gamma.to_f64()).abs() > near).count()
 }
 
+/// The first place where an event may have been passed unseen, in the table of events or among those that end pieces of
+/// the run.
+pub(crate) fn first_unseen<'l, S: Real>(
+    case: &Case,
+    found: Option<(usize, S)>,
+    pieces: impl Iterator<Item = &'l WorldLine<S>>,
+) -> Option<(String, f64)> {
+    let found = found.map(|(watch, gamma)| (case.events[watch].name.clone(), gamma.to_f64()));
+    let of_piece = |line: &WorldLine<S>| {
+        let (place, gamma) = line.watched.unseen?;
+        Some((case.ending_names()[place].to_owned(), line.gamma_at(S::from(gamma)).to_f64()))
+    };
+    found.or_else(|| pieces.into_iter().find_map(of_piece))
+}
+
 /// The watch whose event ended a run, if one did. `grid.until` is watched behind all events.
 fn ending_watch<S: Real>(case: &Case, line: &WorldLine<S>) -> Option<usize> {
     let formula = line.ended_by.and_then(|place| case.watched_formulas().nth(place))?;

@@ -111,13 +111,12 @@ impl Places {
         }
         let mut sampler = Sampler::new(part);
         while self.next < OF_WINDOW * part.window_count {
-            let (window, place) = (&part.windows[self.next / OF_WINDOW - first], self.next % OF_WINDOW);
+            let (index, place) = (self.next / OF_WINDOW - first, self.next % OF_WINDOW);
+            let window = &part.windows[index];
             // A node inside of the window: between nodes a coarse run may be anywhere, and at ends formulas may jump.
             let node = (2 * place + 1) * (window.points() - 1) / (2 * OF_WINDOW);
-            let gamma = part.gamma_at(window.gamma_at(node.clamp(1, window.points().max(3) - 2)));
-            if let Ok(sample) = sampler.at_gamma(gamma) {
-                self.seen.push(Seen { part: window.length().to_f64(), ..Seen::of(part, sample, set) });
-            }
+            let sample = sampler.inside(index, node.clamp(1, window.points().max(3) - 2));
+            self.seen.push(Seen { part: window.length().to_f64(), ..Seen::of(part, sample, set) });
             self.next += self.stride;
             if self.seen.len() == 2 * self.kept {
                 let mut is_even = false;

@@ -14,6 +14,8 @@ use crate::trajectory::{NoSamples, OutsideRun};
 pub(super) struct Problem {
     /// The text of the case without what is to be found.
     text: String,
+    /// The case, whose formulas are compiled.
+    given: Case,
     /// What is to be found, and what has to be met.
     pub(super) find: Find,
     /// The size of each unknown: its value in the case, or 1 where that is 0.
@@ -76,6 +78,7 @@ impl Problem {
         let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
         Self {
             text: case.text_of_run(),
+            given: case.clone(),
             scales: find.unknowns.iter().map(|unknown| size(unknown.value)).collect(),
             has_sensitivity,
             is_linearised: has_sensitivity && !ends_early,
@@ -109,7 +112,7 @@ impl Problem {
         if with_sensitivity {
             set.push("solver.sensitivity=true".to_owned());
         }
-        Case::parse("the case", &self.text, &set)
+        Case::parse_beside("the case", &self.text, &set, Some(&self.given))
     }
 
     /// Runs the case with these values.

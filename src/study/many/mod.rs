@@ -110,7 +110,7 @@ impl ManyRuns {
     pub fn case(&self, run: usize) -> Result<Case, CaseError> {
         let varied = self.axes.iter().zip(self.values(run)).map(|(axis, value)| format!("{}={value}", axis.key));
         let all: Vec<String> = self.overrides.iter().cloned().chain(varied).collect();
-        let case = Case::parse(&self.name, &self.text, &all)?;
+        let case = Case::parse_beside(&self.name, &self.text, &all, self.first.as_ref())?;
         let Some(first) = self.first.as_ref().map(Case::coordinates).filter(|first| *first != case.coordinates())
         else {
             return Ok(case);
