@@ -15,8 +15,8 @@ pub(super) type EveryWindow<'o, S> = &'o mut dyn FnMut(&WorldLine<S>);
 /// A run in pieces, and the events that its judge has met, if it has one.
 pub(super) type Solved<S> = (Chains<S>, Option<Vec<Crossing<S>>>);
 
-/// Solves the setup of a case, which looks for `watches`. The observer, if there is one, sees a run in which no event acts window by window, and
-/// only the last window of it is kept.
+/// Solves the setup of a case, which looks for `watches`. The observer, if there is one, sees a run in which no event
+/// acts window by window, and only the last window of it is kept.
 pub(super) fn solved<S: Real>(
     case: &Case,
     setup: &Setup<S>,
