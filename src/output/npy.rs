@@ -53,7 +53,7 @@ enum Kind {
     Text(usize),
 }
 
-/// What a column is by its name.
+/// The meaning of a column, by its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Known {
     Text,

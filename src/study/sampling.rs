@@ -22,7 +22,7 @@ pub enum Numbers {
         start: String,
         /// The distance of two.
         step: String,
-        /// How many there are.
+        /// Their number.
         count: usize,
     },
     /// These.
@@ -30,7 +30,7 @@ pub enum Numbers {
 }
 
 impl Sampling {
-    /// How many samples there are.
+    /// The number of samples.
     pub fn count(&self) -> usize {
         match &self.numbers {
             Numbers::Steps { count, .. } => *count,

@@ -49,7 +49,7 @@ pub fn together(of: &str, mut charts: Vec<(String, Chart)>) -> Chart {
         let is_lone = chart.series.iter().filter(|one| one.look.is_none()).count() == 1;
         for one in std::mem::take(&mut chart.series) {
             if one.look.is_some() {
-                // What has a look of its own, as starts and ends, is explained once.
+                // Starts and ends, and all else with a look of its own, are explained once.
                 let is_known = series.iter().any(|other| other.label == one.label);
                 series.push(Series { label: if is_known { String::new() } else { one.label.clone() }, ..one });
                 continue;

@@ -8,7 +8,7 @@ fn texts(svg: &str) -> Vec<&str> {
     svg.split("<text").skip(1).filter(|part| text(part) > 0).map(|part| part.split_once('>').unwrap().1).collect()
 }
 
-/// How many elements of a picture have this colour as that of a line or of symbols.
+/// The number of elements of a picture that have this colour, as that of a line or of symbols.
 fn coloured(svg: &str, colour: &str) -> usize {
     svg.matches(&format!("stroke=\"#{colour}\"")).count() + svg.matches(&format!("-{colour}-")).count()
 }
