@@ -132,7 +132,7 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let each = args.each()?;
     let cases: Vec<Case> = each.iter().map(|args| args.case.read()).collect::<anyhow::Result<_>>()?;
     let named: Vec<(String, &Case)> = each.iter().map(|args| args.named(&each)).zip(&cases).collect();
-    let mut together = if args.together { Some(Together::open(args, &named)?) } else { None };
+    let mut together = if args.together { Some(Together::open(&args.output, &named)?) } else { None };
     let mut worst = 0;
     for ((case, args), (name, _)) in cases.iter().zip(&each).zip(&named) {
         let mut charts = Vec::new();

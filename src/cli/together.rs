@@ -11,9 +11,8 @@ use geodesic_ivp::study::many::ManyRuns;
 use geodesic_ivp::study::run::{Wanted, run};
 
 use super::lines::row;
-use super::out;
+use super::out::{self, OutArgs};
 use super::report::{self, refused};
-use super::run::RunArgs;
 
 /// The name of these pictures in records, and of their folder without `--out`.
 const COMMAND: &str = "together";
@@ -79,12 +78,12 @@ pub(super) struct Together {
 
 impl Together {
     /// Opens the pictures of these cases.
-    pub(super) fn open(args: &RunArgs, named: &[(String, &Case)]) -> anyhow::Result<Self> {
+    pub(super) fn open(output: &OutArgs, named: &[(String, &Case)]) -> anyhow::Result<Self> {
         let curves = Curves::new(named)?;
-        let folder = args.output.out.clone().unwrap_or_else(|| Path::new("results").join(COMMAND));
+        let folder = output.out.clone().unwrap_or_else(|| Path::new("results").join(COMMAND));
         // Pictures of other cases are replaced as those of the same ones are.
         let origin = Origin { command: COMMAND.to_owned(), case: "<several>".to_owned() };
-        let files = OutputSet::open(args.output.target_in(folder, origin)?, &curves.names)?;
+        let files = OutputSet::open(output.target_in(folder, origin)?, &curves.names)?;
         Ok(Self { curves, files })
     }
 

@@ -254,8 +254,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         Ok(found) => found,
         Err(stopped) => return (Err(measures.unsolved(setup, *stopped, wanted.is_streamed)), solve_seconds),
     };
-    let acting_events = pieces.iter().map(|piece| piece.acted.len()).sum();
-    let start = Instant::now();
+    let (acting_events, start) = (pieces.iter().map(|piece| piece.acted.len()).sum(), Instant::now());
     let mut before = measures.see_pieces(pieces, wanted.is_streamed && !setup.has_acting_events());
     let (mut line, diagnostics) = before.pop().expect("a run has a piece");
     let (samples, unsampled) = measures.samples.map_or_else(Default::default, |samples| samples.finish_inside(&line));

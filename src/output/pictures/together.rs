@@ -90,9 +90,10 @@ fn joined(of: &str, charts: Vec<Chart>, series: Vec<Series>) -> Chart {
     }
 }
 
-/// Returns true if all pictures have this series.
+/// Returns true if all pictures have this series. A curve without a name of its own is that of its run.
 fn is_shared(one: &Series, charts: &[(String, Chart)]) -> bool {
-    charts.iter().all(|(_, chart)| chart.series.iter().any(|other| is_same(one, other)))
+    let has_name = charts.len() > 1 && !one.label.is_empty();
+    has_name && charts.iter().all(|(_, chart)| chart.series.iter().any(|other| is_same(one, other)))
 }
 
 fn is_same(one: &Series, other: &Series) -> bool {

@@ -2,10 +2,10 @@
 //! continued and not begun anew.
 //!
 //! The journal is the table itself with its rows in the order in which they were finished, below a line that says what
-//! it is a table of; the events and samples of a row are in tables beside it, before the row is there. A row is written at once,
-//! and then the file is only longer: of a program that is killed every row is there, but perhaps for the last one. What
-//! is torn is cut off when the journal is opened again. Once a second all is brought to the disk, for the case that the
-//! machine stops.
+//! it is a table of; the events and samples of a row are in tables beside it, before the row is there. A row is written
+//! at once, and then the file is only longer: of a program that is killed every row is there, but perhaps for the last
+//! one. What is torn is cut off when the journal is opened again. Once a second all is brought to the disk, for the
+//! case that the machine stops.
 
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Write};

@@ -84,7 +84,7 @@ fn every_table_of_a_run_is_an_array_too() {
     folder.succeeds("run quartic --set solver.system=doubled --sample-t 0:1:0.1 --format npy --out doubled");
     assert!(check(&folder, "doubled").is_empty());
     assert!(folder.names("doubled").contains(&"branches.npy".to_owned()));
-    folder.succeeds("run henon-heiles --set grid.gamma_f=20 --set solver.sensitivity=true --format npy --out windows");
+    folder.succeeds("run henon-heiles-megno --set grid.gamma_f=20 --format npy --out windows");
     let others = check(&folder, "windows");
     assert_eq!(others, ["events event <U", "residuals window <i", "trajectory window <i"]);
     // Numbers with more digits are the nearest doubles, and bounds that are not known are NaN.

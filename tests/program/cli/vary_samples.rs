@@ -10,7 +10,7 @@ fn samples_of_a_row_are_those_of_the_single_run() {
     let spring = "run henon-heiles --set grid.gamma_f=2 --set solver.accuracy=1e-8 --sample-t 0,0.5,1.25";
     for (out, run) in [
         ("plain", "run quartic --sample-gamma 1:0:-0.25"),
-        ("digits", "run quartic --set solver.digits=30 --sample-t 0:1:0.5"),
+        ("digits", "run quartic --set solver.digits=30 --sample-t 0:0.5:0.25"),
         ("accuracy", spring),
         ("proved", &format!("{spring} --prove")),
     ] {
