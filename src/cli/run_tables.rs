@@ -65,8 +65,8 @@ pub(super) fn write_table<S: Real>(
     }
 }
 
-/// Writes the tables, and their arrays if these are wanted, in parallel: at a million nodes that is most of the work that
-/// is left after the solve.
+/// Writes the tables, and their arrays if these are wanted, in parallel: at a million nodes that is most of the work
+/// that is left after the solve.
 pub(super) fn write_tables(
     files: &OutputSet,
     tables: &[&str],
