@@ -103,7 +103,7 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// [`GeometryError`] with the place of the mistake.
     pub fn new(text: &GeometryText) -> Result<Self, GeometryError> {
-        Self::of_parts(Parts::new(text)?, &[]).map(|geometry| geometry.seen_as(text))
+        Self::keeping(text, &[], false)
     }
 
     /// The paper's space-time diag(g00(x), −1) of t and x. x is active without a force, too.
@@ -125,7 +125,18 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// As [`Self::new`].
     pub fn backward(text: &GeometryText) -> Result<Self, GeometryError> {
-        Self::of_parts(Parts::new(text)?.reversed(), &[]).map(|geometry| geometry.seen_as(text))
+        Self::keeping(text, &[], true)
+    }
+
+    /// The scene of `text`, on its way back if `is_backward`, in which these coordinates are active in any case: their
+    /// momenta are no constants of the equations, whose values cannot change.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub(crate) fn keeping(text: &GeometryText, kept: &[usize], is_backward: bool) -> Result<Self, GeometryError> {
+        let parts = Parts::new(text)?;
+        let parts = if is_backward { parts.reversed() } else { parts };
+        Self::of_parts(parts, kept).map(|geometry| geometry.seen_as(text))
     }
 
     /// The coordinates that are active in any case are `kept`.

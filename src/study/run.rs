@@ -226,15 +226,18 @@ impl<S: Real> Measures<'_, '_, S> {
     }
 }
 
-/// The sums of momenta that may be conserved.
-fn conserved_sums<S: Real>(case: &Case, setup: &Setup<S>) -> Vec<ConservedSum> {
+/// The sums of momenta that may be conserved, if they are `wanted`.
+fn conserved_sums<S: Real>(case: &Case, setup: &Setup<S>, wanted: bool) -> Vec<ConservedSum> {
+    if !wanted || case.is_of_x {
+        return Vec::new();
+    }
     setup.rough.geometry.conserved_sums(&setup.rough.start, || case.geometry())
 }
 
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
 /// is streamed they contain those of measuring.
 pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
-    let sums = if wanted.sums && !case.is_of_x { conserved_sums(case, setup) } else { Vec::new() };
+    let sums = conserved_sums(case, setup, wanted.sums);
     let watched = case.watches_with_until();
     let mut watches = watched[..case.events.len()].to_vec();
     let mut measures = Measures {
@@ -270,10 +273,8 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     let of_run = OfRun::new(before.first().map_or(&line, |(first, _)| first), &line);
     let Paired { mut events, unpaired, at_end } =
         paired(case, (&line, setup), measures.events.finish(&line), of_judge.as_deref(), &of_run);
-    if !further.is_nothing() {
-        // What the run does not make itself moves events, too.
-        events.iter_mut().for_each(|event| event.off = None);
-    }
+    // What the run does not make itself moves events, too.
+    events.iter_mut().filter(|_| !further.is_nothing()).for_each(|event| event.off = None);
     let run = Run {
         is_whole: !wanted.is_streamed,
         further,
@@ -318,9 +319,10 @@ impl<S: Real> Run<S> {
         let samples = if self.is_whole { &[] } else { self.samples.as_slice() };
         let reference = if reference { reference_error(setup, line, samples) } else { None };
         let is_estimated = line.error_estimate.is_some() || (reference.is_none() && setup.settings.is_judged);
-        let estimate = || is_estimated.then(|| own_error(setup, line, samples, self.further.noise())).flatten();
-        let estimate = self.error.clone().or_else(estimate);
-        let estimate = estimate.map(|error| self.at_end.iter().fold(error, |error, end| error.with_end(end)));
+        let (at_end, noise) = (self.at_end.as_deref(), self.further.noise());
+        let of_line = || own_error(setup, (line, at_end), samples, noise);
+        let of_chain = || self.at_end.iter().fold(self.error.clone(), |error, end| Some(error?.with_end(end)));
+        let estimate = of_chain().or_else(|| if is_estimated { of_line() } else { None });
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
         let known = estimate.as_ref().or(reference.as_ref());
         let facts = facts_of_run(line, diagnostics, known, contradiction);

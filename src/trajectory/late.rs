@@ -37,18 +37,30 @@ impl<S: Real> Late<S> {
             self.noise = self.noise.max(noise(at, formula, &mut state, off));
         }
         let mut value = |place: S| at.value(formula, &curve.at(place, geometry).concat()).abs();
-        let mut sides = |step: S| [value(place - step), value(place + step)];
-        let mut step = S::from(STEP) * length;
-        let [before, behind] = sides(step);
-        let late = self.noise * step / (before + behind).half();
+        let step = S::from(STEP) * length;
+        let late = self.noise * step / (value(place - step) + value(place + step)).half();
         if late <= step {
             return late;
         }
-        // Its slope is small there, and the values tell where they are no longer rounding.
-        while step < length && sides(step).into_iter().any(|value| value <= self.noise) {
-            step += step;
+        // The slope is small there, or the formula jumps: the values tell where they are more than their own rounding.
+        let extents = curve.extents(geometry);
+        let off = |k: usize, value: S| rounding(value, extents[k][0], epsilon(line));
+        let mut is_told = |step: S| {
+            [place - step, place + step].into_iter().all(|place| {
+                let mut state = curve.at(place, geometry).concat();
+                let value = at.value(formula, &state).abs();
+                value > noise(at, formula, &mut state, off)
+            })
+        };
+        let (mut late, ten) = (step, S::from(10.0));
+        while late < length && !is_told(late) {
+            late *= ten;
         }
-        step
+        let least = S::from(4.0) * epsilon(line) * line.gamma_i.abs().max(line.windows[window].gamma[1]);
+        while late > least && is_told(late / ten) {
+            late = late / ten;
+        }
+        late
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::ends::End;
+use super::ends::{End, rates_of_momenta};
 use super::sights::Sights;
 use crate::case::Case;
 use crate::engine::{Accuracy, Handed};
@@ -174,11 +174,4 @@ fn compared(geometry: &Geometry, [base, other]: [&[Start]; 2], factor: f64, end_
     let mut at_end = largest.clone();
     end_of_run.coordinate().into_iter().for_each(|coordinate| at_end[coordinate] = 0.0);
     Carried { off: last, largest, end: at_end }
-}
-
-/// ṗ_a, 0 for ignorable coordinates.
-pub(super) fn rates_of_momenta(geometry: &Geometry, Start { q, q_dot, .. }: &Start) -> Vec<f64> {
-    let mut rates = geometry.forces(q, q_dot);
-    geometry.ignorable().for_each(|a| rates[a] = 0.0);
-    rates
 }

@@ -2,8 +2,7 @@
 //! that of a run with events that act with a second one.
 
 use super::between::{Between, PROBES, middles, own_windows};
-use super::carried::rates_of_momenta;
-use super::ends::End;
+use super::ends::{End, rates_of_momenta};
 use super::{Judge, RunError};
 use crate::diagnostics::{Extent, origin};
 use crate::engine::{Accuracy, Engine, GOOD_DIGITS, Handed, Rounds};

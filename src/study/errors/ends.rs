@@ -4,7 +4,6 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use super::carried::rates_of_momenta;
 use crate::geometry::{Geometry, Observable, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
@@ -42,8 +41,11 @@ pub(super) struct Zero {
 impl End {
     /// The end of the run of `setup` that is, or ends with, `line`.
     pub(super) fn new<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Self {
-        match (line.ended_by, setup.limit) {
-            (Some(place), _) => Self::AtZero(Box::new(Zero::new(setup, line, place))),
+        let formula = line.ended_by.map(|place| setup.until.get(place));
+        match (formula, setup.limit) {
+            (Some(Some(until)), _) => Self::AtZero(Box::new(Zero::new(setup, line, until.rough.clone()))),
+            // The setup says nothing of what ended it.
+            (Some(None), _) => Self::AtLength,
             (None, Limit::Value { coordinate, .. }) => Self::AtValue(coordinate),
             (None, Limit::Length(_)) => Self::AtLength,
         }
@@ -79,7 +81,7 @@ impl End {
 }
 
 impl Zero {
-    fn new<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, place: usize) -> Self {
+    fn new<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, formula: Observable) -> Self {
         let (geometry, start) = (Arc::clone(&setup.rough.geometry), &*setup.rough.start);
         let (state, norm) = (line.end_inside().in_f64(), geometry.norm(&start.q, &start.q_dot));
         let size = |(one, two): (&f64, &f64)| larger(one.abs(), two.abs());
@@ -87,7 +89,7 @@ impl Zero {
             q: start.q.iter().zip(&state.q).map(size).collect(),
             p: start.p.iter().zip(&state.p).map(size).collect(),
         };
-        let formula = RefCell::new(setup.until[place].rough.clone());
+        let formula = RefCell::new(formula);
         let mut zero = Self { geometry, formula, norm, state, sizes, rate: f64::NAN };
         let rates = Off { q: zero.state.q_dot.clone(), p: rates_of_momenta(&zero.geometry, &zero.state) };
         zero.rate = zero.along(&rates);
@@ -135,4 +137,11 @@ impl Zero {
         };
         (0..2 * n).map(late).sum()
     }
+}
+
+/// ṗ_a, 0 for ignorable coordinates.
+pub(super) fn rates_of_momenta(geometry: &Geometry, Start { q, q_dot, .. }: &Start) -> Vec<f64> {
+    let mut rates = geometry.forces(q, q_dot);
+    geometry.ignorable().for_each(|a| rates[a] = 0.0);
+    rates
 }

@@ -4,9 +4,9 @@
 use std::cell::OnceCell;
 
 use super::added_up::added_up;
-use super::carried::{Along, Carried, Extent, rates_of_momenta};
+use super::carried::{Along, Carried, Extent};
 use super::conditioning::{FAR, Formulas, Lost};
-use super::ends::End;
+use super::ends::{End, rates_of_momenta};
 use super::evaluated::ORDINARY;
 use super::finding::{Finding, of_coordinate};
 use super::meetings::{at_start, met};

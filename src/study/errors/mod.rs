@@ -140,7 +140,7 @@ impl RunError {
 /// The error of the run of `setup`, of which only its last part, `line`, and `samples` of all of it may be kept; `None`
 /// if no second solve reaches the end.
 pub fn run_error<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, samples: &[Sample<S>]) -> Option<RunError> {
-    own_error(setup, line, samples, Noise::default())
+    own_error(setup, (line, None), samples, Noise::default())
 }
 
 /// The losses of the formulas of a run to rounding.
@@ -152,10 +152,11 @@ pub(crate) struct Noise {
     pub(crate) norm: f64,
 }
 
-/// The same, where rounding takes this from formulas: a second solve to less than that gets nowhere.
+/// The same, where rounding takes this from formulas: a second solve to less than that gets nowhere. The error at an
+/// event that ended a run may be known from the end of its judge.
 pub(crate) fn own_error<S: Real>(
     setup: &Setup<S>,
-    line: &WorldLine<S>,
+    (line, at_end): (&WorldLine<S>, Option<&[f64]>),
     samples: &[Sample<S>],
     Noise { share, norm }: Noise,
 ) -> Option<RunError> {
@@ -163,10 +164,10 @@ pub(crate) fn own_error<S: Real>(
     if line.error_estimate.is_some() {
         let mut found = RunError::none(line.errors.len());
         found.see(line.errors.iter().copied());
-        if let Some(coordinate) = end.coordinate() {
-            found.end[coordinate] = 0.0;
-        } else {
-            found.see(end.with_late(found.end.clone(), line));
+        match (at_end, end.coordinate()) {
+            (Some(at_end), _) => found = found.with_end(at_end),
+            (None, Some(coordinate)) => found.end[coordinate] = 0.0,
+            (None, None) => found.see(end.with_late(found.end.clone(), line)),
         }
         return Some(RunError { stepped_over: own_windows(setup, line, norm), ..found });
     }

@@ -14,6 +14,7 @@
 //!
 //! Starts and lengths have to be linear in the unknowns. That is not proved: it is seen at three points in 60 digits.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::DMatrix;
@@ -192,9 +193,13 @@ impl<'p> Set<'p> {
         let generators = (0..radii.len()).map(|j| self.generator(problem, j, radii[j]));
         let generators = generators.collect::<Result<Vec<_>, _>>();
         let generators = generators.map_err(|reason| None { reason, is_final: true })?;
-        let start = &*self.setup.place.start;
+        let (start, plain) = (&*self.setup.place.start, &self.setup.place.geometry);
+        // A momentum that is not the same for all starts is no constant.
+        let changes = |a: &usize| generators.iter().any(|of| of.p[*a] != 0.0 && !of.p[*a].is_nan());
+        let kept: Vec<usize> = plain.ignorable().filter(changes).collect();
+        let geometry = if kept.is_empty() { Arc::clone(plain) } else { Arc::new(self.case.keeping(&kept)) };
         let motion = Motion {
-            geometry: &self.setup.place.geometry,
+            geometry: &geometry,
             start,
             unused: self.case.is_lifted().then(|| start.q.len() - 1),
             until: match self.setup.limit {

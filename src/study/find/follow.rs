@@ -21,7 +21,7 @@ use crate::number::norm::larger;
 const FIRST: f64 = 0.02;
 const LONGEST: f64 = 0.1;
 const SHORTEST: f64 = 1e-6;
-/// Steps grow where Newton's method needs no more iterations than this, and are halved where it needs more than so many.
+/// Steps grow where Newton's method needs no more iterations than this, and are halved where it needs more than that.
 const FEW: usize = 3;
 const MANY: usize = 6;
 /// The tangent turns by no more than this, in radians, from a member to the next.

@@ -1,7 +1,7 @@
 //! A geodesic from one place to another: its length, and the points on it that are conjugate to its start.
 //!
-//! Neighbouring geodesics from the same place are ∂q/∂q̇_0, one for each direction. Where they have a linear combination
-//! that vanishes, so that their determinant does, they meet again: up to the first such point a geodesic between two
+//! Neighbouring geodesics from the same place are ∂q/∂q̇_0, one for each direction. Where a linear combination of them
+//! vanishes, so that their determinant does, they meet again: up to the first such point a geodesic between two
 //! places is shorter than its neighbours, or in a space-time longer, and behind it no more. The columns are central
 //! differences of runs; a determinant that touches 0 without a change of its sign is not seen.
 

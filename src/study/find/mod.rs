@@ -120,8 +120,8 @@ impl NotFound {
     }
 }
 
-/// Searches for what `wanted`, the table of `case`, asks for, and if it `proves` looks for a proof that there is what it
-/// has found. `tell` hears of every iterate.
+/// Searches for what `wanted`, the table of `case`, asks for, and if it `proves` looks for a proof that what was found
+/// exists. `tell` hears of every iterate.
 ///
 /// # Errors
 /// [`NotFound`], with the reason.

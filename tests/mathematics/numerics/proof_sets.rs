@@ -18,8 +18,8 @@ const SPREAD: f64 = 1e-7;
 struct Tally {
     compared: usize,
     largest: f64,
-    /// The largest share of a radius that is not that of the linear part.
-    curved: f64,
+    /// Ends whose radius is less than a thousandth of what the linear part reaches.
+    linear: usize,
     constant: usize,
     refused: Vec<String>,
 }
@@ -51,7 +51,7 @@ impl Tally {
             self.compared += 1;
             self.largest = self.largest.max(off / room);
             let reach: f64 = spread.columns.iter().map(|column| column.abs()).sum();
-            self.curved = self.curved.max(spread.radius / reach.max(f64::MIN_POSITIVE));
+            self.linear += usize::from(spread.radius < 1e-3 * reach);
         }
     }
 
@@ -104,10 +104,11 @@ fn each_motion_of_a_set_ends_where_the_proof_of_the_set_says() {
     for (name, template) in template::families(FAMILIES) {
         (0..draws).for_each(|draw| tally.draw(&format!("{name} {draw}"), template, &mut random));
     }
-    let Tally { compared, largest, curved, constant, refused } = tally;
-    println!("{compared} ends compared, {largest:.2} of a radius, {curved:.1e} of the reach of directions");
+    let Tally { compared, largest, linear, constant, refused } = tally;
+    println!("{compared} ends compared, {largest:.2} of a radius, {linear} of them nearly linear");
     println!("{constant} change a constant; refused:\n{}", refused.join("\n"));
-    // The quadratic part is there, and it is small.
-    assert!(compared > 100 && largest > 1e-4 && curved < 0.1, "{compared} {largest} {curved}");
+    assert!(compared > 100 && largest > 1e-4, "{compared} {largest}");
+    // What is quadratic is small.
+    assert!(linear * 2 > compared, "{linear} of {compared}");
     assert!(constant > 0 && refused.len() * 10 <= compared / 8, "{}", refused.join("\n"));
 }

@@ -18,7 +18,7 @@ fn followed(name: &str, unknowns: &str, from: &str, to: f64) -> Family {
 #[test]
 fn brats_equation_is_followed_around_its_fold() {
     let unknowns = "[\"initial.x_dot\", \"parameters.lambda\"]";
-    let family = followed("find/bratu", unknowns, "parameters.lambda=0.5", 4.0);
+    let family = followed("bratu", unknowns, "parameters.lambda=0.5", 4.0);
     assert_eq!(family.ended, Ended::Back);
     let of_a = |x_dot: f64| {
         let (mut low, mut high) = (0.0_f64, 20.0_f64);
@@ -45,7 +45,7 @@ fn brats_equation_is_followed_around_its_fold() {
 #[test]
 fn lyapunov_orbits_are_followed() {
     let unknowns = "[\"initial.y_dot\", \"grid.t_f\", \"initial.x\"]";
-    let family = followed("find/lyapunov-orbit", unknowns, "initial.x=0.8234", 0.81);
+    let family = followed("lyapunov-orbit", unknowns, "initial.x=0.8234", 0.81);
     assert_eq!(family.ended, Ended::AtEnd);
     let last = &family.members[family.members.len() - 1];
     assert_eq!(last.values[2], 0.81);
@@ -80,8 +80,8 @@ fn searches_from_several_starts_say_which_solutions_are_the_same() {
 /// The long way round passes the place opposite to its start, where all great circles from there meet again.
 #[test]
 fn the_long_way_round_a_sphere_passes_a_conjugate_point() {
-    let short = shipped("find/great-circle", &[]);
-    let long = shipped("find/great-circle", &["parameters.north=3.7", "grid.gamma_f=4.7"]);
+    let short = shipped("great-circle", &[]);
+    let long = shipped("great-circle", &["parameters.north=3.7", "grid.gamma_f=4.7"]);
     let geodesic = |case: &Case| {
         let found = find(case, case.find.as_ref().unwrap(), false, &mut |_| {}).unwrap_or_else(|none| panic!("{none}"));
         found.geodesic.unwrap()

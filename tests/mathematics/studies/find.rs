@@ -306,13 +306,13 @@ fn a_fit_of_a_straight_line_is_linear_regression() {
 /// with the digits of E. Hairer, S. P. Nørsett and G. Wanner).
 #[test]
 fn published_orbits_are_found_from_rough_starts() {
-    let halo = found(&shipped("find/halo", &[]));
+    let halo = found(&shipped("halo", &[]));
     for (value, published) in halo.values.iter().zip([0.723_268, 0.198_019, 1.300_177]) {
         assert!((value - published).abs() < 6e-7, "{value} {published}");
     }
     let set = ["parameters.mu=0.012277471", "initial.x=0.994", "initial.y_dot=-2.0", "grid.t_f=17.06"];
     let wanted = ["find.unknowns=[\"initial.y_dot\", \"grid.t_f\"]"];
-    let arenstorf = found(&shipped("find/lyapunov-orbit", &[&set[..], &wanted].concat()));
+    let arenstorf = found(&shipped("lyapunov-orbit", &[&set[..], &wanted].concat()));
     for (value, published) in arenstorf.values.iter().zip([-2.001_585_106_379_082, 17.065_216_560_157_96]) {
         assert!((value - published).abs() < 1e-9, "{value} {published}");
     }

@@ -297,7 +297,14 @@ fn formulas_that_are_written_well_add_nothing_to_an_error() {
         let setup = case.setup::<f64>();
         let Ok(run) = run(&case, &setup, Wanted::default()).0 else { continue };
         let own = run_error(&setup, &run.line, &[]);
-        assert_eq!(run.judged(&setup, false, false).error, own, "{name}");
+        let judged = run.judged(&setup, false, false).error;
+        if run.line.ended_by.is_none() {
+            assert_eq!(judged, own, "{name}");
+        } else {
+            // The judge has met what ended the run, which tells more of the place than the errors there.
+            let pairs = judged.iter().zip(&own).flat_map(|(judged, own)| judged.end.iter().zip(&own.end));
+            pairs.for_each(|(judged, own)| assert!(judged <= own, "{name}: {judged:e} {own:e}"));
+        }
         seen += 1;
     }
     assert!(seen > 30, "{seen} cases");
