@@ -111,7 +111,7 @@ fn unknown(root: &Field<'_>, key: &str, formulas: &Formulas<'_>) -> Result<Unkno
     let parameter = key.strip_prefix(keys::PARAMETERS).and_then(|rest| rest.strip_prefix('.'));
     let top = key.split('.').next().unwrap_or_default();
     let is_number = |kind: Kind| {
-        matches!(kind, Kind::Value | Kind::Positive | Kind::Number | Kind::Norm)
+        matches!(kind, Kind::Value | Kind::Start | Kind::Positive | Kind::Number | Kind::Norm)
             || matches!(kind, Kind::Named(&(Kind::Formula | Kind::Value)))
     };
     if NOT_OF_THE_RUN.contains(&top) || !keys::of(key).is_some_and(|known| is_number(known.kind)) {

@@ -102,14 +102,15 @@ struct Ended {
 }
 
 fn position<'t>(section: &Field<'t>, name: &str) -> Result<Option<(String, Field<'t>)>, CaseError> {
-    section.read(name, |field| Ok((field.formula()?, field.clone())))
+    section.read(name, |field| Ok((field.number_of_start()?, field.clone())))
 }
 
 /// The position and the rate of a coordinate as they are given.
 fn given<'t>(section: &Field<'t>, name: &str) -> Result<Given<'t>, CaseError> {
     let velocity =
-        section.read(&format!("{name}_dot"), |field| Ok((Rate::Velocity(field.formula()?), field.clone())))?;
-    let momentum = section.read(&format!("p_{name}"), |field| Ok((Rate::Momentum(field.formula()?), field.clone())))?;
+        section.read(&format!("{name}_dot"), |field| Ok((Rate::Velocity(field.number_of_start()?), field.clone())))?;
+    let momentum =
+        section.read(&format!("p_{name}"), |field| Ok((Rate::Momentum(field.number_of_start()?), field.clone())))?;
     if let (Some((_, velocity)), Some((_, momentum))) = (&velocity, &momentum) {
         let message = format!("both {} and {} are given", velocity.key, momentum.key);
         let help = format!("they determine each other: keep one of {} and {}", velocity.key, momentum.key);
@@ -143,13 +144,13 @@ fn add_velocity<'t>(
         return Err(field.key_error(format!("velocity and another rate of {name} are given")).with_help(help));
     }
     // By Newton's law dt/dγ is 1 unless something else is given.
-    let t_dot = section.read("t_dot", Field::formula)?;
+    let t_dot = section.read("t_dot", Field::number_of_start)?;
     let t_dot = t_dot.or_else(|| (is_lifted && section.get("p_t").is_none()).then(|| "1".to_owned()));
     let t_dot = t_dot.ok_or_else(|| {
         let help = format!("give {name}_dot or p_{name} in its place");
         field.key_error("velocity needs t_dot").with_help(help)
     })?;
-    given[q].rate = Some((Rate::Velocity(format!("({})*({t_dot})", field.formula()?)), field));
+    given[q].rate = Some((Rate::Velocity(format!("({})*({t_dot})", field.number_of_start()?)), field));
     Ok(())
 }
 

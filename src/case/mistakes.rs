@@ -20,6 +20,7 @@ fn check(field: &Field<'_>, kind: Kind) -> Result<(), CaseError> {
         Kind::Names | Kind::Keys => field.strings().map(drop),
         Kind::Number => field.number().map(drop),
         Kind::Numbers => field.numbers().map(drop),
+        Kind::Start => field.number_of_start().map(drop),
         Kind::Value | Kind::Positive | Kind::Formula => field.formula().map(drop),
         Kind::Values | Kind::Formulas => field.formulas().map(drop),
         Kind::Whole => field.whole().map(drop),

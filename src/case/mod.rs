@@ -33,6 +33,7 @@ mod files;
 mod find;
 mod hint;
 mod initial;
+mod intervals;
 mod keys;
 mod limits;
 mod metric;
@@ -67,6 +68,7 @@ pub use contents::named;
 pub use error::CaseError;
 pub use files::{MOST_OF_CASE, MOST_OF_SUMMARY, MOST_OF_TABLE, read_at_most, read_file, read_text};
 pub use find::{Data, Find, Goal, Series, Unknown};
+pub use intervals::Interval;
 pub use keys::{Cases, KEYS, Key};
 pub use limits::on_grid;
 pub use observables::{Axes, Event};
@@ -104,6 +106,8 @@ pub struct Case {
     bodies: Vec<String>,
     /// The initial data as they are given.
     pub initial: StartData,
+    /// The numbers of the start that are intervals, of which a run takes the middle.
+    pub intervals: Vec<Interval>,
     /// The end of the run that it continues, if it continues one.
     from: Option<Continuation>,
     /// The summary of that run.

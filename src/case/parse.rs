@@ -6,7 +6,7 @@ use super::compiled::Compiled;
 use super::observables::{self, Formulas};
 use super::reader::Field;
 use super::source::Source;
-use super::{Case, CaseError, check, find, initial, missing, mistakes, rounding, settings, tables};
+use super::{Case, CaseError, check, find, initial, intervals, missing, mistakes, rounding, settings, tables};
 use crate::number::Extended;
 
 impl Case {
@@ -85,6 +85,7 @@ impl Case {
             coefficients: scenery.coefficients,
             bodies: scenery.bodies,
             initial: initial.data,
+            intervals: intervals::intervals(&root.table("initial"), &scenery.text.parameters)?,
             continues: initial.from.as_ref().map(|(_, summary)| summary.clone()),
             from: initial.from.map(|(from, _)| from),
             geometry_text: scenery.text.clone(),

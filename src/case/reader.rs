@@ -186,6 +186,11 @@ impl<'t> Field<'t> {
         self.as_str().ok_or_else(|| self.expected("a string"))
     }
 
+    /// Returns true if the value is an array.
+    pub(super) fn is_array(&self) -> bool {
+        self.value().is_some_and(Value::is_array)
+    }
+
     /// The number or the formula that the value is, with all digits of a number.
     pub(super) fn formula(&self) -> Result<String, CaseError> {
         match self.as_str() {

@@ -137,6 +137,12 @@ fn leaf(kind: Kind) -> Value {
         Kind::Number => json!({ "type": "number" }),
         Kind::Numbers => array(leaf(Kind::Number)),
         Kind::Value | Kind::Formula => json!({ "type": ["number", "string"] }),
+        Kind::Start => {
+            let mut ends = array(leaf(Kind::Value));
+            ends["minItems"] = 2.into();
+            ends["maxItems"] = 2.into();
+            json!({ "anyOf": [leaf(Kind::Value), ends] })
+        }
         Kind::Positive => json!({ "type": ["number", "string"], "exclusiveMinimum": 0 }),
         Kind::Values | Kind::Formulas => array(leaf(Kind::Value)),
         Kind::Whole => json!({ "type": "integer", "minimum": 0 }),

@@ -1,8 +1,8 @@
 //! Warnings about cases that are valid but may surprise.
 
-use super::Case;
 use super::keys::PARAMETERS;
 use super::source::is_used;
+use super::{Case, Interval};
 use crate::geometry::{Law, Preset, Start};
 
 /// If K is below this share of g00 ṫ², it is a small difference of large numbers and has lost digits.
@@ -25,7 +25,8 @@ impl Case {
         let note = |place: &&str| {
             format!("{place} goes in the next version: [{PARAMETERS}] has the parameters of all formulas")
         };
-        self.former.iter().map(note).collect()
+        let middle = |Interval { key, .. }: &Interval| format!("{key} is an interval: a run takes its middle");
+        self.former.iter().map(note).chain(self.intervals.iter().map(middle)).collect()
     }
 
     /// Says that a particle of the paper's metric is as fast as light, or nearly so.

@@ -1,52 +1,21 @@
 //! `find CASE --follow KEY=FROM:TO`: the family of what is found, in one more number of the case.
 
 use std::process::ExitCode;
-use std::str::FromStr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use geodesic_ivp::Case;
-use geodesic_ivp::case::{Find, key_of};
+use geodesic_ivp::case::Find;
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, family_summary, not_found_summary, pictures, write_members};
 use geodesic_ivp::study::find::{Ended, Family, Member, NotFound, follow};
 
-use super::find::{FindArgs, checked, with_error};
+use super::find_args::{FindArgs, Followed, checked, with_error};
 use super::lines::{listed, row, short, wrapped};
 use super::report::{self, Interrupted, refused};
 use super::study::{self, Placed};
 
 const FAMILY: &str = "family.csv";
 const PICTURE: &str = "family.svg";
-
-const EXPECTED: &str = "expected KEY=FROM:TO, for example parameters.k=1:2";
-
-/// A number of the case that is followed, and its range.
-#[derive(Debug, Clone)]
-pub(super) struct Followed {
-    key: String,
-    /// The first value, as it is written.
-    from: String,
-    to: f64,
-}
-
-impl FromStr for Followed {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let key = key_of(text).ok_or_else(|| format!("there is no dotted key: {EXPECTED}"))?;
-        let (_, range) = text.split_once('=').ok_or(EXPECTED)?;
-        let (from, to) = range.split_once(':').ok_or(EXPECTED)?;
-        let number = |text: &str| {
-            let value = text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
-            value.ok_or_else(|| format!("{} is no number: {EXPECTED}", text.trim()))
-        };
-        let (first, to) = (number(from)?, number(to)?);
-        if first == to {
-            return Err(format!("both ends of the range are {to}: {EXPECTED}"));
-        }
-        Ok(Self { key, from: from.trim().to_owned(), to })
-    }
-}
 
 /// The case at the first value, where the number that is followed is the last unknown.
 fn read(args: &FindArgs, Followed { key, from, .. }: &Followed) -> anyhow::Result<(Case, Find)> {

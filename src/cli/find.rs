@@ -4,65 +4,30 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-use clap::Args;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{Find, Goal, Unknown};
 use geodesic_ivp::number::Extended;
 use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, find_summary, not_found_summary, write_fit, write_iterates};
 use geodesic_ivp::solve::Setup;
 use geodesic_ivp::study::find::{Existence, Found, Geodesic, Iterate, NotFound, find, norm};
-use geodesic_ivp::study::many::Axis;
 use geodesic_ivp::study::proof::decimal;
 use geodesic_ivp::study::run::{self, NoRun, Wanted};
 
-use super::family::{Followed, follow_family};
+use super::family::follow_family;
+use super::find_args::{FindArgs, checked, with_error};
 use super::format::FormatArgs;
 use super::lines::{listed, row, short, wrapped};
-use super::out::OutArgs;
-use super::report::{self, Interrupted, refused};
+use super::report::{self, Interrupted};
 use super::run_tables::{tables, write_table, write_tables};
 use super::starts::find_from_each;
 use super::told::{Told, number};
-use super::{CaseArgs, memory, out, study};
+use super::{memory, out, study};
 
 const FOUND: &str = "found.toml";
 const ITERATES: &str = "find.csv";
 const FIT: &str = "fit.csv";
 /// An imaginary part is not shown below this share of a multiplier: rounding splits a double one by about so much.
 const UNSEEN: f64 = 1e-6;
-
-#[derive(Debug, Args)]
-pub(super) struct FindArgs {
-    #[command(flatten)]
-    pub(super) case: CaseArgs,
-
-    #[command(flatten)]
-    pub(super) output: OutArgs,
-
-    /// Prove that there is what was found: numbers, no further away than a printed radius, with which a motion meets
-    /// everything exactly
-    ///
-    /// It needs find.meet with as many conditions as unknowns, on which the start or the end of the run depends
-    /// linearly, and the equations of motion do not. No event may end the run or act.
-    #[arg(long)]
-    prove: bool,
-
-    /// Follow the family of what is found in one more number of the case, around folds as well
-    ///
-    /// It begins at FROM and ends at TO, or where the number comes back to FROM: family.csv has its members.
-    #[arg(long, value_name = "KEY=FROM:TO", conflicts_with_all = ["prove", "vary"])]
-    follow: Option<Followed>,
-
-    /// Draw the family: its first unknown over the number that is followed
-    #[arg(long, requires = "follow")]
-    pub(super) plot: bool,
-
-    /// Search from each value of a key: one table, with a row for each search
-    ///
-    /// VALUES is a list, or START:STOP:COUNT for equidistant values. Given several times, every combination is a start.
-    #[arg(long, value_name = "KEY=VALUES", conflicts_with = "prove")]
-    pub(super) vary: Vec<Axis>,
-}
 
 /// The result of a search, with the points that it came by.
 type Searched = (Result<Found, NotFound>, Vec<Iterate>);
@@ -126,21 +91,6 @@ pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The table of a case that says what is to be found, if a search can begin.
-pub(super) fn checked(case: &Case) -> anyhow::Result<Find> {
-    let help = "for example find = { unknowns = [\"initial.x_dot\"], meet = [\"x - 1\"] }";
-    let wanted =
-        case.find.clone().ok_or_else(|| refused("the case has no [find], which says what is to be found", help))?;
-    if case.settings.is_extended() {
-        return Err(refused("a search has 16 digits", "leave solver.digits out"));
-    }
-    if !case.settings.is_judged {
-        let message = "a search ends where the errors of runs begin, and solver.error = false leaves them unknown";
-        return Err(refused(message, "leave solver.error out"));
-    }
-    Ok(wanted)
-}
-
 /// Searches beside this thread, with a line about the last step if standard error is a terminal.
 fn searched(case: &Case, wanted: &Find, proves: bool, is_quiet: bool) -> anyhow::Result<Searched> {
     let bar = study::bar(is_quiet, 0, "{spinner} {msg} ({elapsed})");
@@ -169,12 +119,6 @@ fn searched(case: &Case, wanted: &Find, proves: bool, is_quiet: bool) -> anyhow:
         },
     );
     Ok((result.filter(|_| !interrupted).ok_or(Interrupted)?, iterates))
-}
-
-/// A number with its error.
-pub(super) fn with_error(value: f64, error: f64) -> String {
-    let text = number(value, Some(error), 16);
-    if text.contains('±') { text } else { format!("{text} ± {error:.0e}") }
 }
 
 /// The lines about what was found.

@@ -7,7 +7,7 @@ use geodesic_ivp::Case;
 use geodesic_ivp::number::Real;
 use geodesic_ivp::number::norm::larger;
 use geodesic_ivp::solve::Setup;
-use geodesic_ivp::study::proof::{FREE, ProofOfRun, ProvedEnd, is_proved_unasked, prove_run};
+use geodesic_ivp::study::proof::{FREE, Hull, ProofOfRun, ProvedEnd, hull, is_proved_unasked, prove_run};
 use geodesic_ivp::study::run::{Judged, Run};
 
 use super::lines::{listed, short};
@@ -85,6 +85,9 @@ impl JudgeArgs {
             });
             bar.into_iter().for_each(|bar| bar.finish_and_clear());
         }
+        if !case.intervals.is_empty() && case.proof != Some(false) {
+            interrupt::watched(|is_stopped| judged.hull = Some(hull(case, &mut |_| !is_stopped())));
+        }
         judged
     }
 
@@ -119,6 +122,26 @@ pub(super) fn told(proof: &ProofOfRun, case: &Case) -> String {
     format!("{ends}; this run is off by {}", above(off))
 }
 
+/// Where the motions from intervals end, or why that is not known.
+pub(super) fn told_hull(hull: &Result<Hull, String>) -> String {
+    let hull = match hull {
+        Ok(hull) => hull,
+        Err(reason) => return format!("the ends from the intervals are not proved: {reason}"),
+    };
+    let one = |(name, ends): &(String, [f64; 2])| format!("{name} in {}", within(*ends));
+    format!("from all of the intervals {}", listed(hull.ends.iter().map(one)))
+}
+
+/// An interval in few digits, rounded outwards.
+fn within([low, high]: [f64; 2]) -> String {
+    let width = (high - low).max(1e-15 * larger(low.abs(), high.abs()));
+    let places = if width > 0.0 { (2.0 - width.log10().floor()).clamp(0.0, 300.0) as usize } else { 0 };
+    let unit = 10.0_f64.powi(places as i32);
+    // A hundredth of a unit is more than products are rounded by.
+    let [low, high] = [(low * unit - 0.01).floor() / unit, (high * unit + 0.01).ceil() / unit];
+    format!("[{low:.places$}, {high:.places$}]")
+}
+
 /// A number that is not negative in two digits, rounded up.
 fn above(number: f64) -> String {
     if number.is_nan() || number <= 0.0 {
@@ -133,7 +156,13 @@ fn above(number: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::above;
+    use super::{above, within};
+
+    #[test]
+    fn intervals_are_rounded_outwards() {
+        assert_eq!(within([0.123_456, 0.123_999]), "[0.123455, 0.124000]");
+        assert_eq!(within([-2.5, 31.0]), "[-2.6, 31.1]");
+    }
 
     #[test]
     fn radii_are_rounded_up() {

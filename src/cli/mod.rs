@@ -6,6 +6,7 @@ mod complete;
 mod converge;
 mod family;
 mod find;
+mod find_args;
 mod format;
 mod init;
 mod input;
@@ -90,7 +91,7 @@ enum Command {
         mut_arg("case", |case| case.required(true)),
         after_help = "Examples:\n  geodesic-ivp find lambert\n  geodesic-ivp run results/lambert/find/found.toml --plot"
     )]
-    Find(find::FindArgs),
+    Find(find_args::FindArgs),
     /// Sweep the number of nodes, and fit the orders of the errors
     ///
     /// The errors are those against a trajectory of the Taylor method.

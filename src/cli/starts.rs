@@ -8,7 +8,7 @@ use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, starts_summary, write_start
 use geodesic_ivp::study::find::{FromStart, find_each, solutions};
 use geodesic_ivp::study::many::ManyRuns;
 
-use super::find::{FindArgs, checked, with_error};
+use super::find_args::{FindArgs, checked, with_error};
 use super::interrupt;
 use super::lines::{listed, row, wrapped};
 use super::report::{self, Interrupted, NO_CRITICAL_POINT};

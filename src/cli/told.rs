@@ -44,6 +44,7 @@ impl<S: Real> Told<'_, S> {
             ("events", self.events()),
             ("between", self.between()),
             ("proved", self.proved()),
+            ("hull", self.judged.hull.as_ref().map(judge::told_hull)),
             ("written", Some(written)),
         ];
         self.verdict() + &rows.into_iter().filter_map(|(name, text)| Some(row(name, &text?))).collect::<String>()

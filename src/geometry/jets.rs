@@ -20,9 +20,10 @@ pub(crate) struct OfEnds<'t> {
 #[derive(Debug)]
 pub(crate) struct Jets {
     program: Program<Extended>,
-    /// The number of coordinates n, and of formulas.
+    /// The number of coordinates n.
     dimension: usize,
-    formulas: usize,
+    /// For each formula the numbers of both ends that it depends on.
+    depends: Vec<Vec<bool>>,
 }
 
 /// A value, and the derivatives by q^a and p_a of the end, then of the start.
@@ -66,7 +67,7 @@ impl Jets {
         };
         let [end, start] = [0, 3 * n].map(|first| state(first, &mut scope));
         let names = variables(&text.names(), n, 3);
-        let mut outputs = Vec::new();
+        let (mut outputs, mut depends) = (Vec::new(), Vec::new());
         for of in formulas {
             let inner = of.starts.iter().map(|(_, inner)| parsed(inner, &names, &mut scope));
             let inner = inner.collect::<Result<Vec<_>, _>>()?;
@@ -74,11 +75,13 @@ impl Jets {
             let all: Vec<String> = names.iter().chain(of.starts.iter().map(|(name, _)| name)).cloned().collect();
             let node = parsed(of.end, &all, &mut scope)?;
             let node = scope.graph.substitute(&[node], &[&end[..], &inner].concat())[0];
+            let of = scope.graph.variables_of(node, 6 * n);
+            depends.push(places(n).map(|variable| of[variable]).collect());
             outputs.push(node);
             outputs.extend(places(n).map(|variable| scope.graph.derivative(node, variable)));
         }
         let program = Program::new(&mut scope.graph, 6 * n, &outputs);
-        Ok(Self { program, dimension: n, formulas: formulas.len() })
+        Ok(Self { program, dimension: n, depends })
     }
 
     /// The formulas over sets of q^a and p_a of the end, then of the start.
@@ -87,13 +90,16 @@ impl Jets {
         let mut registers = self.program.registers(|constant| Ball::of(constant, OFF));
         places(self.dimension).zip(states).for_each(|(register, &value)| registers[register] = value);
         let each = 1 + 4 * self.dimension;
-        run(&OneBall, self.program.steps_to(each * self.formulas), &mut registers);
+        run(&OneBall, self.program.steps_to(each * self.depends.len()), &mut registers);
         let output = |k: usize| registers[self.program.output(k)];
         let jet = |k: usize| Jet {
             value: output(k * each),
-            gradient: (1..each).map(|place| output(k * each + place)).collect(),
+            // A constant that is 0 has a radius, for underflow.
+            gradient: (self.depends[k].iter().enumerate())
+                .map(|(place, depends)| if *depends { output(k * each + 1 + place) } else { Ball::exact(0.0) })
+                .collect(),
         };
-        (0..self.formulas).map(jet).collect()
+        (0..self.depends.len()).map(jet).collect()
     }
 }
 

@@ -14,6 +14,7 @@ use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::solve::{Continuation, Domain, Iterations, NoSolution, Settings, Status, WorldLine};
 use crate::study::errors::RunError;
+use crate::study::proof::Hull;
 use crate::study::run::{Judged, Run};
 
 /// The summary of a run of `case`, which is judged so. It took these seconds to solve it, and to format and write its
@@ -68,7 +69,7 @@ pub(super) fn value_of_run<S: Real>(
         end,
         present(further),
         json!(judged.gaps),
-        present(json!({"proof": judged.proof})),
+        present(json!({"proof": proof(judged)})),
         json!({"diagnostics_seconds": run.seconds, "write_seconds": write_seconds}),
         // The iterations are those of the window that took most.
         json!({"warnings": warnings, "history": line.iterations.history}),
@@ -232,6 +233,18 @@ fn numbers<S: Real>(run: &Run<S>, events: &[Event], error: Option<&RunError>) ->
         })),
         error.map_or_else(|| json!({}), |error| errors_by_name(&names[..line.geometry().results()], error)),
     ])
+}
+
+/// The proof of the end, and that of the ends from the intervals of a case.
+fn proof(Judged { proof, hull, .. }: &Judged) -> Option<Value> {
+    let hull = hull.as_ref().map(|hull| match hull {
+        Ok(Hull { ends, .. }) => {
+            let ends: ByName = ends.iter().map(|(name, ends)| (name.clone(), json!(ends))).collect();
+            json!({"hull": ends})
+        }
+        Err(reason) => json!({"hull_reason": reason}),
+    });
+    (proof.is_some() || hull.is_some()).then(|| merged([json!(proof), json!(hull)]))
 }
 
 /// The errors of the coordinates that are results: s of Newton's law is none.

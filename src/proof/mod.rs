@@ -88,6 +88,13 @@ pub struct Generator {
     pub length: f64,
 }
 
+impl Spread {
+    /// A bound of the distance from the middle.
+    pub fn reach(&self) -> f64 {
+        (self.columns.iter().map(|column| column.abs()).sum::<f64>() + self.radius) * (1.0 + 1e-12)
+    }
+}
+
 /// A number at the end of the motions from a set of starts: it is no further than the radius from value + Σ β column_k.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spread {

@@ -250,10 +250,11 @@ impl<'m, 'g> Run<'m, 'g> {
     /// True if a bound says nothing any more. Before the end that stops no proof: what hardly moves yet may have larger
     /// bounds than it moves by. But where no window follows, it is why.
     fn is_lost(&self) -> bool {
-        // What rests at 0 with all of its kind has no size.
+        // What rests at 0 with all of its kind has no size, and a set of starts may be as large as the motion.
+        let is_set = !self.motion.generators.is_empty();
         let is_kept = |(i, radius): (usize, &f64)| {
             let size = self.set.size_of_kind(i);
-            *radius <= LOST * size || size == 0.0 && radius.is_finite()
+            *radius <= LOST * size || (is_set || size == 0.0) && radius.is_finite()
         };
         !self.set.radii().iter().enumerate().all(is_kept)
     }

@@ -3,7 +3,14 @@
 //! A proof is about the decimals of the case: the geometry, the start and the end are those of the case in 71 digits,
 //! whatever the run was computed in. Of the run it takes nothing but the numbers at its end, to compare with.
 
+mod decimal;
 mod events;
+mod hull;
+mod starts;
+
+pub use decimal::decimal;
+pub use hull::{Hull, hull};
+pub(crate) use starts::Starts;
 
 use std::collections::BTreeMap;
 
@@ -20,8 +27,6 @@ use crate::study::facts::coordinate_errors;
 use crate::study::run::{Judged, Run};
 use events::Watching;
 
-/// No number at the end is written with more digits.
-const MOST_DIGITS: i32 = 40;
 /// More than a sum of extended numbers is off by, relative to it.
 const OF_SUM: f64 = 1e-70;
 /// Numbers of a case, and what follows from them at the start, are off by no more than this part.
@@ -134,23 +139,6 @@ fn extended<S: Real>(number: S) -> Extended {
         left -= S::from(part);
     }
     sum
-}
-
-/// The decimal with the digits above `radius` and one more, and a bound of the distance of the true number from it.
-pub fn decimal(value: Extended, radius: f64) -> (String, f64) {
-    let size = value.abs().to_f64();
-    let place = |number: f64| number.log10().floor() as i32;
-    // A number that may be 0 has the digits of its radius.
-    let significant = if size > 0.0 && radius > 0.0 {
-        place(size).saturating_sub(place(radius)).saturating_add(2)
-    } else {
-        MOST_DIGITS
-    };
-    let text = value.to_decimal(significant.clamp(1, MOST_DIGITS) as u32);
-    let read = Extended::from_decimal(&text).unwrap_or(value);
-    // The difference is exact to its last digits, and the sum rounds once.
-    let radius = (radius + (value - read).abs().to_f64()) * (1.0 + 8.0 * f64::EPSILON);
-    (text, radius)
 }
 
 /// The limit of the run for a proof, which counts coordinates from their origins; or why there is none.

@@ -14,7 +14,7 @@ use crate::study::errors::{
     Further, OfRun, Paired, RunError, Sights, first_unseen, lost_to, own_error, paired, passed, reference_error,
 };
 use crate::study::facts::{coordinate_errors, facts_of_run, suspicions};
-use crate::study::proof::ProofOfRun;
+use crate::study::proof::{Hull, ProofOfRun};
 use crate::study::solved::{EveryWindow, solved};
 use crate::study::subject::timed;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
@@ -108,6 +108,8 @@ pub struct Judged {
     pub gaps: Option<Gaps>,
     /// The proof of its end, if one was asked for.
     pub proof: Option<ProofOfRun>,
+    /// The ends of all motions from the intervals of the case, or why they are not known, if it has some.
+    pub hull: Option<Result<Hull, String>>,
     /// The verdict.
     pub verdict: Verdict,
     /// The warnings.
@@ -365,7 +367,8 @@ impl<S: Real> Run<S> {
             verdict.doubt(Reason::new(finding, "compare runs from neighbouring starts, with --vary").remaining());
         }
         let error = reference.or(estimate);
-        let mut judged = Judged { error, inherited: None, left: None, gaps, proof: None, verdict, suspicions };
+        let mut judged =
+            Judged { error, inherited: None, left: None, gaps, proof: None, hull: None, verdict, suspicions };
         self.add_further(setup, &facts, &mut judged);
         judged
     }

@@ -62,7 +62,9 @@ pub(super) enum Kind {
     Numbers,
     /// A number, or a formula in the parameters of the scene.
     Value,
-    /// The same, which is positive.
+    /// The same, or an interval of two of them.
+    Start,
+    /// A number or a formula which is positive.
     Positive,
     /// An array of numbers and of formulas in the parameters.
     Values,
@@ -263,7 +265,7 @@ impl Kind {
 
     /// Returns true if a string in it may have names of parameters in it.
     pub(super) fn has_names(self) -> bool {
-        let is_value = matches!(self, Self::Value | Self::Positive | Self::Values | Self::Norm);
+        let is_value = matches!(self, Self::Value | Self::Start | Self::Positive | Self::Values | Self::Norm);
         self.is_formula() || is_value || self == Self::Named(&Self::Value)
     }
 
@@ -276,6 +278,7 @@ impl Kind {
             Self::Keys => "keys",
             Self::Number | Self::Value => "number",
             Self::Numbers | Self::Values => "numbers",
+            Self::Start => "number or interval",
             Self::Positive => "number > 0",
             Self::Formula => "formula",
             Self::Formulas => "formulas",

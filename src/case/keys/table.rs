@@ -3,7 +3,7 @@
 use super::Cases::{All, MakesScene, OfX, Scenes};
 use super::Kind::{
     Column, Count, Digits, Expression, Flag, Formula, Formulas, Keys, Line, Named, Names, Norm, Number, Numbers,
-    Positive, Share, Table, Text, Value, Values, Whole, Word,
+    Positive, Share, Start, Table, Text, Value, Values, Whole, Word,
 };
 use super::{Key, Words};
 
@@ -98,23 +98,24 @@ pub static KEYS: &[Key] = table! {
     ("particle.law", Word(Words::Law), "\"relativistic\"", MakesScene);
 
     /// the time at the start
-    ("initial.t", Value, "0", OfX);
+    ("initial.t", Start, "0", OfX);
     /// the position at the start
-    ("initial.x", Value, "required in a case of x", OfX);
+    ("initial.x", Start, "required in a case of x", OfX);
     /// dt/dγ at the start. With 1, γ runs like time does at the start.
-    ("initial.t_dot", Value, "required in a case of x", OfX);
+    ("initial.t_dot", Start, "required in a case of x", OfX);
     /// dx/dγ at the start
-    ("initial.x_dot", Value, "", OfX);
+    ("initial.x_dot", Start, "", OfX);
     /// dx/dt at the start, where x, of whatever name, is the one coordinate besides t: x_dot = velocity · t_dot
-    ("initial.velocity", Value, "", All);
+    ("initial.velocity", Start, "", All);
     /// the folder of an earlier run: its end is the start, to the last bit
     ("initial.from", Text, "", All);
-    /// the place, for each coordinate q; an ignorable one may be left out and is 0
-    ("initial.q", Value, "", Scenes);
+    /// the place, for each coordinate q; an ignorable one may be left out and is 0. An interval, `[0.99, 1.01]`, asks
+    /// for a [proof](trust.md#what-is-proved) of where all motions from there end, and the run takes its middle.
+    ("initial.q", Start, "", Scenes);
     /// dq/dγ at the start, for each coordinate q whose momentum is not given
-    ("initial.q_dot", Value, "", Scenes);
+    ("initial.q_dot", Start, "", Scenes);
     /// the momentum of a coordinate q at the start, in place of dq/dγ
-    ("initial.p_q", Value, "", Scenes);
+    ("initial.p_q", Start, "", Scenes);
     /// a number for K, `"timelike"` (1) or `"null"` (0), in place of the rate of one coordinate
     ("initial.norm", Norm, "", Scenes);
     /// the rate that follows from K: `{ r_dot = "+" }`, with `"+"` for the larger root; where there is only one, it is

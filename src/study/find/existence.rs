@@ -14,19 +14,18 @@
 //!
 //! Starts and lengths have to be linear in the unknowns. That is not proved: it is seen at three points in 60 digits.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use nalgebra::DMatrix;
 
 use super::problem::Problem;
-use crate::case::{Case, Condition, Goal};
+use crate::case::{Condition, Goal};
 use crate::geometry::Jet;
 use crate::number::ball::Ball;
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
-use crate::proof::{Generator, Motion, Spread, Until, prove};
-use crate::solve::{Limit, Setup};
+use crate::proof::{Generator, Spread, prove};
+use crate::study::proof::Starts;
 
 /// The first cube is so many times the errors of what was found, and each further one so many times that one.
 const ROOM: f64 = 8.0;
@@ -35,8 +34,6 @@ const LARGER: f64 = 32.0;
 const MOST: usize = 6;
 /// Numbers of a start are computed to this part of them.
 const OFF: f64 = 1e-60;
-/// What is left of a linear number, beside its size.
-const LINEAR: f64 = 1e-55;
 /// More than the roundings of a sum of few terms.
 const UP: f64 = 1.0 + 1e-12;
 
@@ -65,7 +62,7 @@ pub(super) fn exists(problem: &Problem, values: &[f64], errors: &[f64]) -> Resul
         if !radii.iter().all(|radius| radius.is_finite() && *radius > 0.0) {
             break;
         }
-        match set.proved(problem, &radii) {
+        match set.proved(&radii) {
             Ok((values, windows)) => {
                 return Ok(Existence { values, windows, seconds: begun.elapsed().as_secs_f64() });
             }
@@ -86,29 +83,8 @@ struct None {
 
 /// The case with the numbers that were found.
 struct Set<'p> {
-    values: &'p [f64],
-    case: Case,
-    setup: Setup<Extended>,
+    starts: Starts,
     conditions: &'p [Condition],
-    length: Extended,
-}
-
-/// The start and the length of a run, in extended precision.
-struct Ends {
-    q: Vec<Extended>,
-    p: Vec<Extended>,
-    length: Extended,
-}
-
-fn ends(setup: &Setup<Extended>) -> Ends {
-    let start = &setup.place.start;
-    let length = match setup.limit {
-        Limit::Length(length) => length,
-        Limit::Value { coordinate, value } => {
-            (value - setup.origin_of(coordinate) - start.q[coordinate]) / start.q_dot[coordinate]
-        }
-    };
-    Ends { q: start.q.clone(), p: start.p.clone(), length }
 }
 
 impl<'p> Set<'p> {
@@ -130,88 +106,19 @@ impl<'p> Set<'p> {
         if conditions.iter().any(|condition| condition.uses("norm")) {
             return Err("norm depends on the start".to_owned());
         }
-        let decimals: Vec<String> = values.iter().map(|value| format!("{value:?}")).collect();
-        let case = problem.case(&decimals, false).map_err(|error| error.to_string())?;
-        if case.has_acting_events() || case.grid.until.is_some() || case.events.iter().any(|event| event.until) {
-            return Err("an event may end the run, or acts".to_owned());
-        }
-        if !case.is_determined() {
-            return Err("a rate at the start is not known to all digits".to_owned());
-        }
-        let setup: Setup<Extended> = case.setup();
-        let length = ends(&setup).length;
-        Ok(Self { values, case, setup, conditions, length })
-    }
-
-    /// The value of unknown `j` that was found: the decimal of the case.
-    fn middle(&self, j: usize) -> Extended {
-        let value = self.values[j];
-        Extended::from_decimal(&format!("{value:?}")).unwrap_or_else(|| Extended::from(value))
-    }
-
-    /// The direction of the starts in which unknown `j` changes by its radius.
-    fn generator(&self, problem: &Problem, j: usize, radius: f64) -> Result<Generator, String> {
-        let key = &problem.find.unknowns[j].key;
-        let at = |times: f64| {
-            let mut values: Vec<String> = self.values.iter().map(|value| format!("{value:?}")).collect();
-            let value = self.middle(j) + Extended::from(times) * Extended::from(radius);
-            values[j] = value.to_decimal(Extended::MOST_DIGITS);
-            let setup: Setup<Extended> = problem.case(&values, false).map_err(|error| error.to_string())?.setup();
-            let is_moved = (0..setup.place.start.q.len()).any(|a| setup.origin_of(a) != self.setup.origin_of(a));
-            if is_moved { Err(format!("{key} is where the run counts from")) } else { Ok(ends(&setup)) }
-        };
-        let (here, [one, other]) = (ends(&self.setup), [at(1.0)?, at(-3.0)?]);
-        let linear = |here: Extended, one: Extended, other: Extended| {
-            let column = one - here;
-            let left = (other - here + column + column + column).abs().to_f64();
-            let room = LINEAR * (here.abs() + one.abs()).to_f64();
-            if left <= room {
-                Ok(column.to_f64())
-            } else {
-                Err(format!("the start or the end of the run is not linear in {key}"))
-            }
-        };
-        let all = |here: &[Extended], one: &[Extended], other: &[Extended]| -> Result<Vec<f64>, String> {
-            let each = here.iter().zip(one).zip(other);
-            each.map(|((&here, &one), &other)| linear(here, one, other)).collect()
-        };
-        // That of t is the energy, which is not linear, and on which no motion depends. Where one does, it is refused.
-        let ignorable: Vec<usize> = self.setup.place.geometry.ignorable().collect();
-        let momentum = |a: usize| {
-            let column = linear(here.p[a], one.p[a], other.p[a]);
-            if ignorable.contains(&a) { Ok(column.unwrap_or(f64::NAN)) } else { column }
-        };
-        Ok(Generator {
-            q: all(&here.q, &one.q, &other.q)?,
-            p: (0..here.p.len()).map(momentum).collect::<Result<_, _>>()?,
-            length: linear(here.length, one.length, other.length)?,
-        })
+        // Those that were found are the decimals of the case.
+        let decimal = |value: &f64| Extended::from_decimal(&format!("{value:?}"));
+        let middles = values.iter().map(|value| decimal(value).unwrap_or_else(|| Extended::from(*value)));
+        let keys = unknowns.iter().map(|unknown| unknown.key.clone());
+        Ok(Self { starts: Starts::new(problem.text.clone(), keys.collect(), middles.collect())?, conditions })
     }
 
     /// The unknowns with their bounds, and the number of windows, if the cube with these radii has a solution.
-    fn proved(&self, problem: &Problem, radii: &[f64]) -> Result<(Vec<(Extended, f64)>, usize), None> {
-        let generators = (0..radii.len()).map(|j| self.generator(problem, j, radii[j]));
-        let generators = generators.collect::<Result<Vec<_>, _>>();
-        let generators = generators.map_err(|reason| None { reason, is_final: true })?;
-        let (start, plain) = (&*self.setup.place.start, &self.setup.place.geometry);
-        // A momentum that is not the same for all starts is no constant.
-        let changes = |a: &usize| generators.iter().any(|of| of.p[*a] != 0.0 && !of.p[*a].is_nan());
-        let kept: Vec<usize> = plain.ignorable().filter(changes).collect();
-        let geometry = if kept.is_empty() { Arc::clone(plain) } else { Arc::new(self.case.keeping(&kept)) };
-        let motion = Motion {
-            geometry: &geometry,
-            start,
-            unused: self.case.is_lifted().then(|| start.q.len() - 1),
-            until: match self.setup.limit {
-                Limit::Length(_) => Until::Length(self.length),
-                Limit::Value { coordinate, value } => {
-                    Until::Value(coordinate, value - self.setup.origin_of(coordinate))
-                }
-            },
-            watched: &[],
-            samples: &[],
-            generators: &generators,
-        };
+    fn proved(&self, radii: &[f64]) -> Result<(Vec<(Extended, f64)>, usize), None> {
+        let starts = &self.starts;
+        let generators = starts.generators(radii).map_err(|reason| None { reason, is_final: true })?;
+        let geometry = starts.geometry(&generators);
+        let motion = starts.motion(&geometry, &generators);
         let proof = prove(&motion, &mut |_| true);
         if let Err(reason) = proof.end {
             return Err(None { reason: reason.to_string(), is_final: true });
@@ -220,7 +127,7 @@ impl<'p> Set<'p> {
         let none = |reason: &str| None { reason: reason.to_owned(), is_final: false };
         let beta = solution(&residuals, radii.len()).ok_or_else(|| none("the errors of the motion are too large"))?;
         let unknown = |j: usize| {
-            let value = self.middle(j) + Extended::from(radii[j]) * Extended::from(beta[j].0);
+            let value = starts.middles[j] + Extended::from(radii[j]) * Extended::from(beta[j].0);
             (value, (radii[j] * beta[j].1 + OFF * value.abs().to_f64()) * UP)
         };
         Ok(((0..radii.len()).map(unknown).collect(), proof.windows))
@@ -228,7 +135,8 @@ impl<'p> Set<'p> {
 
     /// The residuals over the cube.
     fn residuals(&self, end: &[Option<Spread>], generators: &[Generator]) -> Vec<Residual> {
-        let start = &self.setup.place.start;
+        let Starts { case, setup, .. } = &self.starts;
+        let start = &setup.place.start;
         let n = start.q.len();
         let own = |a: usize, values: &[Extended], of: fn(&Generator) -> &Vec<f64>| {
             let columns: Vec<f64> = generators.iter().map(|generator| of(generator)[a]).collect();
@@ -241,24 +149,19 @@ impl<'p> Set<'p> {
         let mut states: Vec<Option<Spread>> = states.collect();
         for first in [0, 2 * n] {
             for (a, spread) in states[first..first + n].iter_mut().enumerate() {
-                spread.iter_mut().for_each(|spread| spread.value += self.setup.origin_of(a));
+                spread.iter_mut().for_each(|spread| spread.value += setup.origin_of(a));
             }
         }
-        let norm = self.setup.place.geometry.norm(&start.q, &start.q_dot);
-        let jets = self.case.jets(self.conditions, norm);
+        let norm = setup.place.geometry.norm(&start.q, &start.q_dot);
+        let jets = case.jets(self.conditions, norm);
         let ball = |spread: &Option<Spread>, with: fn(&Spread) -> f64| {
             spread.as_ref().map_or(Ball::UNKNOWN, |spread| Ball::of(spread.value, OFF).widened(with(spread)))
         };
         let centres: Vec<Ball> = states.iter().map(|spread| ball(spread, |_| 0.0)).collect();
-        let boxes: Vec<Ball> = states.iter().map(|spread| ball(spread, reach)).collect();
+        let boxes: Vec<Ball> = states.iter().map(|spread| ball(spread, Spread::reach)).collect();
         let all = jets.at(&centres).into_iter().zip(jets.at(&boxes));
         all.map(|(centre, over)| Residual::new(centre.value, &over, &states, generators.len())).collect()
     }
-}
-
-/// A bound of the distance from the middle.
-fn reach(spread: &Spread) -> f64 {
-    (spread.columns.iter().map(|column| column.abs()).sum::<f64>() + spread.radius) * UP
 }
 
 /// A residual over the cube: value + Σ β columns ± radius.
@@ -283,8 +186,8 @@ impl Residual {
                 continue;
             };
             columns.iter_mut().zip(&spread.columns).for_each(|(sum, column)| *sum += slope.hi * column);
-            radius += (slope.rad + slope.lo.abs()) * reach(spread) + slope.hi.abs() * spread.radius;
-            size += slope.hi.abs() * reach(spread);
+            radius += (slope.rad + slope.lo.abs()) * spread.reach() + slope.hi.abs() * spread.radius;
+            size += slope.hi.abs() * spread.reach();
         }
         // Sums of so many products.
         let rounded = (states.len() + 4) as f64 * f64::EPSILON * size;

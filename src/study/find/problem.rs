@@ -13,7 +13,7 @@ use crate::trajectory::{NoSamples, OutsideRun};
 #[derive(Debug)]
 pub(super) struct Problem {
     /// The text of the case without what is to be found.
-    text: String,
+    pub(super) text: String,
     /// The case, whose formulas are compiled.
     given: Case,
     /// What is to be found, and what has to be met.

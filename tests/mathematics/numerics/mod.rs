@@ -17,6 +17,7 @@ mod presets;
 mod proof;
 mod proof_digits;
 mod proof_events;
+mod proof_intervals;
 mod proof_sets;
 mod published;
 mod reference;

@@ -12,7 +12,7 @@ use crate::random_scenes::random::Random;
 
 const FAMILIES: &str = include_str!("../../../benches/promise/families.txt");
 /// Starts are spread by this part of their numbers at most.
-const SPREAD: f64 = 1e-7;
+const SPREAD: f64 = 1e-8;
 
 #[derive(Default)]
 struct Tally {

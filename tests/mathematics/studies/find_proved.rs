@@ -56,7 +56,7 @@ fn closed_forms_are_within_the_radius_that_is_proved() {
 
 #[test]
 fn orbits_of_the_cases_exist() {
-    for (name, at_most) in [("lambert", 1e-15), ("figure-eight-choreography", 1e-15), ("halo", 1e-15)] {
+    for (name, at_most) in [("lambert", 1e-15), ("choreography", 1e-15), ("halo", 1e-15)] {
         let case = shipped(name, &[]);
         let found = find(&case, case.find.as_ref().unwrap(), true, &mut |_| {}).unwrap();
         let exists = found.existence.unwrap().unwrap_or_else(|reason| panic!("{name}: {reason}"));

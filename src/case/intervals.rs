@@ -1,0 +1,51 @@
+//! Numbers of the start that are given as intervals: `x = [0.99, 1.01]`. A run takes the middle, and a proof all of it.
+
+use super::CaseError;
+use super::reader::Field;
+use crate::geometry::value_of;
+
+/// A number of the start between two ends, as formulas.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Interval {
+    /// Its dotted key.
+    pub key: String,
+    /// The lower end and the upper one.
+    pub ends: [String; 2],
+}
+
+impl Field<'_> {
+    /// The two ends of the interval that the value is, if it is an array.
+    fn interval(&self) -> Result<Option<[String; 2]>, CaseError> {
+        if !self.is_array() {
+            return Ok(None);
+        }
+        let ends: Result<[String; 2], _> = self.formulas()?.try_into();
+        let wrong = |all: Vec<String>| {
+            let help = "an interval has a lower end and an upper one: [0.99, 1.01]";
+            self.error(format!("expected two ends, got {}", all.len())).with_help(help)
+        };
+        ends.map(Some).map_err(wrong)
+    }
+
+    /// The number or formula that the value is, or the middle of the interval.
+    pub(super) fn number_of_start(&self) -> Result<String, CaseError> {
+        let middle = |[low, high]: [String; 2]| format!("(({low}) + ({high}))/2");
+        self.interval()?.map_or_else(|| self.formula(), |ends| Ok(middle(ends)))
+    }
+}
+
+/// The intervals in a table, where these are the parameters.
+pub(super) fn intervals(table: &Field<'_>, parameters: &[(String, String)]) -> Result<Vec<Interval>, CaseError> {
+    let mut found = Vec::new();
+    for field in table.fields() {
+        let Some(ends) = field.interval()? else { continue };
+        let values = [0, 1].map(|end| value_of::<f64>(&ends[end], parameters).unwrap_or(f64::NAN));
+        // A comparison that is false for what is not a number.
+        if !(values[0] < values[1]) {
+            let message = format!("the interval from {} to {} has no inside", ends[0], ends[1]);
+            return Err(field.error(message).with_help("give the lower end first"));
+        }
+        found.push(Interval { key: field.path.clone(), ends });
+    }
+    Ok(found)
+}

@@ -1,0 +1,138 @@
+//! The starts of a case in which some numbers may be others, as the set that a proof is about.
+
+use std::sync::Arc;
+
+use crate::case::Case;
+use crate::geometry::Geometry;
+use crate::number::{Extended, Real};
+use crate::proof::{Generator, Motion, Until};
+use crate::solve::{Limit, Setup};
+
+/// What is left of a linear number, beside its size.
+const LINEAR: f64 = 1e-55;
+
+/// A case with some of its numbers, by their keys, around which others are looked at.
+pub(crate) struct Starts {
+    /// The text that gives the case once these numbers are set.
+    text: String,
+    keys: Vec<String>,
+    /// Their values in the middle.
+    pub(crate) middles: Vec<Extended>,
+    pub(crate) case: Case,
+    pub(crate) setup: Setup<Extended>,
+}
+
+/// The start and the length of a run.
+struct Ends {
+    q: Vec<Extended>,
+    p: Vec<Extended>,
+    length: Extended,
+}
+
+fn ends(setup: &Setup<Extended>) -> Ends {
+    let start = &setup.place.start;
+    let length = match setup.limit {
+        Limit::Length(length) => length,
+        Limit::Value { coordinate, value } => {
+            (value - setup.origin_of(coordinate) - start.q[coordinate]) / start.q_dot[coordinate]
+        }
+    };
+    Ends { q: start.q.clone(), p: start.p.clone(), length }
+}
+
+impl Starts {
+    /// The case of `text` with these numbers in the middle.
+    ///
+    /// # Errors
+    /// The reason why a proof says nothing of it.
+    pub(crate) fn new(text: String, keys: Vec<String>, middles: Vec<Extended>) -> Result<Self, String> {
+        let case = parsed(&text, &keys, &middles)?;
+        if case.has_acting_events() || case.grid.until.is_some() || case.events.iter().any(|event| event.until) {
+            return Err("an event may end the run, or acts".to_owned());
+        }
+        if !case.is_determined() {
+            return Err("a rate at the start is not known to all digits".to_owned());
+        }
+        Ok(Self { setup: case.setup(), text, keys, middles, case })
+    }
+
+    /// The direction of the starts in which the number `j` changes by its radius.
+    fn generator(&self, j: usize, radius: f64) -> Result<Generator, String> {
+        let key = &self.keys[j];
+        let at = |times: f64| {
+            let mut values = self.middles.clone();
+            values[j] += Extended::from(times) * Extended::from(radius);
+            let setup: Setup<Extended> = parsed(&self.text, &self.keys, &values)?.setup();
+            let is_moved = (0..setup.place.start.q.len()).any(|a| setup.origin_of(a) != self.setup.origin_of(a));
+            if is_moved { Err(format!("{key} is where the run counts from")) } else { Ok(ends(&setup)) }
+        };
+        let (here, [one, other]) = (ends(&self.setup), [at(1.0)?, at(-0.75)?]);
+        let linear = |here: Extended, one: Extended, other: Extended| {
+            let column = one - here;
+            let left = (other - here + Extended::from(0.75) * column).abs().to_f64();
+            let room = LINEAR * (here.abs() + one.abs()).to_f64();
+            if left <= room {
+                Ok(column.to_f64())
+            } else {
+                Err(format!("the start or the end of the run is not linear in {key}"))
+            }
+        };
+        let all = |here: &[Extended], one: &[Extended], other: &[Extended]| -> Result<Vec<f64>, String> {
+            let each = here.iter().zip(one).zip(other);
+            each.map(|((&here, &one), &other)| linear(here, one, other)).collect()
+        };
+        // By Newton's law that of t is the energy, which is not linear, and on which no motion depends.
+        let is_energy = |a: usize| self.case.is_lifted() && a == 0;
+        let momentum = |a: usize| {
+            let column = linear(here.p[a], one.p[a], other.p[a]);
+            if is_energy(a) { Ok(column.unwrap_or(f64::NAN)) } else { column }
+        };
+        Ok(Generator {
+            q: all(&here.q, &one.q, &other.q)?,
+            p: (0..here.p.len()).map(momentum).collect::<Result<_, _>>()?,
+            length: linear(here.length, one.length, other.length)?,
+        })
+    }
+
+    /// The directions in which every number changes by its radius.
+    ///
+    /// # Errors
+    /// The reason why the starts are no such set.
+    pub(crate) fn generators(&self, radii: &[f64]) -> Result<Vec<Generator>, String> {
+        radii.iter().enumerate().map(|(j, radius)| self.generator(j, *radius)).collect()
+    }
+
+    /// The space-time of a proof. A momentum that is not the same for all starts is no constant of it.
+    pub(crate) fn geometry(&self, generators: &[Generator]) -> Arc<Geometry<Extended>> {
+        let plain = &self.setup.place.geometry;
+        let changes = |a: &usize| generators.iter().any(|of| of.p[*a] != 0.0 && !of.p[*a].is_nan());
+        let kept: Vec<usize> = plain.ignorable().filter(changes).collect();
+        if kept.is_empty() { Arc::clone(plain) } else { Arc::new(self.case.keeping(&kept)) }
+    }
+
+    /// The motions of the set.
+    pub(crate) fn motion<'m>(&'m self, geometry: &'m Geometry<Extended>, generators: &'m [Generator]) -> Motion<'m> {
+        let start = &*self.setup.place.start;
+        Motion {
+            geometry,
+            start,
+            unused: self.case.is_lifted().then(|| start.q.len() - 1),
+            until: match self.setup.limit {
+                Limit::Length(length) => Until::Length(length),
+                Limit::Value { coordinate, value } => {
+                    Until::Value(coordinate, value - self.setup.origin_of(coordinate))
+                }
+            },
+            watched: &[],
+            samples: &[],
+            generators,
+        }
+    }
+}
+
+/// The case of a text with these numbers.
+fn parsed(text: &str, keys: &[String], values: &[Extended]) -> Result<Case, String> {
+    let one = |(key, value): (&String, &Extended)| format!("{key}={}", value.to_decimal(Extended::MOST_DIGITS));
+    let set: Vec<String> = keys.iter().zip(values).map(one).collect();
+    Case::parse("the case", text, &set).map_err(|error| error.to_string())
+}
