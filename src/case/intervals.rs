@@ -22,7 +22,9 @@ impl Field<'_> {
         let ends: Result<[String; 2], _> = self.formulas()?.try_into();
         let wrong = |all: Vec<String>| {
             let help = "an interval has a lower end and an upper one: [0.99, 1.01]";
-            self.error(format!("expected two ends, got {}", all.len())).with_help(help)
+            let found = all.len();
+            let message = format!("'{}' must be a number, a formula or two ends, found an array of {found}", self.path);
+            self.error(message).with_help(help)
         };
         ends.map(Some).map_err(wrong)
     }

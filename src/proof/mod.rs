@@ -47,6 +47,7 @@ use crate::geometry::{self, Geometry, Start};
 use crate::number::Extended;
 use equations::Equations;
 use run::Run;
+use tables::UP;
 
 /// The end of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,7 +92,7 @@ pub struct Generator {
 impl Spread {
     /// A bound of the distance from the middle.
     pub fn reach(&self) -> f64 {
-        (self.columns.iter().map(|column| column.abs()).sum::<f64>() + self.radius) * (1.0 + 1e-12)
+        (self.columns.iter().map(|column| column.abs()).sum::<f64>() + self.radius) * UP
     }
 }
 

@@ -7,7 +7,8 @@ use std::sync::Arc;
 use crate::geometry::{Geometry, Observable, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
-use crate::solve::{Limit, Off, Setup, WorldLine};
+use crate::solve::{Limit, Off, Setup, Until, WorldLine};
+use crate::trajectory::late_at_end;
 
 /// Numbers of a state are changed by this part of their size to find derivatives.
 const CHANGE: f64 = 1e-6;
@@ -36,6 +37,8 @@ pub(super) struct Zero {
     sizes: Off,
     /// The change of the formula with γ.
     rate: f64,
+    /// By how much γ is open since the formula rounds.
+    rounded: f64,
 }
 
 impl End {
@@ -43,7 +46,7 @@ impl End {
     pub(super) fn new<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Self {
         let formula = line.ended_by.map(|place| setup.until.get(place));
         match (formula, setup.limit) {
-            (Some(Some(until)), _) => Self::AtZero(Box::new(Zero::new(setup, line, until.rough.clone()))),
+            (Some(Some(until)), _) => Self::AtZero(Box::new(Zero::new(setup, line, until))),
             // The setup says nothing of what ended it.
             (Some(None), _) => Self::AtLength,
             (None, Limit::Value { coordinate, .. }) => Self::AtValue(coordinate),
@@ -72,7 +75,7 @@ impl End {
             Self::AtLength => return errors,
             // All of its error is in the others.
             Self::AtValue(coordinate) => std::mem::take(&mut errors[*coordinate]) / end.q_dot[*coordinate].abs(),
-            Self::AtZero(zero) => zero.late_at_most(&errors),
+            Self::AtZero(zero) => zero.late_at_most(&errors) + zero.rounded,
         };
         let others = errors.iter_mut().enumerate().filter(|(a, _)| Some(*a) != self.coordinate());
         others.for_each(|(a, error)| *error += late * end.q_dot[a].abs());
@@ -81,7 +84,7 @@ impl End {
 }
 
 impl Zero {
-    fn new<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, formula: Observable) -> Self {
+    fn new<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, until: &Until<S>) -> Self {
         let (geometry, start) = (Arc::clone(&setup.rough.geometry), &*setup.rough.start);
         let (state, norm) = (line.end_inside().in_f64(), geometry.norm(&start.q, &start.q_dot));
         let size = |(one, two): (&f64, &f64)| larger(one.abs(), two.abs());
@@ -89,8 +92,8 @@ impl Zero {
             q: start.q.iter().zip(&state.q).map(size).collect(),
             p: start.p.iter().zip(&state.p).map(size).collect(),
         };
-        let formula = RefCell::new(formula);
-        let mut zero = Self { geometry, formula, norm, state, sizes, rate: f64::NAN };
+        let (formula, rounded) = (RefCell::new(until.rough.clone()), late_at_end(line, &until.formula).to_f64());
+        let mut zero = Self { geometry, formula, norm, state, sizes, rate: f64::NAN, rounded };
         let rates = Off { q: zero.state.q_dot.clone(), p: rates_of_momenta(&zero.geometry, &zero.state) };
         zero.rate = zero.along(&rates);
         zero

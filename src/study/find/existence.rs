@@ -176,6 +176,8 @@ impl Residual {
     fn new(value: Ball, over: &Jet, states: &[Option<Spread>], many: usize) -> Self {
         let (mut columns, mut radius) = (vec![0.0; many], value.lo.abs() + value.rad);
         let mut size = value.hi.abs();
+        // Where it may jump, derivatives tell nothing of it, and it has no value over the whole.
+        radius += if over.value.rad.is_finite() { 0.0 } else { f64::INFINITY };
         for (slope, spread) in over.gradient.iter().zip(states) {
             // It does not depend on this number.
             if slope.hi == 0.0 && slope.lo == 0.0 && slope.rad == 0.0 {

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use crate::case::Case;
+use crate::engine::Handed;
 use crate::geometry::Start;
 use crate::solve::{Place, Setup, WorldLine, solve};
 use crate::study::run::Run;
@@ -53,7 +54,8 @@ struct Field {
 impl Field {
     fn new(case: &Case, line: &WorldLine) -> Option<Self> {
         let mut setup: Setup = case.setup();
-        (setup.until, setup.settings.sensitivity) = (Vec::new(), false);
+        // What the start of the case has beyond its doubles is not that of others.
+        (setup.until, setup.settings.sensitivity, setup.dropped) = (Vec::new(), false, Handed::default());
         let Place { geometry, start } = setup.place.clone();
         let size = start.q_dot.iter().fold(0.0, |size: f64, q_dot| size.max(q_dot.abs()));
         let step = line.error_estimate.unwrap_or(f64::EPSILON).max(f64::EPSILON).cbrt() * size;

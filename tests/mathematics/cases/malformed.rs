@@ -82,7 +82,7 @@ r = 2\n | the metric is degenerate at the start: the determinant of the componen
 r = 0\n | the metric is degenerate at the start | 0
 r = "R"\n | unknown name 'R' | R
 r = "1/0"\n | 'initial.r' is not a finite number | "1/0"
-r = [10]\n | must be a number or a formula, found array | [10]
+r = [10]\n | must be a number, a formula or two ends, found an array of 1 | [10]
 @ r_dot = -0.05
 rdot = -0.05 | unknown field `rdot` | rdot
 solve = { r_dot = "+" } | solve is given without norm | solve

@@ -66,11 +66,16 @@ impl Tally {
         let Limit::Length(length) = setup.limit else { return };
         let (geometry, start) = (&*setup.place.geometry, &*setup.place.start);
         let is_active = |a: usize| geometry.active().contains(&a);
+        let size = |values: &[Extended]| {
+            let active = (0..values.len()).filter(|&a| is_active(a)).map(|a| values[a].abs().to_f64());
+            active.fold(0.0, f64::max)
+        };
+        let [of_q, of_p] = [size(&start.q), size(&start.p)];
         let mut direction = |all: bool| {
-            let mut part = |value: Extended| SPREAD * random.between(-1.0, 1.0) * value.to_f64().abs().max(0.1);
-            let q: Vec<f64> = start.q.iter().map(|&q| part(q)).collect();
-            let p = (0..q.len()).map(|a| if all || is_active(a) { part(start.p[a]) } else { 0.0 }).collect();
-            Generator { q, p, length: part(length) }
+            let mut part = |size: f64| SPREAD * random.between(-1.0, 1.0) * size;
+            let q: Vec<f64> = (0..start.q.len()).map(|_| part(of_q)).collect();
+            let p = (0..q.len()).map(|a| if all || is_active(a) { part(of_p) } else { 0.0 }).collect();
+            Generator { q, p, length: part(length.to_f64()) }
         };
         let generators = [direction(false), direction(false)];
         let motion = Motion {

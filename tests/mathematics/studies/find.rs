@@ -310,7 +310,7 @@ fn published_orbits_are_found_from_rough_starts() {
     for (value, published) in halo.values.iter().zip([0.723_268, 0.198_019, 1.300_177]) {
         assert!((value - published).abs() < 6e-7, "{value} {published}");
     }
-    let set = ["parameters.mu=0.012277471", "initial.x=0.994", "initial.y_dot=-2.0", "grid.t_f=17.06"];
+    let set = ["parameters.mu=0.012277471", "initial.x=0.994", "initial.y_dot=-2.001", "grid.t_f=17.065"];
     // No run past the earth is accurate to 1e-12.
     let wanted = ["find.unknowns=[\"initial.y_dot\", \"grid.t_f\"]", "solver.accuracy=1e-10"];
     let arenstorf = found(&shipped("lyapunov-orbit", &[&set[..], &wanted].concat()));
