@@ -290,6 +290,12 @@ impl Walk {
             }
             if slope * low.1 > 0.0 { low = (at, slope) } else { high = (at, slope) }
         }
+        // Its place along the family is as uncertain as the slope there.
+        let (point, tangent) = &mut best;
+        let rate = ((high.1 - low.1) / (high.0 - low.0)).abs();
+        let along = (tangent[last].abs() + point.jacobian.share) / rate;
+        let parts = tangent.iter().zip(&self.problem.scales).map(|(part, scale)| (part * scale * along).abs());
+        point.errors.iter_mut().zip(parts).for_each(|(error, part)| *error += part);
         Some(best)
     }
 }
