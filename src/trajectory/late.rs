@@ -9,6 +9,11 @@ use crate::solve::{At, OfState, WorldLine, noise, rounding};
 /// The part of a window from which the slope of a formula at its zero is taken.
 const STEP: f64 = 1e-6;
 
+/// So many places next to each other, this part of a window apart, show how a formula scatters: over them it is a
+/// straight line, but for rounding.
+const NEAR: usize = 8;
+const CLOSE: f64 = 1e-9;
+
 /// The rounding of a formula at its zeros.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Late<S> {
@@ -35,6 +40,11 @@ impl<S: Real> Late<S> {
             let (mut state, extents) = (curve.at(place, geometry).concat(), curve.extents(geometry));
             let off = |k: usize, value: S| rounding(value, extents[k][0], epsilon(line));
             self.noise = self.noise.max(noise(at, formula, &mut state, off));
+            // What it rounds by itself scatters its values at places that are next to each other.
+            let near = |k: usize| place + S::from((k as f64 - 0.5 * NEAR as f64) * CLOSE) * length;
+            let values: Vec<S> = (0..NEAR).map(|k| at.value(formula, &curve.at(near(k), geometry).concat())).collect();
+            let bend = |three: &[S]| (three[0] - three[1] - three[1] + three[2]).abs();
+            self.noise = values.windows(3).map(bend).fold(self.noise, S::max);
         }
         let mut value = |place: S| at.value(formula, &curve.at(place, geometry).concat()).abs();
         let step = S::from(STEP) * length;
