@@ -9,6 +9,7 @@ mod conditioning;
 mod conformal;
 mod diagnostics;
 mod ends;
+mod event_errors;
 mod events;
 mod explicit_time;
 mod failures;
