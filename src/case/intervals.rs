@@ -1,5 +1,7 @@
 //! Numbers of the start that are given as intervals: `x = [0.99, 1.01]`. A run takes the middle, and a proof all of it.
 
+use std::cmp::Ordering;
+
 use super::CaseError;
 use super::reader::Field;
 use crate::geometry::value_of;
@@ -42,8 +44,7 @@ pub(super) fn intervals(table: &Field<'_>, parameters: &[(String, String)]) -> R
     for field in table.fields() {
         let Some(ends) = field.interval()? else { continue };
         let values = [0, 1].map(|end| value_of::<f64>(&ends[end], parameters).unwrap_or(f64::NAN));
-        // A comparison that is false for what is not a number.
-        if !(values[0] < values[1]) {
+        if values[0].partial_cmp(&values[1]) != Some(Ordering::Less) {
             let message = format!("the interval from {} to {} has no inside", ends[0], ends[1]);
             return Err(field.error(message).with_help("give the lower end first"));
         }

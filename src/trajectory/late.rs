@@ -9,10 +9,9 @@ use crate::solve::{At, OfState, WorldLine, noise, rounding};
 /// The part of a window from which the slope of a formula at its zero is taken.
 const STEP: f64 = 1e-6;
 
-/// So many places next to each other, this part of a window apart, show how a formula scatters: over them it is a
-/// straight line, but for rounding.
-const NEAR: usize = 8;
-const CLOSE: f64 = 1e-9;
+/// Places next to each other show how a formula scatters: over a part of a window whose square is rounding it is a
+/// straight line, but for rounding. They are not even, as steps of rounding are.
+const NEAR: [f64; 7] = [-0.37, -0.31, -0.17, -0.06, 0.09, 0.22, 0.41];
 
 /// The rounding of a formula at its zeros.
 #[derive(Debug, Clone, Default)]
@@ -41,10 +40,17 @@ impl<S: Real> Late<S> {
             let off = |k: usize, value: S| rounding(value, extents[k][0], epsilon(line));
             self.noise = self.noise.max(noise(at, formula, &mut state, off));
             // What it rounds by itself scatters its values at places that are next to each other.
-            let near = |k: usize| place + S::from((k as f64 - 0.5 * NEAR as f64) * CLOSE) * length;
-            let values: Vec<S> = (0..NEAR).map(|k| at.value(formula, &curve.at(near(k), geometry).concat())).collect();
-            let bend = |three: &[S]| (three[0] - three[1] - three[1] + three[2]).abs();
-            self.noise = values.windows(3).map(bend).fold(self.noise, S::max);
+            let close = epsilon(line).sqrt() * length;
+            let mut near = |part: f64| {
+                let place = place + S::from(part) * close;
+                at.value(formula, &curve.at(place, geometry).concat())
+            };
+            let [first, last] = [near(-0.5), near(0.5)];
+            for part in NEAR {
+                let straight = first + (last - first) * S::from(part + 0.5);
+                let off = (near(part) - straight).abs();
+                self.noise = self.noise.max(off + off);
+            }
         }
         let mut value = |place: S| at.value(formula, &curve.at(place, geometry).concat()).abs();
         let step = S::from(STEP) * length;

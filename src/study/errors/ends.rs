@@ -17,11 +17,11 @@ const CHANGE: f64 = 1e-6;
 #[derive(Debug)]
 pub(super) enum End {
     /// At a length in γ.
-    AtLength,
+    Length,
     /// At a value of this coordinate.
-    AtValue(usize),
+    Value(usize),
     /// At a zero of a formula.
-    AtZero(Box<Zero>),
+    Zero(Box<Zero>),
 }
 
 /// A zero of a formula at the end of a run.
@@ -46,25 +46,25 @@ impl End {
     pub(super) fn new<S: Real>(setup: &Setup<S>, line: &WorldLine<S>) -> Self {
         let formula = line.ended_by.map(|place| setup.until.get(place));
         match (formula, setup.limit) {
-            (Some(Some(until)), _) => Self::AtZero(Box::new(Zero::new(setup, line, until))),
+            (Some(Some(until)), _) => Self::Zero(Box::new(Zero::new(setup, line, until))),
             // The setup says nothing of what ended it.
-            (Some(None), _) => Self::AtLength,
-            (None, Limit::Value { coordinate, .. }) => Self::AtValue(coordinate),
-            (None, Limit::Length(_)) => Self::AtLength,
+            (Some(None), _) => Self::Length,
+            (None, Limit::Value { coordinate, .. }) => Self::Value(coordinate),
+            (None, Limit::Length(_)) => Self::Length,
         }
     }
 
     /// The coordinate whose value it is, if it is one.
     pub(super) fn coordinate(&self) -> Option<usize> {
-        if let Self::AtValue(coordinate) = self { Some(*coordinate) } else { None }
+        if let Self::Value(coordinate) = self { Some(*coordinate) } else { None }
     }
 
     /// By how much γ of the end is late, to first order, where a state with the velocities `q_dot` is off by this.
     pub(super) fn late(&self, off: &Off, q_dot: &[f64]) -> f64 {
         match self {
-            Self::AtLength => 0.0,
-            Self::AtValue(coordinate) => off.q[*coordinate] / q_dot[*coordinate],
-            Self::AtZero(zero) => zero.late(off),
+            Self::Length => 0.0,
+            Self::Value(coordinate) => off.q[*coordinate] / q_dot[*coordinate],
+            Self::Zero(zero) => zero.late(off),
         }
     }
 
@@ -72,10 +72,10 @@ impl End {
     pub(super) fn with_late<S: Real>(&self, mut errors: Vec<f64>, line: &WorldLine<S>) -> Vec<f64> {
         let end = line.end_inside().in_f64();
         let late = match self {
-            Self::AtLength => return errors,
+            Self::Length => return errors,
             // All of its error is in the others.
-            Self::AtValue(coordinate) => std::mem::take(&mut errors[*coordinate]) / end.q_dot[*coordinate].abs(),
-            Self::AtZero(zero) => zero.late_at_most(&errors) + zero.rounded,
+            Self::Value(coordinate) => std::mem::take(&mut errors[*coordinate]) / end.q_dot[*coordinate].abs(),
+            Self::Zero(zero) => zero.late_at_most(&errors) + zero.rounded,
         };
         let others = errors.iter_mut().enumerate().filter(|(a, _)| Some(*a) != self.coordinate());
         others.for_each(|(a, error)| *error += late * end.q_dot[a].abs());

@@ -86,7 +86,7 @@ pub fn follow(case: &Case, wanted: &Find, to: f64, tell: &mut dyn FnMut(&Member)
     let mut walk = Walk { problem, range: [from, to], tangent: goal, here, members: Vec::new() };
     walk.tangent = walk.turned(&walk.here).map_err(at_start)?;
     walk.keep(false, tell);
-    let ended = walk.to_end(tell);
+    let ended = walk.finish(tell);
     Ok(Family { members: walk.members, ended })
 }
 
@@ -205,7 +205,7 @@ impl Walk {
         tell(&self.members[self.members.len() - 1]);
     }
 
-    fn to_end(&mut self, tell: &mut dyn FnMut(&Member)) -> Ended {
+    fn finish(&mut self, tell: &mut dyn FnMut(&Member)) -> Ended {
         let (mut step, last) = (FIRST, self.tangent.len() - 1);
         while self.members.len() < MOST {
             match self.stepped(step) {
