@@ -37,13 +37,14 @@ fn of_multipliers(member: &Member) -> [Option<f64>; 2] {
 /// If `out` cannot be written.
 pub fn write_members(out: impl Write, wanted: &Find, family: &Family) -> csv::Result<()> {
     let mut writer = Writer::from_writer(out);
-    let errors = keys(wanted).skip(1).map(|key| format!("error_{key}"));
+    let errors = keys(wanted).map(|key| format!("error_{key}"));
     let head = ["member".to_owned()].into_iter().chain(keys(wanted).cloned()).chain(errors);
     let last = ["residual_norm", "slope", "fold", "largest_multiplier", "stability_index"].map(str::to_owned);
     writer.write_record(head.chain(last))?;
     for (place, member) in family.members.iter().enumerate() {
         let n = member.values.len() - 1;
-        let numbers = member.values[n..].iter().chain(&member.values[..n]).chain(&member.errors[..n]);
+        let numbers = member.values[n..].iter().chain(&member.values[..n]);
+        let numbers = numbers.chain(&member.errors[n..]).chain(&member.errors[..n]);
         let numbers = numbers.chain([&member.residual, &member.slope]).map(|number| decimal(*number));
         let fold = [u8::from(member.is_fold).to_string()];
         let of = of_multipliers(member).map(|number| number.map_or_else(String::new, decimal));

@@ -83,7 +83,7 @@ pub fn follow(case: &Case, wanted: &Find, to: f64, tell: &mut dyn FnMut(&Member)
     let here = Point::new(&problem, &values).map_err(at_start)?;
     let here = Point { errors: errors.into_iter().chain([0.0]).collect(), ..here };
     let goal = vec![0.0; values.len() - 1].into_iter().chain([(to - from).signum()]).collect::<Vec<_>>();
-    let mut walk = Walk { problem, range: [from, to], tangent: goal, here, members: Vec::new() };
+    let mut walk = Walk { problem, range: [from, to], tangent: goal, here, members: Vec::new(), has_turned: false };
     walk.tangent = walk.turned(&walk.here).map_err(at_start)?;
     walk.keep(false, tell);
     let ended = walk.finish(tell);
@@ -114,6 +114,8 @@ struct Walk {
     tangent: Vec<f64>,
     here: Point,
     members: Vec<Member>,
+    /// True once the followed number has turned back.
+    has_turned: bool,
 }
 
 fn dot(one: &[f64], other: &[f64]) -> f64 {
@@ -214,10 +216,11 @@ impl Walk {
                     if let Some(end) = self.passed(at) {
                         return self.landed(end, tell);
                     }
-                    if tangent[last] * self.tangent[last] < 0.0
-                        && let Some((fold, tangent)) = self.fold(step)
-                    {
-                        self.go(fold, tangent, true, tell);
+                    if tangent[last] * self.tangent[last] < 0.0 {
+                        self.has_turned = true;
+                        if let Some((fold, tangent)) = self.fold(step) {
+                            self.go(fold, tangent, true, tell);
+                        }
                     }
                     self.go(point, tangent, false, tell);
                     let factor = if iterations <= FEW { 1.5 } else { 1.0 };
@@ -250,7 +253,7 @@ impl Walk {
     fn passed(&self, at: f64) -> Option<f64> {
         let [from, to] = self.range;
         let way = (to - from).signum();
-        let is_back = self.members.iter().any(|member| member.is_fold) && (at - from) * way <= 0.0;
+        let is_back = self.has_turned && (at - from) * way <= 0.0;
         if (at - to) * way >= 0.0 { Some(to) } else { is_back.then_some(from) }
     }
 
@@ -279,7 +282,8 @@ impl Walk {
         for _ in 0..MOST_AT_FOLD {
             let part = (low.1 / (low.1 - high.1)).clamp(0.05, 0.95);
             let at = low.0 + part * (high.0 - low.0);
-            let (point, tangent, _) = self.stepped(at).ok()?;
+            // What was found so far stands where no step comes nearer.
+            let Ok((point, tangent, _)) = self.stepped(at) else { break };
             let slope = tangent[last];
             if slope.abs() < best.1[last].abs() {
                 best = (point, tangent);

@@ -42,6 +42,18 @@ fn brats_equation_is_followed_around_its_fold() {
     assert!(last.values[1] == 0.5 && last.values[0] > 4.0, "{last:?}");
 }
 
+/// However rough runs are, the fold is seen, and the way back ends where it began.
+#[test]
+fn a_fold_of_rough_runs_is_not_missed() {
+    let case = ["find.unknowns=[\"initial.x_dot\", \"parameters.lambda\"]", "parameters.lambda=2.5"];
+    for accuracy in ["solver.accuracy=1e-9", "solver.accuracy=1e-7"] {
+        let case = shipped("bratu", &[&case[..], &[accuracy]].concat());
+        let family = follow(&case, case.find.as_ref().unwrap(), 4.0, &mut |_| {}).unwrap();
+        assert_eq!(family.ended, Ended::Back, "{accuracy}");
+        assert!(family.members.len() < 300, "{}", family.members.len());
+    }
+}
+
 /// Orbits that return keep doing so, and their multipliers come with them.
 #[test]
 fn lyapunov_orbits_are_followed() {
