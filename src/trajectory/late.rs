@@ -40,15 +40,19 @@ impl<S: Real> Late<S> {
             let off = |k: usize, value: S| rounding(value, extents[k][0], epsilon(line));
             self.noise = self.noise.max(noise(at, formula, &mut state, off));
             // What it rounds by itself scatters its values at places that are next to each other.
-            let close = epsilon(line).sqrt() * length;
-            let mut near = |part: f64| {
+            let mut near = |part: f64, close: S| {
                 let place = place + S::from(part) * close;
                 at.value(formula, &curve.at(place, geometry).concat())
             };
-            let [first, last] = [near(-0.5), near(0.5)];
+            let mut close = epsilon(line).sqrt() * length;
+            // On a step of rounding nothing scatters.
+            while close < length && near(-0.5, close) == near(0.5, close) {
+                close *= S::from(10.0);
+            }
+            let [first, last] = [-0.5, 0.5].map(|part| near(part, close));
             for part in NEAR {
                 let straight = first + (last - first) * S::from(part + 0.5);
-                let off = (near(part) - straight).abs();
+                let off = (near(part, close) - straight).abs();
                 self.noise = self.noise.max(off + off);
             }
         }
