@@ -6,7 +6,7 @@ use super::parts::{Parts, Scope, variables};
 use super::{GeometryError, GeometryText, Place, active_of};
 use crate::formula::{self, Known, NodeId, OneBall, Program, run};
 use crate::number::Extended;
-use crate::number::ball::Ball;
+use crate::number::ball::{Ball, OFF};
 
 /// A formula of the end of a motion, in which names stand for formulas of its start.
 #[derive(Debug, Clone, Copy)]
@@ -102,9 +102,6 @@ impl Jets {
         (0..self.depends.len()).map(jet).collect()
     }
 }
-
-/// What numbers of a case are off by in 71 digits, where no more than 11 digits cancel on the way.
-const OFF: f64 = 1e-60;
 
 /// The variables of positions and momenta, of the end and then of the start.
 fn places(n: usize) -> impl Iterator<Item = usize> {

@@ -5,15 +5,11 @@ use std::io::Write;
 use csv::Writer;
 use serde_json::{Value, json};
 
+use super::find::decimal;
 use super::json::{json, merged, present};
 use crate::case::{Case, Find};
-use crate::number::Real;
 use crate::study::find::{Ended, Family, FromStart, Member, norm};
 use crate::study::many::ManyRuns;
-
-fn decimal(number: f64) -> String {
-    number.to_decimal(f64::MOST_DIGITS)
-}
 
 /// The unknowns of a family, the number that is followed first.
 fn keys(wanted: &Find) -> impl Iterator<Item = &String> {

@@ -13,7 +13,7 @@ use crate::study::find::{Existence, Fit, Found, Iterate, Multipliers, norm};
 use crate::study::proof::decimal as decimal_within;
 use crate::study::run::{Judged, Run};
 
-fn decimal(number: f64) -> String {
+pub(super) fn decimal(number: f64) -> String {
     number.to_decimal(f64::MOST_DIGITS)
 }
 

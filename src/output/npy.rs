@@ -116,7 +116,7 @@ fn looked_through(table: &str, csv: &File) -> csv::Result<(Vec<String>, usize, V
     let mut reader = reader(csv)?;
     let mut columns: Vec<Column> = Vec::new();
     for name in reader.headers()? {
-        // Of two columns with one name, which no array may have, the second has another.
+        // No array may have two columns of one name: the second one gets another.
         let mut unique = name.to_owned();
         while columns.iter().any(|other| other.name == unique) {
             unique.push('_');

@@ -10,13 +10,13 @@
 //! which keeps what errors of x and t have in common.
 
 use super::ellipse::Bounds;
-use super::equations::{Equations, OFF};
+use super::equations::Equations;
 use super::proved::Proved;
 use super::set::{Set, sum_of_sizes};
 use super::tables::UP;
 use super::window::Prover;
 use super::{Coordinate, Generator, Motion, Reason, Spread, Until};
-use crate::number::ball::{Ball, Disc};
+use crate::number::ball::{Ball, Disc, OFF};
 use crate::number::{Extended, Real};
 
 /// A value is looked for up to this share of a window behind its end, so that no window is left in front of it.

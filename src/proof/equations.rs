@@ -8,11 +8,7 @@ use super::algebras::LANES;
 use crate::formula::{Program, Register, Step};
 use crate::geometry::{Geometry, Hamiltonian, Source, Start};
 use crate::number::Extended;
-use crate::number::ball::Ball;
-
-/// Numbers of a case are decimals, or formulas of few of them, in 71 digits. This bounds what they are off by, relative
-/// to them, where no more than 11 digits cancel on the way.
-pub(super) const OFF: f64 = 1e-60;
+use crate::number::ball::{Ball, OFF};
 
 /// A number of the case.
 pub(super) fn number(value: Extended) -> Ball {

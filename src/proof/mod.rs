@@ -81,19 +81,12 @@ pub struct Motion<'m> {
 /// motions end after the length and Σ β length_k.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Generator {
-    /// Of q^a.
+    /// The change of each q^a.
     pub q: Vec<f64>,
-    /// Of p_a.
+    /// The change of each p_a.
     pub p: Vec<f64>,
-    /// Of the length of γ.
+    /// The change of the length of γ.
     pub length: f64,
-}
-
-impl Spread {
-    /// A bound of the distance from the middle.
-    pub fn reach(&self) -> f64 {
-        (self.columns.iter().map(|column| column.abs()).sum::<f64>() + self.radius) * UP
-    }
 }
 
 /// A number at the end of the motions from a set of starts: it is no further than the radius from value + Σ β column_k.
@@ -105,6 +98,13 @@ pub struct Spread {
     pub columns: Vec<f64>,
     /// The radius.
     pub radius: f64,
+}
+
+impl Spread {
+    /// A bound of the distance from the middle.
+    pub fn reach(&self) -> f64 {
+        (self.columns.iter().map(|column| column.abs()).sum::<f64>() + self.radius) * UP
+    }
 }
 
 /// A formula that is met where it changes its sign.

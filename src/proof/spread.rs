@@ -1,10 +1,11 @@
 //! The motions from a set of starts: where they end.
 
 use super::end::{End, moved};
-use super::equations::{Equations, OFF};
+use super::equations::Equations;
 use super::tables::UP;
 use super::{Motion, Spread};
 use crate::number::Real;
+use crate::number::ball::OFF;
 
 /// Every q^a and then every p_a at the end, `None` for a coordinate that is no result. `end` has the unknowns.
 pub(super) fn state(motion: &Motion<'_>, equations: &Equations<'_>, end: &End) -> Vec<Option<Spread>> {

@@ -29,8 +29,6 @@ use events::Watching;
 
 /// More than a sum of extended numbers is off by, relative to it.
 const OF_SUM: f64 = 1e-70;
-/// Numbers of a case, and what follows from them at the start, are off by no more than this part.
-const OF_STATE: f64 = 1e-60;
 /// So many doubles hold all digits of a number of any precision.
 const PARTS: usize = 6;
 

@@ -38,6 +38,9 @@ const QUOTIENT: f64 = 15.6 * U * U;
 /// A radius is a sum of products of positive numbers with at most 62 roundings, each of which takes away at most
 /// the part u of it.
 pub(crate) const UP: f64 = 1.0 + 64.0 * U;
+/// Numbers of a case are decimals, or formulas of few of them, in 71 digits. This bounds what they are off by, relative
+/// to them, where no more than 11 digits cancel on the way.
+pub(crate) const OFF: f64 = 1e-60;
 /// 2^-1001, more than underflow takes away: the product, its error and the cross terms lose at most 2^-1074 each.
 const TINY: f64 = f64::MIN_POSITIVE * 2_097_152.0;
 

@@ -21,7 +21,7 @@ use nalgebra::DMatrix;
 use super::problem::Problem;
 use crate::case::{Condition, Goal};
 use crate::geometry::Jet;
-use crate::number::ball::Ball;
+use crate::number::ball::{Ball, OFF};
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
 use crate::proof::{Generator, Spread, prove};
@@ -32,8 +32,6 @@ const ROOM: f64 = 8.0;
 const LARGER: f64 = 32.0;
 /// So many cubes are tried.
 const MOST: usize = 6;
-/// Numbers of a start are computed to this part of them.
-const OFF: f64 = 1e-60;
 /// More than the roundings of a sum of few terms.
 const UP: f64 = 1.0 + 1e-12;
 

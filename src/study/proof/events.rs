@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::{OF_STATE, REPORT, extended};
+use super::{REPORT, extended};
 use crate::case::{Case, WatchedFormula};
 use crate::diagnostics::verdict::Reason;
 use crate::geometry::{Geometry, Start};
+use crate::number::ball::OFF;
 use crate::number::{Extended, Real};
 use crate::proof::{Coordinate, Event, Watched};
 use crate::solve::{Place, Setup};
@@ -33,7 +34,7 @@ impl<'c> Watching<'c> {
         let mut watched = Vec::new();
         for of in &formulas {
             let formula = case.observable(of.formula);
-            let (value, off) = formula.enclosed([&start.q, &start.q_dot, &start.p], norm, OF_STATE);
+            let (value, off) = formula.enclosed([&start.q, &start.q_dot, &start.p], norm, OFF);
             with.q.push(value);
             with.q_dot.push(Extended::ZERO);
             with.p.push(Extended::ZERO);
