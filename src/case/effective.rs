@@ -1,5 +1,7 @@
 //! A case with every default filled in.
 
+use std::path::Path;
+
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Value, value};
 
 use super::keys::PARAMETERS;
@@ -39,9 +41,14 @@ impl Case {
             }
         }
         self.fill_find(root);
-        self.fill_initial(table(root, "initial"));
         let chooses_windows = self.settings.accuracy.is_some();
-        fill(root, &["grid", "gamma_i"], formula(&self.grid.gamma_i));
+        if let Some(summary) = &self.continues {
+            // All that it begins with stands there.
+            table(root, "initial")["from"] = value(absolute(Path::new(""), summary).display().to_string());
+        } else {
+            self.fill_initial(table(root, "initial"));
+            fill(root, &["grid", "gamma_i"], formula(&self.grid.gamma_i));
+        }
         if let Some(gamma_f) = &self.grid.gamma_f {
             fill(root, &["grid", "gamma_f"], formula(gamma_f));
         }

@@ -8,6 +8,7 @@ use serde::de::IntoDeserializer;
 use serde::de::value::Error;
 use toml_edit::{Document, Item, TableLike, Value};
 
+use super::keys::PARAMETERS;
 use super::source::{DEFAULTS, Source};
 use super::{CaseError, hint, keys};
 use crate::formula::FormulaError;
@@ -115,7 +116,12 @@ impl<'t> Field<'t> {
             all => format!("expected one of `{}`", all.join("`, `")),
         };
         let mistake = |field: Self| {
-            let meant = hint::for_key(&field.key, &self.path, &known);
+            let is_parameter = || self.table(PARAMETERS).get(&field.key).is_some();
+            let meant = if self.path.is_empty() && is_parameter() {
+                Some(format!("{PARAMETERS}.{}", field.key))
+            } else {
+                hint::for_key(&field.key, &self.path, &known)
+            };
             let error = field.key_error(format!("unknown field `{}`, {list}", field.key));
             error.with_hint(meant.map(|meant| format!("did you mean `{meant}`?")))
         };

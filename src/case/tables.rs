@@ -33,7 +33,7 @@ pub(super) fn read(section: &Field<'_>, scene: &GeometryText) -> Result<Vec<(Str
 }
 
 /// A path, counted from the folder of the case.
-pub(super) fn absolute(folder: &Path, path: &str) -> PathBuf {
+pub(super) fn absolute(folder: &Path, path: impl AsRef<Path>) -> PathBuf {
     let beside = folder.join(path);
     std::path::absolute(&beside).unwrap_or(beside)
 }

@@ -3,6 +3,7 @@
 use super::keys::PARAMETERS;
 use super::source::is_used;
 use super::{Case, Interval};
+use crate::formula::similar::nearest;
 use crate::geometry::{Law, Preset, Start};
 
 /// If K is below this share of g00 ṫ², it is a small difference of large numbers and has lost digits.
@@ -11,7 +12,13 @@ const NEARLY_SPACELIKE: f64 = 1e-2;
 impl Case {
     /// The warnings that a user should know before believing the result.
     pub fn warnings(&self) -> Vec<String> {
-        let unused = self.unused_parameters().map(|name| format!("no formula uses the parameter '{name}'"));
+        let given = || self.geometry_text.parameters.iter().map(|(name, _)| name.as_str());
+        let unused = self.unused_parameters().map(|name| {
+            // An override may have given one that is called nearly as another.
+            let meant = nearest(name, given().filter(|other| *other != name));
+            let meant = meant.map_or_else(String::new, |meant| format!("; there is '{meant}', too"));
+            format!("no formula uses the parameter '{name}'{meant}")
+        });
         let unregularised = "regularised = false: without the regularisation critical points are wrong or missing";
         let unread = "with solver.accuracy or solver.tolerance the program chooses operator and form (weak): what \
                       [scheme] says is not used";

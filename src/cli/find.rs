@@ -7,11 +7,13 @@ use std::time::Duration;
 use geodesic_ivp::Case;
 use geodesic_ivp::case::{Find, Goal, Unknown};
 use geodesic_ivp::number::Extended;
-use geodesic_ivp::output::{CASE, OutputSet, SUMMARY, find_summary, not_found_summary, write_fit, write_iterates};
+use geodesic_ivp::output::{
+    CASE, OutputSet, SUMMARY, find_summary, not_found_summary, pictures, write_fit, write_iterates,
+};
 use geodesic_ivp::solve::Setup;
 use geodesic_ivp::study::find::{Existence, Found, Geodesic, Iterate, NotFound, find, norm};
 use geodesic_ivp::study::proof::decimal;
-use geodesic_ivp::study::run::{self, NoRun, Wanted};
+use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 
 use super::family::follow_family;
 use super::find_args::{FindArgs, checked, with_error};
@@ -26,6 +28,7 @@ use super::{memory, out, study};
 const FOUND: &str = "found.toml";
 const ITERATES: &str = "find.csv";
 const FIT: &str = "fit.csv";
+const PICTURE_OF_FIT: &str = "fit.svg";
 /// An imaginary part is not shown below this share of a multiplier: rounding splits a double one by about so much.
 const UNSEEN: f64 = 1e-6;
 
@@ -47,21 +50,15 @@ pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
     out::keep_source(&case, &target)?;
     let folder = target.folder.clone();
     let of_run = tables(&case, true, false);
-    let own: &[&str] = if matches!(wanted.goal, Goal::Data(_)) { &[FIT] } else { &[] };
-    let files = OutputSet::open(target, &[&of_run[..], own, &[ITERATES, FOUND, SUMMARY, CASE]].concat())?;
+    let own = own_files(&case, &wanted, args.plot);
+    let files = OutputSet::open(target, &[&of_run[..], &own, &[ITERATES, FOUND, SUMMARY, CASE]].concat())?;
     files.write_text(CASE, &case.to_toml())?;
     let (result, iterates) = searched(&case, &wanted, args.prove, args.case.quiet)?;
     files.write_table(ITERATES, |out| write_iterates(out, &wanted, &iterates))?;
     let steps = iterates.len().saturating_sub(1);
     let found = match result {
         Ok(found) => found,
-        Err(none) => {
-            let summary = not_found_summary(&case, (&none.message, &none.advice), steps);
-            files.write_text(SUMMARY, &summary)?;
-            files.commit(&|name| [ITERATES, SUMMARY, CASE].contains(&name))?;
-            args.output.tell(args.case.quiet, &summary, String::new)?;
-            return Err(none.into());
-        }
+        Err(none) => return Err(not_found(args, files, &case, (none, steps))),
     };
     let setup: Setup = found.case.setup();
     let (run, seconds) = run::run(&found.case, &setup, Wanted { sums: true, ..Wanted::default() });
@@ -79,6 +76,9 @@ pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
     if let Some(fit) = &found.fit {
         files.write_table(FIT, |out| write_fit(out, &wanted, fit))?;
     }
+    if args.plot {
+        draw(&files, &args.case.headed(case.title.as_deref()), (&found.case, &wanted), &run)?;
+    }
     files.write_text(FOUND, &found.case.to_toml())?;
     let json = find_summary(&found.case, &wanted, (&found, steps), (&run, &judged), [seconds, 0.0]);
     files.write_text(SUMMARY, &json)?;
@@ -89,6 +89,34 @@ pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
         told(&title, &wanted, &found, steps) + &of_run.lines(&folder)
     })?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// The files besides those of a run and of every search.
+fn own_files(case: &Case, wanted: &Find, plot: bool) -> Vec<&'static str> {
+    let of_data: &[&str] = if matches!(wanted.goal, Goal::Data(_)) { &[FIT, PICTURE_OF_FIT] } else { &[] };
+    let drawn = if plot { pictures::names_of_run(case) } else { Vec::new() };
+    of_data.iter().copied().filter(|name| plot || *name == FIT).chain(drawn).collect()
+}
+
+/// Writes what there is of a search that found nothing, and returns the error.
+fn not_found(args: &FindArgs, files: OutputSet, case: &Case, (none, steps): (NotFound, usize)) -> anyhow::Error {
+    let summary = not_found_summary(case, (&none.message, &none.advice), steps);
+    let write = || {
+        files.write_text(SUMMARY, &summary)?;
+        files.commit(&|name| [ITERATES, SUMMARY, CASE].contains(&name))?;
+        args.output.tell(args.case.quiet, &summary, String::new)
+    };
+    write().err().unwrap_or_else(|| none.into())
+}
+
+/// Draws the run that was found, and the data that it fits.
+fn draw(files: &OutputSet, title: &str, (case, wanted): (&Case, &Find), run: &Run) -> anyhow::Result<()> {
+    let (names, charts) = (pictures::names_of_run(case), pictures::of_run(title, case, run));
+    let of_fit = pictures::fit(title, wanted, run).map(|chart| (PICTURE_OF_FIT, chart));
+    for (name, chart) in names.into_iter().zip(charts).chain(of_fit) {
+        files.write_text(name, &chart.to_svg())?;
+    }
+    Ok(())
 }
 
 /// Searches beside this thread, with a line about the last step if standard error is a terminal.
@@ -192,8 +220,20 @@ fn exists(wanted: &Find, existence: &Existence) -> String {
         format!("{} = {value} ± {radius:.1e}", unknown.key)
     };
     let numbers = listed(wanted.unknowns.iter().zip(&existence.values).map(one));
-    let windows = existence.windows;
-    format!("with {numbers} a motion meets all of it exactly ({windows} windows, {:.1} ms)", 1e3 * existence.seconds)
+    let alone = existence.alone_within.as_ref().map_or_else(String::new, |radii| {
+        format!(
+            ", and no other is within {} of what was found",
+            listed(radii.iter().map(|radius| rounded_down(*radius)))
+        )
+    });
+    let (windows, seconds) = (existence.windows, 1e3 * existence.seconds);
+    format!("with {numbers} a motion meets all of it exactly{alone} ({windows} windows, {seconds:.1} ms)")
+}
+
+/// A positive number in two digits, at most as large.
+fn rounded_down(number: f64) -> String {
+    let text = format!("{number:.1e}");
+    if text.parse::<f64>().is_ok_and(|rounded| rounded <= number) { text } else { format!("{:.1e}", 0.95 * number) }
 }
 
 /// The multipliers in words.

@@ -21,7 +21,7 @@ pub(super) struct FindArgs {
     pub(super) output: OutArgs,
 
     /// Prove that there is what was found: numbers, no further away than a printed radius, with which a motion meets
-    /// everything exactly
+    /// everything exactly, and no others near them
     ///
     /// It needs find.meet with as many conditions as unknowns, on which the start or the end of the run depends
     /// linearly, and the equations of motion do not. No event may end the run or act.
@@ -34,8 +34,8 @@ pub(super) struct FindArgs {
     #[arg(long, value_name = "KEY=FROM:TO", conflicts_with_all = ["prove", "vary"])]
     pub(super) follow: Option<Followed>,
 
-    /// Draw the family: its first unknown over the number that is followed
-    #[arg(long, requires = "follow")]
+    /// Draw the run that was found, and data with it; of a family its first unknown over the number that is followed
+    #[arg(long, conflicts_with = "vary")]
     pub(super) plot: bool,
 
     /// Search from each value of a key: one table, with a row for each search

@@ -11,7 +11,7 @@ use geodesic_ivp::formula::similar::nearest;
 use geodesic_ivp::{Case, CaseError};
 
 use super::CaseArgs;
-use super::lines::shown;
+use super::lines::{listed, shown};
 use super::report;
 
 /// The built-in case that is used by commands to which no case is given.
@@ -167,11 +167,15 @@ fn at_most(reader: impl Read, size: Option<u64>, name: &str) -> anyhow::Result<V
     Err(CaseError::without_place(name, message).into())
 }
 
-/// The error for a case file that cannot be read. It suggests a built-in case of a similar name.
+/// The error for a case file that cannot be read. It suggests a built-in case of a similar name, or those that begin
+/// so.
 fn unreadable(path: &Path, reason: &str) -> anyhow::Error {
     let stem = path.file_stem().and_then(OsStr::to_str).unwrap_or_default();
+    let begin_so = builtin::NAMES.iter().filter(|name| !stem.is_empty() && name.starts_with(stem));
+    let mut begin_so = begin_so.map(|name| format!("`{name}`")).peekable();
     let help = match nearest(stem, builtin::NAMES.iter().copied()) {
         Some(name) => format!("there is a built-in case `{name}`"),
+        None if begin_so.peek().is_some() => format!("there are built-in cases {}", listed(begin_so)),
         None => "name a TOML file or a built-in case: `init --list` names these".to_owned(),
     };
     report::refused_by_system(format!("cannot read the case file {}: {reason}", path.display()), help)

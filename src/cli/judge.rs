@@ -100,7 +100,8 @@ impl JudgeArgs {
         let judged = self.judged(case, setup, run, is_quiet);
         judged.suspicions.iter().for_each(|warning| report::warn(warning));
         if let Some(proof) = judged.proof.as_ref().filter(|_| case.proof == Some(true)) {
-            report::note(&format!("proof: {}", told(proof, case)).replace('\u{a0}', " "));
+            let head = if proof.reason.is_some() { "there is no proof: " } else { "proof: " };
+            report::note(&format!("{head}{}", told(proof, case)).replace('\u{a0}', " "));
         }
     }
 }
@@ -109,8 +110,8 @@ impl JudgeArgs {
 pub(super) fn told(proof: &ProofOfRun, case: &Case) -> String {
     if let Some(reason) = &proof.reason {
         return match proof.windows {
-            0 => format!("the end is not proved: {reason}"),
-            _ => format!("the end is not proved: {reason} at gamma = {}", short(proof.reached)),
+            0 => reason.clone(),
+            _ => format!("{reason} at gamma = {}", short(proof.reached)),
         };
     }
     let place = case.t_f::<f64>().filter(|_| proof.ended_by.is_none()).unwrap_or(proof.reached);

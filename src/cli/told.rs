@@ -43,7 +43,7 @@ impl<S: Real> Told<'_, S> {
             ("growth", self.growth()),
             ("events", self.events()),
             ("between", self.between()),
-            ("proved", self.proved()),
+            (if self.is_unproved() { "no proof" } else { "proved" }, self.proved()),
             ("hull", self.judged.hull.as_ref().map(judge::told_hull)),
             ("written", Some(written)),
         ];
@@ -190,6 +190,10 @@ impl<S: Real> Told<'_, S> {
     fn proved(&self) -> Option<String> {
         let is_told = |proof: &&ProofOfRun| self.case.proof.is_some() || proof.status == Status::Proved;
         self.judged.proof.as_ref().filter(is_told).map(|proof| judge::told(proof, self.case))
+    }
+
+    fn is_unproved(&self) -> bool {
+        self.judged.proof.as_ref().is_some_and(|proof| proof.reason.is_some())
     }
 
     /// The findings between the nodes, if the run looked there.

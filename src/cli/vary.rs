@@ -120,8 +120,9 @@ fn read(args: &RunArgs) -> anyhow::Result<(ManyRuns, Identity)> {
 /// Warns of what the rows of a table say, and returns its exit code.
 pub(super) fn ending(summary: &RunsSummary) -> u8 {
     if summary.doubtful > 0 {
+        let [are, their] = if summary.doubtful == 1 { ["is", "its"] } else { ["are", "their"] };
         let doubtful = summary.doubtful;
-        report::warn(&format!("{doubtful} of the solved rows are doubtful: their column message says why"));
+        report::warn(&format!("{doubtful} of the solved rows {are} doubtful: {their} column message says why"));
     }
     if summary.solved == 0 && summary.rows > 0 {
         report::warn("no row has a solution: the column message says why");

@@ -138,6 +138,10 @@ impl<'g> Companion<'g> {
         }
         let is_too_large = !self.round.allows(self.round.error(self.seen.by_sizes(&self.finer)));
         self.seen.too_large = if is_too_large { self.seen.too_large + 1 } else { 0 };
+        // What was too much for a coordinate that had hardly moved is none of the run's places of failure.
+        if !is_too_large && self.refused.take().is_some() {
+            self.finer.forgive();
+        }
         if is_last || self.seen.too_large > PATIENCE { self.refuse(is_last).map(|()| true) } else { Ok(true) }
     }
 

@@ -18,10 +18,15 @@ pub(crate) struct Rates {
 impl Rates {
     /// For this geometry, which is the same in every call.
     pub(crate) fn new(geometry: &Geometry) -> Self {
+        Self::with_constants(geometry, |constant| constant)
+    }
+
+    /// The rates of formulas whose constants are others.
+    pub(super) fn with_constants(geometry: &Geometry, other: impl Fn(f64) -> f64) -> Self {
         let equations = &geometry.hamiltonian;
         let outputs = equations.velocities.iter().chain(&equations.forces);
         Self {
-            registers: equations.program.registers(|constant| Nodes([constant; LANES])),
+            registers: equations.program.registers(|constant| Nodes([other(constant); LANES])),
             steps: equations.program.schedule(outputs.copied(), |_| false),
         }
     }

@@ -84,12 +84,15 @@ impl<'g, const N: usize> System<'g, N> {
         }
     }
 
-    /// The same equations for another number of nodes, with these momenta of ignorable coordinates.
+    /// The same equations with the same constants for another number of nodes, with these momenta of ignorable
+    /// coordinates.
     pub(super) fn with_lanes<const M: usize>(&self, momenta: &[f64]) -> System<'g, M> {
         let program = &self.geometry.hamiltonian.program;
+        let mut registers = program.registers(|constant| Nodes([constant; M]));
+        program.constants().for_each(|(register, _)| registers[register] = Nodes([self.registers[register].0[0]; M]));
         let mut system = System {
             geometry: self.geometry,
-            registers: program.registers(|constant| Nodes([constant; M])),
+            registers,
             order: self.order,
             passes: self.passes.clone(),
             fixed: self.fixed.clone(),

@@ -221,6 +221,11 @@ impl<S: Real> Program<S> {
         registers
     }
 
+    /// The constants, with their registers.
+    pub(crate) fn constants(&self) -> impl Iterator<Item = (Register, S)> {
+        self.constants.iter().enumerate().map(|(k, &constant)| (self.variables + k, constant))
+    }
+
     /// Number of registers.
     pub(crate) fn size(&self) -> usize {
         self.variables + self.constants.len() + self.steps.len()

@@ -18,12 +18,14 @@ fn keys(wanted: &Find) -> impl Iterator<Item = &String> {
     keys.clone().skip(last).chain(keys.take(last))
 }
 
-/// The modulus of the largest multiplier, and the stability index that is furthest from 0, if there are such.
+/// The modulus of the largest multiplier, and the stability index that is furthest from 0, if there are such: but for
+/// the one nearest to 1, which the direction along the motion has.
 fn of_multipliers(member: &Member) -> [Option<f64>; 2] {
     let Some(multipliers) = &member.multipliers else { return [None; 2] };
     let largest = multipliers.values.first().map(|value| f64::hypot(value.re, value.im));
-    let indices = multipliers.indices.iter().flatten();
-    [largest, indices.map(|index| index.re).max_by(|a, b| a.abs().total_cmp(&b.abs()))]
+    let mut indices: Vec<f64> = multipliers.indices.iter().flatten().map(|index| index.re).collect();
+    indices.sort_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs()));
+    [largest, indices.into_iter().skip(1).max_by(|a, b| a.abs().total_cmp(&b.abs()))]
 }
 
 /// Writes `family.csv`: a row for each member with the number that is followed, the unknowns and by how much these may

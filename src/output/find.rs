@@ -113,13 +113,16 @@ fn proof(wanted: &Find, existence: &Result<Existence, String>) -> Value {
     };
     let decimals: Vec<_> = existence.values.iter().map(|&(value, radius)| decimal_within(value, radius)).collect();
     let keys = || wanted.unknowns.iter().map(|unknown| unknown.key.clone());
-    json!({
+    let alone_within = existence.alone_within.as_ref();
+    let alone_within = alone_within.map(|radii| keys().zip(radii.iter().map(|&r| Value::from(r))).collect::<Value>());
+    present(json!({
         "status": "proved",
         "unknowns": keys().zip(decimals.iter().map(|(text, _)| Value::from(text.as_str()))).collect::<Value>(),
         "radii": keys().zip(decimals.iter().map(|(_, radius)| Value::from(*radius))).collect::<Value>(),
+        "alone_within": alone_within,
         "windows": existence.windows,
         "seconds": existence.seconds,
-    })
+    }))
 }
 
 /// The summary of a search that found nothing.

@@ -12,7 +12,7 @@
 use super::ellipse::Bounds;
 use super::equations::Equations;
 use super::proved::Proved;
-use super::set::{Set, sum_of_sizes};
+use super::set::{Differences, Set, sum_of_sizes};
 use super::tables::UP;
 use super::window::Prover;
 use super::{Coordinate, Generator, Motion, Reason, Spread, Until};
@@ -112,7 +112,7 @@ impl Goal {
         }
         let size = set.size(k, proved.sizes[k]);
         let rate = (way(&proved.modes[k], proved.h, high) - way(&proved.modes[k], proved.h, 0.99 * high)).abs();
-        let margin = (2.0 * proved.epsilon[k] + 8.0 * f64::EPSILON * size) * 0.01 * high / rate;
+        let margin = (2.0 * proved.added.epsilon[k] + 8.0 * f64::EPSILON * size) * 0.01 * high / rate;
         Some(high * (1.0 + 4.0 * f64::EPSILON) + 2.0 * margin)
     }
 }
@@ -148,13 +148,17 @@ impl End {
         generators: &[Generator],
     ) -> Result<Self, Reason> {
         let slopes = prover.ellipse.slopes_around(&prover.equations, &set.start, &set.sizes());
-        let bends = bends(&prover.equations, bounds);
+        // |ẍ| = |J f|.
+        let bends = growths(&prover.equations, bounds, &bounds.slope);
         let back = Back::new(set, goal, (reached, h), &slopes, &bends).ok_or(Reason::Short)?;
         let unknowns: Vec<(Extended, f64)> =
             (0..set.start.len()).map(|k| back.unknown(set, k, &slopes, &bends)).collect();
         let gamma = back.gamma(set, reached, &slopes, &bends);
-        let of_set = if generators.is_empty() { 0 } else { set.start.len() };
-        let spreads = (0..of_set).map(|k| back.spread(set, k, (slopes[k], bends[k]), generators)).collect();
+        let spreads = set.differences.as_ref().map_or_else(Vec::new, |differences| {
+            let growths = growths(&prover.equations, bounds, &differences.within);
+            let spread = |k: usize| back.spread((set, differences), k, (slopes[k], bends[k], growths[k]), generators);
+            (0..set.start.len()).map(spread).collect()
+        });
         let is_known = |(value, radius): &(Extended, f64)| value.is_finite() && radius.is_finite();
         if unknowns.iter().chain([&gamma]).all(is_known) {
             Ok(Self { unknowns, spreads, gamma })
@@ -164,13 +168,13 @@ impl End {
     }
 }
 
-/// Bounds of |ẍ| = |J f|.
-fn bends(equations: &Equations<'_>, bounds: &Bounds) -> Vec<f64> {
-    let mut bends = vec![0.0; bounds.slope.len()];
+/// Bounds of |J z| where z is within these.
+fn growths(equations: &Equations<'_>, bounds: &Bounds, z: &[f64]) -> Vec<f64> {
+    let mut growths = vec![0.0; bounds.slope.len()];
     for (entry, jacobian) in equations.entries.iter().zip(&bounds.jacobian) {
-        bends[entry.row] += jacobian * bounds.slope[entry.column] * UP;
+        growths[entry.row] += jacobian * z[entry.column] * UP;
     }
-    bends
+    growths
 }
 
 /// The middle of the set of an unknown.
@@ -229,24 +233,35 @@ impl Back {
             return (middle - Extended::from(slope.re) * self.by, rad * UP);
         };
         let phi = slopes[k] / slopes[along];
-        let [own, other] = [k, along].map(|i| &set.columns[i]);
+        let [own, other] = [k, along].map(|i| &set.errors.columns[i]);
         let of_columns: Vec<f64> = own.iter().zip(other).map(|(own, other)| own - phi.re * other).collect();
         let rounded = f64::EPSILON * (sum_of_sizes(own) + phi.size() * sum_of_sizes(other));
         let gap = self.by.to_f64().abs() + set.radii()[along];
-        let of_box = set.rest[k] + phi.size() * set.rest[along] + phi.rad * gap * UP;
+        let of_box = set.errors.rest[k] + phi.size() * set.errors.rest[along] + phi.rad * gap * UP;
         let rest = phi.size() * self.off + curved * (bends[k] + phi.size() * bends[along]);
         (middle - Extended::from(phi.re) * self.by, (sum_of_sizes(&of_columns) + rounded + of_box + rest) * UP)
     }
 
     /// An unknown at the ends of the motions of a set, which end after lengths.
-    fn spread(&self, set: &Set, k: usize, (slope, bend): (Disc, f64), generators: &[Generator]) -> Spread {
-        let (own, others) = set.columns[k].split_at(set.generators);
+    ///
+    /// Two of them end at τ and τ′, where x(h − τ) − x′(h − τ′) = η(h) − τ η̇ + (τ′ − τ) ẋ′, with rates in between.
+    fn spread(
+        &self,
+        (set, differences): (&Set, &Differences),
+        k: usize,
+        (slope, bend, growth): (Disc, f64, f64),
+        generators: &[Generator],
+    ) -> Spread {
+        let (own, others) = set.errors.columns[k].split_at(set.errors.generators);
         let columns: Vec<f64> =
             own.iter().zip(generators).map(|(own, generator)| own + slope.re * generator.length).collect();
         let rounded = 4.0 * f64::EPSILON * (sum_of_sizes(own) + slope.size() * self.late);
-        let of_box = set.rest[k] + self.most * slope.rad + slope.size() * self.off;
+        let of_box = set.errors.rest[k] + self.most * slope.rad + slope.size() * self.off;
         let radius = sum_of_sizes(others) + of_box + 0.5 * self.most * self.most * bend + rounded;
-        Spread { value: middle(set, k) - Extended::from(slope.re) * self.by, columns, radius: radius * UP }
+        let apart = sum_of_sizes(&differences.set.columns[k][differences.set.generators..]) + differences.set.rest[k];
+        let slack = apart + self.most * growth + self.late * (slope.rad + self.most * bend) + rounded;
+        let value = middle(set, k) - Extended::from(slope.re) * self.by;
+        Spread { value, columns, radius: radius * UP, slack: slack * UP }
     }
 
     fn gamma(&self, set: &Set, reached: Extended, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {

@@ -146,19 +146,24 @@ impl<'g> Equations<'g> {
         }
     }
 
-    /// The rows of generators, one for each unknown. `None` if they change a constant on which the motion depends.
+    /// The rows of generators, one for each unknown. `None` if they change a constant on which the motion depends, or
+    /// if it is not known how they change a momentum on which it does.
     pub(super) fn columns(&self, generators: &[Generator]) -> Option<Vec<Vec<f64>>> {
         let (n, program) = (self.hamiltonian.velocities.len(), &self.hamiltonian.program);
-        for &(register, _) in &self.momenta {
-            let depends = program.depends_on(|other| other == register);
+        for a in 0..n {
+            let depends = program.depends_on(|register| register == 2 * n + a);
             let rates = self.steady.iter().map(|&a| self.hamiltonian.velocities[a]);
-            let matters = self.slopes.iter().copied().chain(rates).any(|slope| depends[slope]);
-            if matters && generators.iter().any(|generator| generator.p[register - 2 * n] != 0.0) {
+            let matters = || self.slopes.iter().copied().chain(rates.clone()).any(|slope| depends[slope]);
+            let is_constant = self.momenta.iter().any(|&(register, _)| register == 2 * n + a);
+            let is_bad = |generator: &Generator| generator.p[a].is_nan() || is_constant && generator.p[a] != 0.0;
+            if generators.iter().any(is_bad) && matters() {
                 return None;
             }
         }
-        let of = |generator: &Generator, (a, is_momentum): (usize, bool)| {
-            if is_momentum { generator.p[a] } else { generator.q[a] }
+        let of = |generator: &Generator, (a, is_momentum): (usize, bool)| match generator.p[a] {
+            _ if !is_momentum => generator.q[a],
+            unknown if unknown.is_nan() => 0.0,
+            p => p,
         };
         Some(self.of.iter().map(|&at| generators.iter().map(|generator| of(generator, at)).collect()).collect())
     }

@@ -5,8 +5,8 @@ use super::approximate::Approximate;
 use super::defect::Defect;
 use super::ellipse::Ellipse;
 use super::matrices::{Matrices, inverse};
-use super::proved::Proved;
-use super::set::Set;
+use super::proved::{Added, Proved};
+use super::set::{Differences, Set, Zonotope};
 use super::tests::henon_heiles;
 use super::window::Prover;
 use super::*;
@@ -92,7 +92,7 @@ pub(super) fn with_window<T>(rest: f64, work: impl FnOnce(&mut Prover<'_>, &Set,
     let equations = Equations::new(&geometry, &start, Some(3), &[]);
     assert_eq!(equations.of, [(1, false), (2, false), (1, true), (2, true)]);
     let mut set = Set::new(&equations, equations.columns(&[]).unwrap());
-    set.rest.fill(rest);
+    set.errors.rest.fill(rest);
     let (approximate, defect) = (Approximate::new(&equations), Defect::new(&equations));
     let ellipse = Ellipse::new(&equations);
     work(&mut Prover { equations, approximate, defect, ellipse }, &set, c)
@@ -198,7 +198,7 @@ fn every_start_of_a_box_ends_in_its_image() {
     const STEPS: usize = 800;
     let rest = 1e-4;
     with_window(rest, |prover, set, c| {
-        let Proved { modes, epsilon, gain, delta, matrices, .. } = proved(prover, set);
+        let Proved { modes, added: Added { delta, epsilon }, gain, matrices, .. } = proved(prover, set);
         let mut largest = [0.0_f64; 2];
         for corner in 0..16 {
             let e_0: [f64; 4] = std::array::from_fn(|k| if corner >> k & 1 == 0 { rest } else { -rest });
@@ -226,6 +226,47 @@ fn every_start_of_a_box_ends_in_its_image() {
     });
 }
 
+/// Any two of the motions from a box of starts are no further apart on the way, and at the end, than the window says:
+/// what is not linear in their difference is not small.
+#[test]
+fn every_two_starts_of_a_box_end_as_far_apart_as_it_says() {
+    const STEPS: usize = 800;
+    let rest = 1e-4;
+    with_window(rest, |prover, set, c| {
+        let start = Zonotope { columns: vec![Vec::new(); 4], generators: 0, rest: vec![2.0 * rest; 4] };
+        let differences = Some(Differences { within: start.radii(), set: start });
+        let mut set = set.clone();
+        set.differences = differences;
+        let proved = proved(prover, &set);
+        let Added { delta, epsilon } = proved.apart.unwrap();
+        let end = |corner: usize, i: usize| -> [f64; 4] {
+            let sign = |k: usize| if corner >> k & 1 == 0 { rest } else { -rest };
+            let mut x: [f64; 4] = std::array::from_fn(|k| set.start[k] + sign(k));
+            (0..i).for_each(|_| x = step(c, x, H / STEPS as f64));
+            x
+        };
+        let mut largest = [0.0_f64; 2];
+        for (one, other) in (0..16).flat_map(|one| (0..one).map(move |other| (one, other))) {
+            let [middle, last] = [STEPS / 2, STEPS].map(|i| {
+                let (x, y) = (end(one, i), end(other, i));
+                std::array::from_fn::<f64, 4, _>(|k| x[k] - y[k])
+            });
+            let first: [f64; 4] = std::array::from_fn(|k| end(one, 0)[k] - end(other, 0)[k]);
+            for i in 0..4 {
+                let share = middle[i].abs().max(last[i].abs()) / epsilon[i];
+                let row = |k: usize| proved.matrices.a_end[i * 4 + k];
+                let linear = (0..4).map(|k| row(k) * first[k]).sum::<f64>();
+                let miss = |k: usize| proved.matrices.miss[i * 4 + k] * epsilon[k];
+                let most = (0..4).map(|k| row(k).abs() * delta[k] + miss(k)).sum::<f64>();
+                let off = (last[i] - linear).abs();
+                assert!(share < 1.0 && off <= most + 1e-14, "{i}: {share} {off:e} {most:e}");
+                largest = [largest[0].max(share), largest[1].max(off / most)];
+            }
+        }
+        assert!(largest[0] > 0.5 && largest[1] > 2e-3, "{largest:?}");
+    });
+}
+
 /// Points of a set, with all signs of its columns, are mapped to points of the next set with the same signs.
 #[test]
 fn every_point_of_a_set_is_mapped_into_the_next() {
@@ -233,7 +274,7 @@ fn every_point_of_a_set_is_mapped_into_the_next() {
     with_window(1e-9, |prover, set, _| {
         let mut set = set.clone();
         for i in 0..4 {
-            set.columns[i] = (0..7).map(|_| 1e-6 * random.unit()).collect();
+            set.errors.columns[i] = (0..7).map(|_| 1e-6 * random.unit()).collect();
             set.centre[i] = 1e-12 * random.unit();
         }
         let proved = proved(prover, &set);
@@ -244,18 +285,20 @@ fn every_point_of_a_set_is_mapped_into_the_next() {
         for _ in 0..200 {
             let signs: Vec<f64> = (0..11).map(|_| random.sign()).collect();
             let point = |k: usize| {
-                let columns = set.columns[k].iter().zip(&signs).fold(Extended::ZERO, |sum, (g, s)| sum + exact(g * s));
-                let own = exact(proved.delta[k] * signs[7 + k]) + exact(set.rest[k] * signs[7 + k]);
+                let columns =
+                    set.errors.columns[k].iter().zip(&signs).fold(Extended::ZERO, |sum, (g, s)| sum + exact(g * s));
+                let own = exact(proved.added.delta[k] * signs[7 + k]) + exact(set.errors.rest[k] * signs[7 + k]);
                 exact(set.centre[k]) + exact(proved.gain[k]) + columns + own
             };
             for i in 0..4 {
                 let image = (0..4).fold(Extended::ZERO, |sum, k| sum + exact(a[i * 4 + k]) * point(k));
-                let miss = (0..4).map(|k| proved.matrices.miss[i * 4 + k] * proved.epsilon[k]).sum::<f64>();
+                let miss = (0..4).map(|k| proved.matrices.miss[i * 4 + k] * proved.added.epsilon[k]).sum::<f64>();
                 let end = exact(set.start[i]) + exact(H) * exact(proved.modes[i][0]) + image;
-                let columns = next.columns[i].iter().zip(&signs).fold(Extended::ZERO, |sum, (g, s)| sum + exact(g * s));
+                let columns =
+                    next.errors.columns[i].iter().zip(&signs).fold(Extended::ZERO, |sum, (g, s)| sum + exact(g * s));
                 let off = (end - exact(next.start[i]) - exact(next.centre[i]) - columns).abs().to_f64() + miss;
-                assert!(off <= next.rest[i], "{i}: {off:e} {:e}", next.rest[i]);
-                largest = largest.max(off / next.rest[i]);
+                assert!(off <= next.errors.rest[i], "{i}: {off:e} {:e}", next.errors.rest[i]);
+                largest = largest.max(off / next.errors.rest[i]);
             }
         }
         assert!(largest > 0.02, "{largest}");

@@ -83,7 +83,7 @@ pub struct Motion<'m> {
 pub struct Generator {
     /// The change of each q^a.
     pub q: Vec<f64>,
-    /// The change of each p_a.
+    /// The change of each p_a, NaN for one that is no result and is not known.
     pub p: Vec<f64>,
     /// The change of the length of γ.
     pub length: f64,
@@ -98,6 +98,8 @@ pub struct Spread {
     pub columns: Vec<f64>,
     /// The radius.
     pub radius: f64,
+    /// For two starts it differs by Σ (β_k − β′_k) column_k, but for so many times the largest |β_k − β′_k|.
+    pub slack: f64,
 }
 
 impl Spread {

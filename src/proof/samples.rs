@@ -39,7 +39,7 @@ impl<'m> Samples<'m> {
         while let Some(&gamma) = self.motion.samples.get(self.found.len()).filter(|gamma| **gamma <= end) {
             let tau = Ball::of(gamma - Extended::from(reached), OF_LENGTH);
             let unknown = |k: usize| {
-                let place = place(set.start[k], &proved.modes[k], proved.h, tau).widened(proved.epsilon[k]);
+                let place = place(set.start[k], &proved.modes[k], proved.h, tau).widened(proved.added.epsilon[k]);
                 (Extended::from(place.hi) + Extended::from(place.lo), place.rad)
             };
             let unknowns: Vec<(Extended, f64)> = (0..equations.unknowns).map(unknown).collect();

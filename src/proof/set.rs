@@ -2,10 +2,14 @@
 //!
 //! Columns of G keep the correlations of errors from window to window. What rounds them goes into the box, which the
 //! next window takes into its own columns.
+//!
+//! Of motions from many starts there is a second one, in which their differences are: those of two starts of which no
+//! coordinate β_k differs by more than μ lie within μ times it. It begins as what the starts are spread over, nothing
+//! is added to it but what comes of itself, and it is how far the flow may be from a linear one.
 
 use super::equations::Equations;
-use super::matrices::applied;
-use super::proved::Proved;
+use super::matrices::{Matrices, applied};
+use super::proved::{Added, Proved};
 use super::tables::UP;
 use crate::number::ball::{two_product, two_sum};
 
@@ -21,15 +25,33 @@ const SHORT: f64 = 1e-13;
 pub(super) struct Set {
     /// The start of the approximation y, exactly.
     pub(super) start: Vec<f64>,
-    /// c, small beside it, and the rows of G.
+    /// c, small beside it.
     pub(super) centre: Vec<f64>,
+    /// The rest of the errors.
+    pub(super) errors: Zonotope,
+    /// The differences of motions of a set.
+    pub(super) differences: Option<Differences>,
+    /// The largest sizes so far, and those of all of a kind.
+    largest: Vec<f64>,
+    of_kind: Vec<f64>,
+}
+
+/// Gξ + r.
+#[derive(Debug, Clone)]
+pub(super) struct Zonotope {
+    /// The rows of G.
     pub(super) columns: Vec<Vec<f64>>,
     /// The first columns are what the window before made of generators of the start. They stay apart.
     pub(super) generators: usize,
     pub(super) rest: Vec<f64>,
-    /// The largest sizes so far, and those of all of a kind.
-    largest: Vec<f64>,
-    of_kind: Vec<f64>,
+}
+
+/// The differences of motions from two starts, as parts of the largest |β_k − β′_k|.
+#[derive(Debug, Clone)]
+pub(super) struct Differences {
+    pub(super) set: Zonotope,
+    /// Bounds of them on all of the last window.
+    pub(super) within: Vec<f64>,
 }
 
 /// Σ |a|.
@@ -58,18 +80,23 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 impl Set {
     /// That of the start of a run, with the rows of its generators.
     pub(super) fn new(equations: &Equations<'_>, columns: Vec<Vec<f64>>) -> Self {
-        let [start, centre, mut rest] = equations.split_start();
+        let [start, centre, rest] = equations.split_start();
         // They are rounded themselves.
-        rest.iter_mut().zip(&columns).for_each(|(rest, row)| *rest = (*rest + f64::EPSILON * sum_of_sizes(row)) * UP);
+        let rounded: Vec<f64> = columns.iter().map(|row| f64::EPSILON * sum_of_sizes(row) * UP).collect();
+        let rest = rest.iter().zip(&rounded).map(|(rest, rounded)| (rest + rounded) * UP).collect();
         let largest: Vec<f64> = start.iter().map(|z| z.abs()).collect();
         let of_kind = equations.shared(&largest);
         let generators = columns.first().map_or(0, Vec::len);
-        Self { columns, generators, start, centre, rest, largest, of_kind }
+        let differences = (generators > 0).then(|| {
+            let set = Zonotope { columns: columns.clone(), generators, rest: rounded };
+            Differences { within: set.radii(), set }
+        });
+        Self { errors: Zonotope { columns, generators, rest }, differences, start, centre, largest, of_kind }
     }
 
     /// Radii of the unknowns around start + c.
     pub(super) fn radii(&self) -> Vec<f64> {
-        self.columns.iter().zip(&self.rest).map(|(row, rest)| (sum_of_sizes(row) + rest) * UP).collect()
+        self.errors.radii()
     }
 
     /// Bounds of |e|.
@@ -90,29 +117,53 @@ impl Set {
     /// Goes to the end of a window. `None` if the older columns find no frame.
     pub(super) fn advance(&mut self, equations: &Equations<'_>, proved: &Proved) -> Option<()> {
         let d = self.start.len();
-        let a = &proved.matrices.a_end;
-        let size_of_a: Vec<f64> = a.iter().map(|a| a.abs()).collect();
         let shift: Vec<f64> = self.centre.iter().zip(&proved.gain).map(|(c, g)| c + g).collect();
-        let own: Vec<f64> = proved.delta.iter().zip(&self.rest).map(|(delta, rest)| (delta + rest) * UP).collect();
-        // |shift| and radii with what the window adds are multiplied by A, and rounded.
-        let radii: Vec<f64> = self.columns.iter().map(|row| sum_of_sizes(row)).collect();
-        let moved: Vec<f64> = (0..d).map(|i| 2.0 * shift[i].abs() + (radii[i] + own[i]) * UP).collect();
-        let of_miss = applied(&proved.matrices.miss, &proved.epsilon);
-        let rounded = applied(&size_of_a, &moved);
-        let mut rest: Vec<f64> = (0..d).map(|i| (of_miss[i] + rounding(d) * rounded[i]) * UP).collect();
-        let centre: Vec<f64> = (0..d).map(|i| dot(&a[i * d..][..d], &shift)).collect();
-        self.columns = (0..d).map(|i| self.moved_row(&a[i * d..][..d], &own)).collect();
-        for k in 0..d {
+        let centre: Vec<f64> = (0..d).map(|i| dot(&proved.matrices.a_end[i * d..][..d], &shift)).collect();
+        self.errors.advance(&proved.matrices, &shift, &proved.added);
+        for (k, centre) in centre.into_iter().enumerate() {
             // y at the end is start + h times the first coefficient, exactly; c takes up what the next start leaves.
             let (product, error) = two_product(proved.h, proved.modes[k][0]);
             let (high, low) = two_sum(self.start[k], product);
-            let small = low + error + centre[k];
-            rest[k] = (rest[k] + f64::EPSILON * (low.abs() + error.abs() + centre[k].abs()) + 1e-290) * UP;
+            let small = low + error + centre;
+            let rest = &mut self.errors.rest[k];
+            *rest = (*rest + f64::EPSILON * (low.abs() + error.abs() + centre.abs()) + 1e-290) * UP;
             (self.start[k], self.centre[k]) = two_sum(high, small);
             self.largest[k] = self.largest[k].max(proved.sizes[k]).max(high.abs());
         }
-        self.rest = rest;
         self.of_kind = equations.shared(&self.largest);
+        if let (Some(differences), Some(apart)) = (&mut self.differences, &proved.apart) {
+            differences.set.advance(&proved.matrices, &vec![0.0; d], apart);
+            differences.within.clone_from(&apart.epsilon);
+            differences.set.reduce_if_many()?;
+        }
+        self.errors.reduce_if_many()
+    }
+}
+
+impl Zonotope {
+    /// Bounds of |Gξ + r|.
+    pub(super) fn radii(&self) -> Vec<f64> {
+        self.columns.iter().zip(&self.rest).map(|(row, rest)| (sum_of_sizes(row) + rest) * UP).collect()
+    }
+
+    /// Goes to the end of a window, to A (s + Gξ + r ± δ) ± |I − A B| ε without A s.
+    fn advance(&mut self, matrices: &Matrices, shift: &[f64], added: &Added) {
+        let d = shift.len();
+        let a = &matrices.a_end;
+        let size_of_a: Vec<f64> = a.iter().map(|a| a.abs()).collect();
+        let own: Vec<f64> = added.delta.iter().zip(&self.rest).map(|(delta, rest)| (delta + rest) * UP).collect();
+        // |s| and radii with what the window adds are multiplied by A, and rounded.
+        let radii: Vec<f64> = self.columns.iter().map(|row| sum_of_sizes(row)).collect();
+        let moved: Vec<f64> = (0..d).map(|i| 2.0 * shift[i].abs() + (radii[i] + own[i]) * UP).collect();
+        let of_miss = applied(&matrices.miss, &added.epsilon);
+        let rounded = applied(&size_of_a, &moved);
+        self.rest = (0..d).map(|i| (of_miss[i] + rounding(d) * rounded[i]) * UP).collect();
+        self.columns = (0..d).map(|i| self.moved_row(&a[i * d..][..d], &own)).collect();
+    }
+
+    /// Covers the smaller columns once there are many. `None` if they find no frame.
+    fn reduce_if_many(&mut self) -> Option<()> {
+        let d = self.columns.len();
         if self.columns[0].len() - self.generators > MOST * d { self.reduce() } else { Some(()) }
     }
 
@@ -133,7 +184,7 @@ impl Set {
     /// covered again only when there are many such: as often as the logarithm of the number of windows says, and all
     /// growth together is a power of that number.
     fn reduce(&mut self) -> Option<()> {
-        let d = self.start.len();
+        let d = self.columns.len();
         let scales: Vec<f64> = self.columns.iter().map(|row| power_of_two(sum_of_sizes(row))).collect();
         let count = self.columns[0].len();
         let scaled = |k: usize| -> Vec<f64> { (0..d).map(|i| self.columns[i][k] / scales[i]).collect() };

@@ -19,16 +19,20 @@ pub(super) fn state(motion: &Motion<'_>, equations: &Equations<'_>, end: &End) -
                 let column = |k: usize| motion.generators[k].q[a] + rate.to_f64() * motion.generators[k].length;
                 let columns: Vec<f64> = (0..motion.generators.len()).map(column).collect();
                 let rounded = 4.0 * f64::EPSILON * columns.iter().map(|column| column.abs()).sum::<f64>();
-                Spread { value, columns, radius: (radius + rounded) * UP }
+                Spread { value, columns, radius: (radius + rounded) * UP, slack: rounded * UP }
             })
         })
     };
     let momentum = |a: usize| {
+        if motion.generators.iter().any(|generator| generator.p[a].is_nan()) {
+            return None;
+        }
         let unknown = equations.of.iter().position(|of| *of == (a, true));
-        let constant = || Spread {
-            value: motion.start.p[a],
-            columns: motion.generators.iter().map(|generator| generator.p[a]).collect(),
-            radius: motion.start.p[a].abs().to_f64() * OFF,
+        let constant = || {
+            let columns: Vec<f64> = motion.generators.iter().map(|generator| generator.p[a]).collect();
+            let slack = f64::EPSILON * columns.iter().map(|column| column.abs()).sum::<f64>();
+            let radius = (motion.start.p[a].abs().to_f64() * OFF + slack) * UP;
+            Spread { value: motion.start.p[a], columns, radius, slack }
         };
         Some(unknown.map_or_else(constant, |k| end.spreads[k].clone()))
     };

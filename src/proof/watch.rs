@@ -139,7 +139,7 @@ impl<'w> Seen<'w> {
         let bent = modes.iter().enumerate().map(slope).sum::<f64>() / proved.h * UP * UP;
         let of_errors = (equations.entries.iter().zip(&proved.bounds.jacobian))
             .filter(|(entry, _)| entry.row == unknown)
-            .map(|(entry, jacobian)| jacobian * proved.epsilon[entry.column] * UP);
+            .map(|(entry, jacobian)| jacobian * proved.added.epsilon[entry.column] * UP);
         // P_k and their sum round each term by less than so many parts.
         let rounding = 128.0 * f64::EPSILON;
         Self {
@@ -149,7 +149,7 @@ impl<'w> Seen<'w> {
             fastest,
             bent,
             off: (proved.defect[unknown] + of_errors.sum::<f64>() + rounding * fastest) * UP,
-            room: (proved.epsilon[unknown] + rounding * (set.start[unknown].abs() + proved.h * fastest)) * UP,
+            room: (proved.added.epsilon[unknown] + rounding * (set.start[unknown].abs() + proved.h * fastest)) * UP,
         }
     }
 

@@ -6,6 +6,8 @@
 //! w′ = E e + B (Q − d),     E = W + B J(y),     Q = f(y + e) − f(y) − J(y) e,
 //! w(h) = e(0) + g ± δ,      g = −∫ B d in the middle,      e(h) = A w(h) ± |I − A B(h)| ε,     |e| ≤ ε on the window.
 //! ```
+//!
+//! For the difference η of two motions of a set d falls out, and Q(e) − Q(e′) takes the place of Q.
 
 use pulp::{Simd, WithSimd};
 
@@ -15,7 +17,7 @@ use super::defect::{Defect, Found};
 use super::ellipse::{Bounds, Ellipse};
 use super::equations::Equations;
 use super::matrices::{Matrices, applied};
-use super::proved::Proved;
+use super::proved::{Added, Proved};
 use super::set::Set;
 use super::tables::{LEBESGUE, TABLES, UP};
 use crate::number::norm::larger;
@@ -62,6 +64,8 @@ impl Prover<'_> {
         let closing =
             Closing { equations, h, bounds: &bounds, matrices: &matrices, defect: defect_most(&found, &bounds) };
         let epsilon = closing.epsilon(&e_0).ok_or(Refused::Unbounded)?;
+        let apart = set.differences.as_ref().map(|differences| closing.apart(&differences.set.radii(), &epsilon));
+        let apart = apart.map(|apart| apart.ok_or(Refused::Unbounded)).transpose()?;
         let (gain, parts) = closing.gain(&found, &epsilon).ok_or(Refused::Unbounded)?;
         let sizes = sizes(&found, start);
         let quality = closing.quality(&parts, (&sizes, &e_0), set).ok_or(Refused::Unbounded)?;
@@ -69,7 +73,8 @@ impl Prover<'_> {
         let Closing { defect, .. } = closing;
         // A comparison that is false for NaN.
         if quality < TOO_MUCH {
-            return Ok(Proved { h, modes, gain, delta, epsilon, defect, matrices, bounds, quality, sizes });
+            let added = Added { delta, epsilon };
+            return Ok(Proved { h, modes, gain, added, apart, defect, matrices, bounds, quality, sizes });
         }
         Err(Refused::Unbounded)
     }
@@ -129,14 +134,23 @@ impl Closing<'_, '_> {
     /// e = s e′ has |e′_k| ≤ R_k: |J(y + θe) − J(y)| ≤ 2 S θ s, if J is no further than S from a constant. Then
     /// |Q| ≤ ∫_0^1 2 S θ s dθ ε = S s ε.
     fn remainder(&self, epsilon: &[f64]) -> Option<Vec<f64>> {
+        Some(self.spread(self.share(epsilon)?, epsilon))
+    }
+
+    /// s, if it is small enough.
+    fn share(&self, epsilon: &[f64]) -> Option<f64> {
         let active = epsilon.iter().zip(&self.bounds.reach).take(self.equations.active);
         let share = active.fold(0.0, |most, (e, reach)| larger(most, e / reach)) * UP;
-        let is_within = share < 0.5;
-        let mut q = vec![0.0; epsilon.len()];
+        (share < 0.5).then_some(share)
+    }
+
+    /// S s e.
+    fn spread(&self, share: f64, e: &[f64]) -> Vec<f64> {
+        let mut q = vec![0.0; e.len()];
         for (entry, spread) in self.equations.entries.iter().zip(&self.bounds.spread) {
-            q[entry.row] += spread * share * epsilon[entry.column] * UP + TINY;
+            q[entry.row] += spread * share * e[entry.column] * UP + TINY;
         }
-        is_within.then_some(q)
+        q
     }
 
     /// h (Ē ε + B̄ q).
@@ -152,11 +166,25 @@ impl Closing<'_, '_> {
     /// ε with Ā (|e(0)| + h (Ē ε + B̄ (Q̄(ε) + d̄))) < ε. Then |e| < ε on all of the window, and the motion exists
     /// there: at the first place where it fails some |e_k| would be ε_k, and also less.
     fn epsilon(&self, e_0: &[f64]) -> Option<Vec<f64>> {
+        self.closed(e_0, &self.defect, |epsilon| self.remainder(epsilon))
+    }
+
+    /// The same of the difference η of two motions that are within ε, which begins within `eta_0`: J is the same to
+    /// 2 S s all the way from one of them to the other, so that |Q(e) − Q(e′)| ≤ 2 S s |η|.
+    fn apart(&self, eta_0: &[f64], epsilon: &[f64]) -> Option<Added> {
+        let share = 2.0 * self.share(epsilon)?;
+        let most = self.closed(eta_0, &vec![0.0; eta_0.len()], |eta| Some(self.spread(share, eta)))?;
+        let way = self.way(&most, &self.spread(share, &most));
+        Some(Added { delta: way.iter().map(|way| (way + TINY) * UP).collect(), epsilon: most })
+    }
+
+    /// The bound with a given |d| and Q̄ as a function of it.
+    fn closed(&self, e_0: &[f64], d: &[f64], q: impl Fn(&[f64]) -> Option<Vec<f64>>) -> Option<Vec<f64>> {
         let next = |epsilon: &[f64]| {
-            let q = Self::plus(&self.remainder(epsilon)?, &self.defect);
+            let q = Self::plus(&q(epsilon)?, d);
             Some(applied(&self.matrices.a_most, &Self::plus(e_0, &self.way(epsilon, &q))))
         };
-        let first = Self::plus(e_0, &self.way(&vec![0.0; e_0.len()], &self.defect));
+        let first = Self::plus(e_0, &self.way(&vec![0.0; e_0.len()], d));
         let enlarged: fn(&f64) -> f64 = |e| e * 1.1 + TINY;
         let mut epsilon: Vec<f64> = applied(&self.matrices.a_most, &first).iter().map(enlarged).collect();
         for _ in 0..10 {

@@ -151,6 +151,8 @@ impl<'g> Adaptive<'g> {
         self.handed.iter().for_each(|handed| _ = solver.resume(handed, 0.0));
         if self.is_shaken {
             solver.shake();
+            // It looks with the same constants.
+            self.defect = Defect::new(solver);
         }
     }
 

@@ -15,6 +15,8 @@ const SHADES: [[u8; 3]; 8] = [
     [70, 50, 127],
     [68, 1, 84],
 ];
+/// What has no value is grey, which no value is.
+const ABSENT: [u8; 3] = [224; 3];
 /// So many steps of colour look like none.
 const STEPS: usize = 64;
 /// The colours and signs of words, of which more than these are shown as the last one.
@@ -64,7 +66,7 @@ pub fn scan(of: &str, column: &str, [x, y]: [Varied<'_>; 2], values: &[String]) 
         row_ticks: ticks(y.values),
         kinds,
         bar,
-        absent: Kind { label: absent.to_owned(), fill: [255; 3], sign: Sign::DOT },
+        absent: Kind { label: absent.to_owned(), fill: ABSENT, sign: Sign::DOT },
         panels: vec![panel],
         line_label: String::new(),
     }

@@ -19,13 +19,13 @@ impl Last {
     /// Slopes are 1, and nothing is off.
     fn new() -> Self {
         let mut set = with_one_coordinate(|equations| Set::new(equations, equations.columns(&[]).unwrap()));
-        [&mut set.start, &mut set.centre, &mut set.rest].into_iter().for_each(|numbers| numbers.fill(0.0));
+        [&mut set.start, &mut set.centre, &mut set.errors.rest].into_iter().for_each(|numbers| numbers.fill(0.0));
         Self { set, slopes: [disc(1.0, 0.0); 2], bends: [0.0; 2] }
     }
 
     /// With errors of x and t that are these times one number between −1 and 1.
     fn with_column(mut self, of_x: f64, of_t: f64) -> Self {
-        self.set.columns = vec![vec![of_x], vec![of_t]];
+        self.set.errors.columns = vec![vec![of_x], vec![of_t]];
         self
     }
 
@@ -75,7 +75,7 @@ fn to_a_length_slopes_are_off() {
 #[test]
 fn to_a_length_errors_stay_and_the_length_is_off() {
     let mut last = Last::new().with_column(0.1, 0.0);
-    last.set.rest[0] = 0.1;
+    last.set.errors.rest[0] = 0.1;
     is_met(0.2 - 0.25, last.end(&before(0.25))[0], 0.999);
     let [(_, of_x), (_, of_gamma)] = Last::new().end(&before(0.0));
     assert!(of_x >= OFF && of_gamma >= OFF && of_x < 1.001 * OFF + 1e-299, "{of_x:e} {of_gamma:e}");
@@ -119,7 +119,7 @@ fn to_a_value_errors_of_one_origin_are_kept_together() {
     let (_, radius) = Last::new().with_column(0.01, 0.01).end(&at_value(way))[0];
     assert!(radius < 1e-15, "{radius}");
     let mut last = Last::new();
-    last.set.rest = vec![0.01, 0.02];
+    last.set.errors.rest = vec![0.01, 0.02];
     let [x, gamma] = last.end(&at_value(way));
     is_met(-way + 0.03, x, 0.99);
     is_met(1.0 - way + 0.02, gamma, 0.99);
@@ -132,7 +132,7 @@ fn to_a_value_an_error_of_time_is_multiplied_by_the_error_of_the_slope() {
     let mut last = Last::new().with_column(0.0, 0.1);
     last.slopes[1] = disc(1.0, 0.1);
     let mut other = Last::new();
-    (other.slopes, other.set.rest) = (last.slopes, vec![0.0, 0.1]);
+    (other.slopes, other.set.errors.rest) = (last.slopes, vec![0.0, 0.1]);
     for last in [last, other] {
         let [x, gamma] = last.end(&at_value(0.25));
         is_met(-0.35 / 0.9, x, 0.9);
@@ -155,7 +155,7 @@ fn what_is_steady_is_off_by_its_decimals_and_the_length() {
 fn a_motion_bends_by_its_jacobian_and_slopes() {
     let [defect, spread, reach, sides] = [(); 4].map(|()| Vec::new());
     let bounds = Bounds { defect, slope: vec![3.0, 5.0], jacobian: vec![0.5, 2.0], spread, reach, sides };
-    let found = with_one_coordinate(|equations| bends(equations, &bounds));
+    let found = with_one_coordinate(|equations| growths(equations, &bounds, &bounds.slope));
     assert!((2.5..2.501).contains(&found[0]) && (6.0..6.001).contains(&found[1]), "{found:?}");
 }
 

@@ -23,24 +23,23 @@ fn a_smaller_set_contains_the_larger_one() {
     let mut set = Set {
         start: vec![0.0; d],
         centre: vec![0.0; d],
-        columns: vec![Vec::new(); d],
-        generators: 0,
-        rest: vec![0.0; d],
+        errors: Zonotope { columns: vec![Vec::new(); d], generators: 0, rest: vec![0.0; d] },
+        differences: None,
         largest: vec![1.0; d],
         of_kind: vec![1.0; d],
     };
     for k in 0..MOST * d + 10 {
         let (size, own) = (1e-10 * unit(), directions[k % 3]);
-        (0..d).for_each(|i| set.columns[i].push(size * (own[i] + 0.01 * unit())));
+        (0..d).for_each(|i| set.errors.columns[i].push(size * (own[i] + 0.01 * unit())));
     }
     let reach = |set: &Set, along: &[f64]| -> f64 {
-        let column = |k: usize| (0..d).map(|i| along[i] * set.columns[i][k]).sum::<f64>().abs();
-        let rest = (0..d).map(|i| (along[i] * set.rest[i]).abs()).sum::<f64>();
-        (0..set.columns[0].len()).map(column).sum::<f64>() + rest
+        let column = |k: usize| (0..d).map(|i| along[i] * set.errors.columns[i][k]).sum::<f64>().abs();
+        let rest = (0..d).map(|i| (along[i] * set.errors.rest[i]).abs()).sum::<f64>();
+        (0..set.errors.columns[0].len()).map(column).sum::<f64>() + rest
     };
     let before = set.clone();
-    set.reduce().unwrap();
-    assert_eq!(set.columns[0].len(), MOST * d / 2 + d);
+    set.errors.reduce().unwrap();
+    assert_eq!(set.errors.columns[0].len(), MOST * d / 2 + d);
     let mut largest = 0.0_f64;
     for _ in 0..500 {
         let along = [unit(), unit(), unit()];
@@ -58,7 +57,7 @@ fn a_set_that_turns_grows_no_faster_than_what_is_added() {
     let (mut set, mut proved) = quiet();
     let (sin, cos) = 1.0_f64.sin_cos();
     proved.matrices.a_end = vec![cos, sin, -sin, cos];
-    proved.delta = vec![1e-20; 2];
+    proved.added.delta = vec![1e-20; 2];
     let windows = 20_000;
     with_one_coordinate(|equations| {
         for _ in 0..windows {
@@ -74,7 +73,7 @@ fn a_set_that_turns_grows_no_faster_than_what_is_added() {
 /// A set of x and p, and a window of length 1 in which nothing moves and nothing is off.
 fn quiet() -> (Set, Proved) {
     let mut set = with_one_coordinate(|equations| Set::new(equations, equations.columns(&[]).unwrap()));
-    [&mut set.start, &mut set.centre, &mut set.rest].into_iter().for_each(|numbers| numbers.fill(0.0));
+    [&mut set.start, &mut set.centre, &mut set.errors.rest].into_iter().for_each(|numbers| numbers.fill(0.0));
     let (one, zero) = (vec![1.0, 0.0, 0.0, 1.0], vec![0.0; 4]);
     let matrices = Matrices {
         d: 2,
@@ -92,8 +91,8 @@ fn quiet() -> (Set, Proved) {
         h: 1.0,
         modes: vec![[0.0; LANES]; 2],
         gain: vec![0.0; 2],
-        delta: vec![0.0; 2],
-        epsilon: vec![0.0; 2],
+        added: Added { delta: vec![0.0; 2], epsilon: vec![0.0; 2] },
+        apart: None,
         defect: vec![0.0; 2],
         matrices,
         bounds: Bounds { defect, slope, jacobian, spread, reach, sides },
@@ -119,13 +118,13 @@ fn is_met(value: f64, bound: f64, part: f64) {
 #[test]
 fn what_a_window_adds_is_kept() {
     let (mut set, mut proved) = quiet();
-    proved.delta[0] = 1e-3;
+    proved.added.delta[0] = 1e-3;
     is_met(1e-3, advanced(&set, &proved).radii()[0], 0.999);
-    proved.delta[0] = 0.0;
-    set.rest[0] = 1e-3;
+    proved.added.delta[0] = 0.0;
+    set.errors.rest[0] = 1e-3;
     is_met(1e-3, advanced(&set, &proved).radii()[0], 0.999);
-    set.rest[0] = 0.0;
-    (proved.matrices.miss[0], proved.epsilon[0]) = (0.5, 1e-3);
+    set.errors.rest[0] = 0.0;
+    (proved.matrices.miss[0], proved.added.epsilon[0]) = (0.5, 1e-3);
     is_met(5e-4, advanced(&set, &proved).radii()[0], 0.999);
     (proved.matrices.miss[0], proved.gain[0]) = (0.0, 1e-3);
     assert_eq!(advanced(&set, &proved).start[0], 1e-3);
@@ -138,8 +137,8 @@ fn lost(case: usize, error: [f64; 2]) -> (f64, f64) {
     let (mut set, mut proved) = quiet();
     match case {
         0 => set.centre = error.to_vec(),
-        1 => set.columns = error.iter().map(|g| vec![*g]).collect(),
-        _ => proved.delta = error.to_vec(),
+        1 => set.errors.columns = error.iter().map(|g| vec![*g]).collect(),
+        _ => proved.added.delta = error.to_vec(),
     }
     let factor = 0.7;
     proved.matrices.a_end = vec![factor, -factor, 0.0, 1.0];
@@ -148,10 +147,10 @@ fn lost(case: usize, error: [f64; 2]) -> (f64, f64) {
     let terms = error.map(|error| exact(factor) * exact(if case == 2 { (error + 0.0) * UP } else { error }));
     let off = match case {
         0 => (terms[0] - terms[1] - exact(next.start[0]) - exact(next.centre[0])).abs(),
-        1 => (terms[0] - terms[1] - exact(next.columns[0][0])).abs(),
-        _ => (terms[0] - exact(next.columns[0][0])).abs() + (terms[1] + exact(next.columns[0][1])).abs(),
+        1 => (terms[0] - terms[1] - exact(next.errors.columns[0][0])).abs(),
+        _ => (terms[0] - exact(next.errors.columns[0][0])).abs() + (terms[1] + exact(next.errors.columns[0][1])).abs(),
     };
-    (off.to_f64(), next.rest[0])
+    (off.to_f64(), next.errors.rest[0])
 }
 
 /// The rounding of A times the middle, the columns and what is new: one or two roundings where some fifty are allowed
@@ -183,8 +182,8 @@ fn rounding_of_the_place_is_kept() {
         let next = advanced(&set, &proved);
         let end = Extended::ONE + exact(0.7) * exact(proved.modes[0][0]);
         let off = (end - exact(next.start[0]) - exact(next.centre[0])).abs().to_f64();
-        assert!(off <= next.rest[0], "{off:e} {:e}", next.rest[0]);
-        largest = largest.max(off / next.rest[0]);
+        assert!(off <= next.errors.rest[0], "{off:e} {:e}", next.errors.rest[0]);
+        largest = largest.max(off / next.errors.rest[0]);
     }
     assert!(largest > 0.02, "{largest}");
 }
@@ -236,20 +235,22 @@ fn columns_that_are_lost_in_a_sum_are_kept() {
 fn rounding_of_new_columns_is_kept() {
     let (mut set, _) = quiet();
     let number = |k: usize, i: usize| ((7 * k + 13 * i) as f64).sin();
-    set.columns = (0..2).map(|i| (0..2 * MOST).map(|k| number(k, i)).collect()).collect();
+    set.errors.columns = (0..2).map(|i| (0..2 * MOST).map(|k| number(k, i)).collect()).collect();
     let before = set.clone();
-    set.reduce().unwrap();
-    let scales: Vec<f64> = before.columns.iter().map(|row| power_of_two(sum_of_sizes(row))).collect();
+    set.errors.reduce().unwrap();
+    let scales: Vec<f64> = before.errors.columns.iter().map(|row| power_of_two(sum_of_sizes(row))).collect();
     let mut all: Vec<Vec<f64>> =
-        (0..2 * MOST).map(|k| (0..2).map(|i| before.columns[i][k] / scales[i]).collect()).collect();
+        (0..2 * MOST).map(|k| (0..2).map(|i| before.errors.columns[i][k] / scales[i]).collect()).collect();
     all.sort_by(|one, other| norm(one).total_cmp(&norm(other)));
     let smaller = &all[..MOST];
     let frame = frame(smaller, 2);
     let total = reach_in(&frame, smaller).unwrap();
     let exact = Extended::from;
     let off = |i: usize, k: usize| {
-        (exact(frame[k][i]) * exact(total[k]) * exact(scales[i]) - exact(set.columns[i][MOST + k])).abs().to_f64()
+        (exact(frame[k][i]) * exact(total[k]) * exact(scales[i]) - exact(set.errors.columns[i][MOST + k]))
+            .abs()
+            .to_f64()
     };
-    let share = |i: usize| (off(i, 0) + off(i, 1)) / set.rest[i];
+    let share = |i: usize| (off(i, 0) + off(i, 1)) / set.errors.rest[i];
     assert!(share(0) <= 1.0 && share(1) <= 1.0 && share(0).max(share(1)) > 0.02, "{} {}", share(0), share(1));
 }

@@ -129,8 +129,10 @@ impl Walk {
         let rows = matrix.nrows().max(n);
         let row_size = |i: usize| (0..n).map(|j| (matrix[(i, j)] * scales[j]).powi(2)).sum::<f64>().sqrt();
         let sizes: Vec<f64> = (0..matrix.nrows()).map(row_size).collect();
+        // What is met all along the family, whatever the unknowns are, has a row of errors.
+        let least = |i: usize| here.errors[i] * jacobian.most_of_errors;
         let entry = |i: usize, j: usize| match sizes.get(i) {
-            Some(size) if *size > 0.0 => matrix[(i, j)] * scales[j] / size,
+            Some(size) if *size > least(i) => matrix[(i, j)] * scales[j] / size,
             _ => 0.0,
         };
         let svd = DMatrix::from_fn(rows, n, entry).svd(false, true);

@@ -10,8 +10,11 @@ use super::least_squares::PseudoInverse;
 use super::problem::{Evaluation, NoValue, Problem};
 use super::states::Residuals;
 use super::{Iterate, NotFound};
-use crate::case::Case;
+use crate::case::{Case, Goal};
+use crate::number::norm::larger;
 use crate::solve::Limit;
+use crate::study::run::Run;
+use crate::trajectory::Sampler;
 
 /// So many steps are enough for any search that converges.
 const MOST_STEPS: usize = 100;
@@ -19,6 +22,8 @@ const MOST_STEPS: usize = 100;
 const LEAST_DAMPING: f64 = 1e-6;
 /// A step is small beside the error of what was found below this part of it.
 const SMALL: f64 = 0.1;
+/// What moves by so small a part of what the first run did is at rest.
+const AT_REST: f64 = 1e-6;
 /// Residuals of up to so many times their error are none.
 const ROOM: f64 = 2.0;
 
@@ -51,6 +56,7 @@ pub(super) fn search(problem: &Problem, tell: &mut dyn FnMut(Iterate)) -> Result
     let start: Vec<f64> = problem.find.unknowns.iter().map(|unknown| unknown.value).collect();
     let at_start = |none: NoValue| NotFound::at_start(&none.message, none.is_outside);
     let mut here = problem.evaluate(&start, true).map_err(at_start)?;
+    let first_way = way(&here.run);
     let at_once = |none: NoValue| NotFound::on_the_way(&none.message, none.advice);
     let mut linear = Linear::new(problem, &here).map_err(at_once)?;
     let (mut damping, mut before): (f64, Option<f64>) = (1.0, None);
@@ -67,6 +73,12 @@ pub(super) fn search(problem: &Problem, tell: &mut dyn FnMut(Iterate)) -> Result
         // Below the error of the run steps need not get shorter.
         let stays = before.is_some_and(|before| linear.length > 0.5 * before);
         if is_small(SMALL) || is_small(1.0) && stays {
+            if problem.find.goal == Goal::Periodic && way(&here.run) < AT_REST * first_way {
+                return Err(NotFound::on_the_way(
+                    "the search went to a point of rest, which returns at any time",
+                    "begin nearer to an orbit, or fix a coordinate of it: leave that out of find.unknowns",
+                ));
+            }
             return ended(problem, here, linear);
         }
         before = Some(linear.length);
@@ -76,6 +88,15 @@ pub(super) fn search(problem: &Problem, tell: &mut dyn FnMut(Iterate)) -> Result
         &format!("the search has not converged in {MOST_STEPS} steps"),
         "begin nearer to what is to be found",
     ))
+}
+
+/// How far a run goes from its start, as far as a few places of it tell.
+fn way(run: &Run) -> f64 {
+    let line = &run.line;
+    let (mut sampler, start, names) = (Sampler::new(line), &line.place.start.q, line.geometry().names());
+    let samples = (1..8).filter_map(|k| sampler.at_gamma(line.gamma_at(line.length * f64::from(k) / 8.0)).ok());
+    let places = line.geometry().active().iter().filter(|&&a| names[a] != "t");
+    samples.fold(0.0, |most, sample| places.clone().fold(most, |most, &a| larger(most, (sample.q[a] - start[a]).abs())))
 }
 
 impl Linear {
@@ -166,7 +187,13 @@ fn longest(problem: &Problem, here: &Evaluation, step: &[f64]) -> f64 {
 /// The end of a search whose steps have become small.
 fn ended(problem: &Problem, here: Evaluation, linear: Linear) -> Result<Converged, NotFound> {
     let Linear { jacobian, inverse, step, errors, .. } = linear;
-    let is_met = here.residuals.iter().zip(&here.errors).all(|(residual, error)| residual.abs() <= ROOM * error);
+    // The unknowns are doubles: no others are nearer than what their last digits make of it.
+    let of_digits = |i: usize| {
+        let sizes = here.values.iter().enumerate().map(|(j, value)| (jacobian.matrix[(i, j)] * value).abs());
+        f64::EPSILON * sizes.sum::<f64>()
+    };
+    let room = |i: usize| ROOM * (here.errors[i] + of_digits(i));
+    let is_met = here.residuals.iter().enumerate().all(|(i, residual)| residual.abs() <= room(i));
     let unknowns = here.values.len();
     if problem.is_least_squares() && inverse.rank < unknowns {
         return Err(NotFound::on_the_way(

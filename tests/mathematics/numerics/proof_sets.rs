@@ -1,5 +1,5 @@
 //! Proofs of the motions from a set of starts: what one says holds for each of these motions, which have proofs of
-//! their own.
+//! their own, and for any two of them.
 
 use geodesic_ivp::Case;
 use geodesic_ivp::geometry::Start;
@@ -18,6 +18,9 @@ const SPREAD: f64 = 1e-8;
 struct Tally {
     compared: usize,
     largest: f64,
+    /// Differences of two ends, and the largest part of their slack that they need.
+    differences: usize,
+    most: f64,
     /// Ends whose radius is less than a thousandth of what the linear part reaches.
     linear: usize,
     constant: usize,
@@ -52,6 +55,22 @@ impl Tally {
             self.largest = self.largest.max(off / room);
             let reach: f64 = spread.columns.iter().map(|column| column.abs()).sum();
             self.linear += usize::from(spread.radius < 1e-3 * reach);
+        }
+    }
+
+    /// What is said of the difference of two motions.
+    fn compare_two(&mut self, what: &str, set: &Proof, [one, other]: [&Proof; 2], beta: [&[f64]; 2]) {
+        let (Ok(ends), Ok(others)) = (&one.end, &other.end) else { return };
+        let apart: Vec<f64> = beta[0].iter().zip(beta[1]).map(|(one, other)| one - other).collect();
+        let most = apart.iter().fold(0.0_f64, |most, apart| most.max(apart.abs()));
+        for (end, other) in ends.iter().zip(others) {
+            let spread = set.state[end.coordinate].as_ref().unwrap();
+            let along: f64 = spread.columns.iter().zip(&apart).map(|(column, apart)| column * apart).sum();
+            let off = (end.value - other.value - Extended::from(along)).abs().to_f64();
+            let room = most * spread.slack + end.radius + other.radius;
+            assert!(off <= room, "{what} at {beta:?}: {off:e} of {room:e}, slack {:e}", spread.slack);
+            self.differences += 1;
+            self.most = self.most.max(off / room);
         }
     }
 
@@ -90,8 +109,13 @@ impl Tally {
         let set = prove(&motion, &mut |_| true);
         match &set.end {
             Ok(_) => {
-                for beta in [[0.0, 0.0], [1.0, 1.0], [-1.0, 1.0], [0.3, -0.9]] {
-                    self.compare(what, &set, &at(&motion, &beta), &beta);
+                let beta = [[0.0, 0.0], [1.0, 1.0], [-1.0, 1.0], [0.3, -0.9]];
+                let proofs = beta.map(|beta| at(&motion, &beta));
+                for (i, one) in proofs.iter().enumerate() {
+                    self.compare(what, &set, one, &beta[i]);
+                    for (j, other) in proofs.iter().enumerate().skip(i + 1) {
+                        self.compare_two(what, &set, [one, other], [&beta[i], &beta[j]]);
+                    }
                 }
             }
             Err(reason) => self.refused.push(format!("{what}: {reason}")),
@@ -109,10 +133,12 @@ fn each_motion_of_a_set_ends_where_the_proof_of_the_set_says() {
     for (name, template) in template::families(FAMILIES) {
         (0..draws).for_each(|draw| tally.draw(&format!("{name} {draw}"), template, &mut random));
     }
-    let Tally { compared, largest, linear, constant, refused } = tally;
+    let Tally { compared, largest, differences, most, linear, constant, refused } = tally;
     println!("{compared} ends compared, {largest:.2} of a radius, {linear} of them nearly linear");
+    println!("{differences} differences, {most:.2} of what they may be off by");
     println!("{constant} change a constant; refused:\n{}", refused.join("\n"));
     assert!(compared > 100 && largest > 1e-4, "{compared} {largest}");
+    assert!(differences > 100 && most > 1e-4, "{differences} {most}");
     // What is quadratic is small.
     assert!(linear * 2 > compared, "{linear} of {compared}");
     assert!(constant > 0 && refused.len() * 10 <= compared / 8, "{}", refused.join("\n"));

@@ -67,6 +67,41 @@ fn orbits_of_the_cases_exist() {
     }
 }
 
+/// Of two solutions that lie side by side each is alone within less than their distance: where a condition has two
+/// zeros, and where the flow leads two starts to one value, in front of the fold of Bratu's problem.
+#[test]
+fn what_is_alone_has_no_other_beside_it() {
+    let one = |text: &str, wanted: &str| {
+        let found = existence(text, wanted).unwrap_or_else(|reason| panic!("{reason}"));
+        (found.values[0].0, found.alone_within.expect("it is alone")[0])
+    };
+    for apart in [1e-3, 1e-6, 1e-9, 1e-11] {
+        let wanted =
+            format!("unknowns = [\"initial.x_dot\"]\nmeet = [\"(x - 1 - {apart})*(x - 1 + {apart})/{apart}\"]");
+        let (_, alone) = one(&STONE.replace("x_dot = 1.0", &format!("x_dot = {}", 1.0 + 0.9 * apart)), &wanted);
+        assert!(alone < 2.0 * apart && alone > 1e-15, "{alone:e} {apart:e}");
+    }
+    for below in [1e-3, 1e-6, 1e-9] {
+        let bratu = |slope: f64| {
+            let text = format!(
+                r#"
+                potential = {{ coordinates = ["y"], formula = "{}*exp(y)" }}
+                particle.law = "newtonian"
+                initial = {{ y = 0.0, y_dot = {slope} }}
+                grid.t_f = 1.0
+                solver.accuracy = 1e-12
+                "#,
+                3.513_830_719_125_161 - below
+            );
+            one(&text, "unknowns = [\"initial.y_dot\"]\nmeet = [\"y\"]")
+        };
+        // The slope at the fold, to either side.
+        let [lower, upper] = [-1.0, 1.0].map(|side| bratu(4.0 + side * 2.0 * f64::sqrt(below)));
+        let apart = (upper.0 - lower.0).to_f64();
+        assert!(apart > 0.0 && lower.1 < apart && upper.1 < apart, "{apart:e} {:e} {:e}", lower.1, upper.1);
+    }
+}
+
 #[test]
 fn a_search_without_a_proof_says_why() {
     let reason = |text: &str, wanted: &str| existence(text, wanted).unwrap_err();

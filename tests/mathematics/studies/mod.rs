@@ -5,6 +5,7 @@ mod convergence;
 mod families;
 mod find;
 mod find_proved;
+mod find_published;
 mod orders;
 mod random_verdicts;
 mod stability;

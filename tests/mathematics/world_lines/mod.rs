@@ -7,6 +7,7 @@ mod base_cases;
 pub(crate) mod bodies;
 mod conditioning;
 mod conformal;
+mod decimals;
 mod diagnostics;
 mod ends;
 mod event_errors;

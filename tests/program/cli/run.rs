@@ -7,12 +7,12 @@ use crate::common::{Folder, stderr, succeeded};
 
 /// Files and columns are those of `tests/cmd/first-run.md`.
 #[test]
-fn the_first_run_is_that_of_the_readme_and_its_case_gives_the_same_again() {
+fn the_first_run_is_that_of_the_guide_and_its_case_gives_the_same_again() {
     let folder = Folder::new();
     let text = folder.succeeds("run CASES/quartic.toml");
-    let readme = include_str!("../../../README.md");
+    let guide = include_str!("../../../docs/guide.md");
     for line in text.lines().filter(|line| !line.starts_with("  written")) {
-        assert!(readme.contains(line), "the README does not show: {line}");
+        assert!(guide.contains(line), "the guide does not show: {line}");
     }
     let summary = folder.summary("results/quartic");
     for key in

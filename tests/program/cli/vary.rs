@@ -99,7 +99,7 @@ fn a_row_without_a_result_is_a_row_with_a_reason() {
     assert!(messages[4].is_empty() && t[2].is_empty() && !t[4].is_empty());
     // A solved row that should not be believed says so.
     let doubtful = folder.run("run quartic --vary grid.gamma_f=1,100 --out doubtful --set grid.n_gamma=1001");
-    assert!(stderr(&doubtful).contains("1 of the solved rows are doubtful"), "{}", stderr(&doubtful));
+    assert!(stderr(&doubtful).contains("1 of the solved rows is doubtful"), "{}", stderr(&doubtful));
     let table = folder.table("doubtful/runs.csv");
     let messages = table.column("message");
     assert!(messages[0].is_empty() && messages[1].contains("sawtooth"), "{messages:?}");

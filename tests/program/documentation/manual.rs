@@ -122,14 +122,22 @@ fn a_shell_offers_what_the_program_answers() {
     let folder = Folder::new();
     let program = PathBuf::from(folder.program("").get_program());
     folder.write("completions.bash", printed("completions bash"));
-    for (words, offered) in
-        [("wo", "work-precision"), ("run units", "units"), ("run units --set grid.wi", "grid.windows=")]
-    {
+    // As bash splits them.
+    for (words, offered) in [
+        ("wo", "work-precision"),
+        ("run units", "units"),
+        ("run units --set grid.wi", "grid.windows="),
+        ("run units --set scheme.sbp = SBP8", "SBP84"),
+        ("run units --set = grid.wi", "grid.windows="),
+        ("run pendulum --set parameters.", "parameters.g="),
+        ("find bra", "bratu"),
+        ("find pend", ""),
+    ] {
         let word = words.split(' ').next_back().unwrap();
         let line = format!(
             "PATH={}:$PATH; source ./completions.bash; COMP_WORDS=(geodesic-ivp {words}); \
              COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); \
-             _clap_complete_geodesic_ivp geodesic-ivp {word} 2>/dev/null; echo \"${{COMPREPLY[@]}}\"",
+             _geodesic_ivp geodesic-ivp {word} 2>/dev/null; echo \"${{COMPREPLY[@]}}\"",
             program.parent().unwrap().display()
         );
         let bash = Command::new("bash").arg("-c").arg(line).current_dir(folder.path("")).output().unwrap();
