@@ -16,3 +16,5 @@ draw double-pendulum orbit
 draw light-capture orbit
 draw henon-heiles section --set grid.gamma_f=2000 --set solver.accuracy=1e-8
 draw schwarzschild-orbit orbit --set grid.gamma_f=2000 --set solver.accuracy=1e-10
+"$program" find halo-moon --follow initial.z=0.1821:0.22 --plot --quiet --out "$results"
+cp "$results/family.svg" "$root/docs/gallery/halo-moon-family.svg"

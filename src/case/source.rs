@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use toml_edit::{Document, DocumentMut, Item, Table, TableLike, TomlError, Value};
 
 use super::CaseError;
-use super::dotted::remove;
+use super::dotted::{found, remove};
 use super::keys::{self, EXCLUSIVE, KEYS, Key};
 use super::parameters;
 use crate::geometry::uses;
@@ -70,7 +70,8 @@ impl Source {
         let pairs = pairs.chain([("solver.accuracy", "scheme"), ("solver.tolerance", "scheme")]);
         let replaced = pairs.filter(|(one, _)| given.iter().any(|key| key == one)).map(|(_, other)| other.to_owned());
         let rates = given.iter().flat_map(|key| other_rates(document.as_table(), key)).collect::<Vec<_>>();
-        for other in replaced.chain(rates) {
+        let solved = overrides.iter().flat_map(|setting| solved_rates(setting));
+        for other in replaced.chain(rates).chain(solved) {
             if !given.iter().any(|key| is_within(key, &other)) {
                 remove(document.as_table_mut(), &other);
             }
@@ -114,6 +115,10 @@ fn other_rates(root: &Table, key: &str) -> Vec<String> {
     let Some(key) = key.strip_prefix("initial.") else { return Vec::new() };
     let is_added = |name: &str| ["t", "s"].contains(&name);
     let rates: Vec<String> = match coordinate(key) {
+        // What follows from K is given now.
+        Some(name) if found(root, &format!("initial.solve.{name}_dot")).is_some() => {
+            vec!["solve".to_owned(), "norm".to_owned()]
+        }
         Some(name) if is_added(&name) => vec![format!("p_{name}"), format!("{name}_dot")],
         Some(name) => vec![format!("p_{name}"), format!("{name}_dot"), "velocity".to_owned()],
         None if key == "velocity" => {
@@ -124,6 +129,21 @@ fn other_rates(root: &Table, key: &str) -> Vec<String> {
         None => Vec::new(),
     };
     rates.into_iter().filter(|rate| rate != key).map(|rate| format!("initial.{rate}")).collect()
+}
+
+/// The rates that an override lets follow from K.
+fn solved_rates(setting: &str) -> Vec<String> {
+    let Some((key, value)) = setting.split_once('=') else { return Vec::new() };
+    let names: Vec<String> = match key.trim().strip_prefix("initial.solve") {
+        Some("") => {
+            let table = value.trim().parse::<Value>().ok().and_then(|value| value.as_inline_table().cloned());
+            table.iter().flat_map(|table| table.iter()).map(|(name, _)| name.to_owned()).collect()
+        }
+        Some(name) => name.strip_prefix('.').map(str::to_owned).into_iter().collect(),
+        None => Vec::new(),
+    };
+    let rates = |name: &String| name.strip_suffix("_dot").map(|name| [format!("p_{name}"), format!("{name}_dot")]);
+    names.iter().filter_map(rates).flatten().map(|rate| format!("initial.{rate}")).collect()
 }
 
 /// The text of a case as `overrides` change it, without what it expects if there are any: that holds for the case as it

@@ -83,8 +83,9 @@ pub fn find_summary(
         "differenced": found.differenced,
     });
     let pairs = |values: &[nalgebra::Complex<f64>]| -> Value { values.iter().map(|z| json!([z.re, z.im])).collect() };
-    let of_multipliers = found.multipliers.as_ref().map(|Multipliers { values, indices }| {
-        present(json!({"multipliers": pairs(values), "stability_indices": indices.as_deref().map(pairs)}))
+    let of_multipliers = found.multipliers.as_ref().map(|Multipliers { values, indices, krein_signs }| {
+        let indices = indices.as_deref().map(pairs);
+        present(json!({"multipliers": pairs(values), "stability_indices": indices, "krein_signs": krein_signs}))
     });
     let of_fit = found.fit.as_ref().map(|fit| {
         let rows = wanted.unknowns.iter().map(|unknown| unknown.key.clone());

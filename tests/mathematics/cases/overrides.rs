@@ -32,6 +32,19 @@ fn a_rate_takes_the_place_of_the_other() {
     assert!(error.message.contains("both"), "{error}");
 }
 
+/// A rate that is to follow from K takes the place of what was given, and the other way round.
+#[test]
+fn what_follows_from_k_takes_the_place_of_what_is_given() {
+    let timelike = "initial.norm=timelike";
+    for solve in ["initial.solve={t_dot=\"+\"}", "initial.solve.t_dot=\"+\""] {
+        let scene = with(SCHWARZSCHILD, &["initial.r_dot=0", timelike, solve]).unwrap();
+        let start = scene.start::<f64>();
+        assert!((scene.geometry::<f64>().norm(&start.q, &start.q_dot) - 1.0).abs() < 1e-14);
+        let back = with(&scene.to_toml(), &["initial.p_t=0.97"]).unwrap();
+        assert_eq!(back.start::<f64>().p[0], 0.97);
+    }
+}
+
 #[test]
 fn a_preset_takes_the_place_of_components() {
     let scene = with(SCHWARZSCHILD, &["metric.preset=kerr-equatorial", "metric.definitions={}", "parameters.a=0.5"]);
