@@ -13,7 +13,8 @@ impl Case {
     /// The warnings that a user should know before believing the result.
     pub fn warnings(&self) -> Vec<String> {
         let given = || self.geometry_text.parameters.iter().map(|(name, _)| name.as_str());
-        let unused = self.unused_parameters().map(|name| {
+        // A run that continues another one has no start in which they stand.
+        let unused = self.unused_parameters().filter(|_| self.from.is_none()).map(|name| {
             // An override may have given one that is called nearly as another.
             let meant = nearest(name, given().filter(|other| *other != name));
             let meant = meant.map_or_else(String::new, |meant| format!("; there is '{meant}', too"));

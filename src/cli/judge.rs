@@ -114,9 +114,13 @@ pub(super) fn told(proof: &ProofOfRun, case: &Case) -> String {
             _ => format!("{reason} at gamma = {}", short(proof.reached)),
         };
     }
-    let place = case.t_f::<f64>().filter(|_| proof.ended_by.is_none()).unwrap_or(proof.reached);
+    let place = match case.t_f::<f64>().filter(|_| proof.ended_by.is_none()) {
+        // The end is that of the case, of which a number may be no more than the first digits.
+        Some(t_f) if short(t_f).parse() != Ok(t_f) => "t_f".to_owned(),
+        t_f => short(t_f.unwrap_or(proof.reached)),
+    };
     let told = |end: &&ProvedEnd| !end.is_plain;
-    let one = |end: &ProvedEnd| format!("{}({}) = {} ± {}", end.name, short(place), end.end, above(end.radius));
+    let one = |end: &ProvedEnd| format!("{}({place}) = {} ± {}", end.name, end.end, above(end.radius));
     let ends = listed(proof.ends.iter().filter(told).map(one));
     let off = proof.ends.iter().map(|end| end.run_off_by).fold(0.0, larger);
     let ends = if ends.is_empty() { "nothing varies".to_owned() } else { ends };

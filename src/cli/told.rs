@@ -104,7 +104,9 @@ impl<S: Real> Told<'_, S> {
         let Some(inherited) = &self.judged.inherited else { return String::new() };
         let names = self.run.line.geometry().names();
         let most = self.coordinates().max_by(|&a, &b| inherited[a].total_cmp(&inherited[b]));
-        most.map_or_else(String::new, |a| format!("; of it {:.1e} in {} inherited", inherited[a], names[a]))
+        most.map_or_else(String::new, |a| {
+            format!("; of it {:.1e} in {}, which is absolute, inherited", inherited[a], names[a])
+        })
     }
 
     /// The charges and the conserved sums, and how exact they are.

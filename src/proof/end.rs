@@ -138,6 +138,11 @@ pub(super) struct End {
 }
 
 impl End {
+    /// Of a motion without unknowns, after a length of γ.
+    pub(super) fn after(gamma: (Extended, f64)) -> Self {
+        Self { unknowns: Vec::new(), spreads: Vec::new(), gamma }
+    }
+
     /// From the set at the end of the last window, which ends after `reached` and has these bounds on its ellipse.
     pub(super) fn new(
         prover: &mut Prover<'_>,

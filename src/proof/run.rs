@@ -96,14 +96,13 @@ impl<'m, 'g> Run<'m, 'g> {
         let mut state = Vec::new();
         let is_length = matches!(goal, Goal::Length(..));
         let end = if is_set && !is_length { Err(Reason::NoLength) } else { self.to(goal, goes_on) };
-        let end = end.map(|end| match end {
-            Some(end) => {
-                if is_set {
-                    state = spread::state(self.motion, &self.prover.equations, &end);
-                }
-                end::coordinates(self.motion, &self.prover.equations, end.gamma, &end.unknowns)
+        let end = end.map(|end| {
+            // Where nothing varies there is no window.
+            let end = end.unwrap_or_else(|| End::after(length));
+            if is_set {
+                state = spread::state(self.motion, &self.prover.equations, &end);
             }
-            None => end::coordinates(self.motion, &self.prover.equations, length, &[]),
+            end::coordinates(self.motion, &self.prover.equations, end.gamma, &end.unknowns)
         });
         Proof {
             end,

@@ -20,7 +20,8 @@
 //!
 //! C (R(β) − R(β′)) is 0 for β = β′ alone, and the cube has only one such β.
 //!
-//! Starts and lengths have to be linear in the unknowns. That is not proved: it is seen at three points in 60 digits.
+//! Starts and lengths have to be linear in the unknowns. That is not proved: it is seen at three points of each, and at
+//! three of all together, in 60 digits.
 
 use std::time::Instant;
 
@@ -120,7 +121,10 @@ struct Set<'p> {
 impl<'p> Set<'p> {
     fn new(problem: &'p Problem, middles: Vec<Extended>) -> Result<Self, String> {
         let Goal::Meet(conditions) = &problem.find.goal else {
-            return Err("a proof needs find.meet, with as many conditions as unknowns".to_owned());
+            return Err(
+                "a proof needs find.meet, with as many conditions as unknowns; x returns where x - start(x) is 0"
+                    .to_owned(),
+            );
         };
         let (many, unknowns) = (conditions.len(), &problem.find.unknowns);
         if many != unknowns.len() {

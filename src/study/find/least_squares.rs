@@ -17,15 +17,9 @@ pub(super) struct PseudoInverse {
 impl PseudoInverse {
     /// That of `jacobian`, where lengths are counted with every unknown divided by its scale. A direction is not
     /// determined if it is stretched by less than `share` of the largest stretching. Unless there are more equations
-    /// than unknowns, whose sum of squares is then least, the units of the equations do not matter. If there are more,
-    /// those of the unknowns do not: each has the scale by which it changes them as much as the others.
+    /// than unknowns, whose sum of squares is then least, the units of the equations do not matter.
     pub(super) fn new(jacobian: &DMatrix<f64>, scales: &[f64], share: f64) -> Self {
         let (rows, columns) = jacobian.shape();
-        let scale = |j: usize| match jacobian.column(j).norm() {
-            norm if rows > columns && norm > 0.0 => 1.0 / norm,
-            _ => scales[j],
-        };
-        let scales: Vec<f64> = (0..columns).map(scale).collect();
         let mut scaled = DMatrix::from_fn(rows, columns, |i, j| jacobian[(i, j)] * scales[j]);
         let mut weights = vec![1.0; rows];
         if rows <= columns {

@@ -72,7 +72,9 @@ pub(super) fn search(problem: &Problem, tell: &mut dyn FnMut(Iterate)) -> Result
             |share: f64| linear.step.iter().zip(&linear.errors).all(|(step, error)| step.abs() <= share * error);
         // Below the error of the run steps need not get shorter.
         let stays = before.is_some_and(|before| linear.length > 0.5 * before);
-        if is_small(SMALL) || is_small(1.0) && stays {
+        // Beside a family of solutions little is known along it, and much of what is left.
+        let is_enough = problem.is_least_squares() || is_met(&here, &linear.jacobian);
+        if is_small(SMALL) && is_enough || is_small(1.0) && stays {
             if problem.find.goal == Goal::Periodic && way(&here.run) < AT_REST * first_way {
                 return Err(NotFound::on_the_way(
                     "the search went to a point of rest, which returns at any time",
@@ -102,14 +104,20 @@ fn way(run: &Run) -> f64 {
 impl Linear {
     fn new(problem: &Problem, here: &Evaluation) -> Result<Self, NoValue> {
         let jacobian = Jacobian::new(problem, here)?;
-        let inverse = PseudoInverse::new(&jacobian.matrix, &problem.scales, jacobian.share);
+        let matrix = &jacobian.matrix;
+        // Of the least squares units of the unknowns are no matter: each changes them as much as the others.
+        let scale = |(j, scale): (usize, &f64)| match matrix.column(j).norm() {
+            norm if problem.is_least_squares() && norm > 0.0 => 1.0 / norm,
+            _ => *scale,
+        };
+        let scales: Vec<f64> = problem.scales.iter().enumerate().map(scale).collect();
+        let inverse = PseudoInverse::new(matrix, &scales, jacobian.share);
         let step: Vec<f64> = inverse.times(&here.residuals).iter().map(|step| -step).collect();
         let mut errors = inverse.at_most(&here.errors);
-        let is_square = here.residuals.len() <= here.values.len();
         let size = here.residuals.iter().map(|residual| residual * residual).sum::<f64>().sqrt();
         for (j, error) in errors.iter_mut().enumerate() {
             *error += f64::EPSILON * here.values[j].abs();
-            if !is_square {
+            if problem.is_least_squares() {
                 // Where residuals stay, errors of derivatives move the place at which their sum of squares is least.
                 *error += jacobian.share * size * inverse.matrix.row(j).norm();
             }
@@ -184,16 +192,21 @@ fn longest(problem: &Problem, here: &Evaluation, step: &[f64]) -> f64 {
     damping
 }
 
-/// The end of a search whose steps have become small.
-fn ended(problem: &Problem, here: Evaluation, linear: Linear) -> Result<Converged, NotFound> {
-    let Linear { jacobian, inverse, step, errors, .. } = linear;
+/// True if the residuals vanish up to their errors.
+fn is_met(here: &Evaluation, jacobian: &Jacobian) -> bool {
     // The unknowns are doubles: no others are nearer than what their last digits make of it.
     let of_digits = |i: usize| {
         let sizes = here.values.iter().enumerate().map(|(j, value)| (jacobian.matrix[(i, j)] * value).abs());
         f64::EPSILON * sizes.sum::<f64>()
     };
     let room = |i: usize| ROOM * (here.errors[i] + of_digits(i));
-    let is_met = here.residuals.iter().enumerate().all(|(i, residual)| residual.abs() <= room(i));
+    here.residuals.iter().enumerate().all(|(i, residual)| residual.abs() <= room(i))
+}
+
+/// The end of a search whose steps have become small.
+fn ended(problem: &Problem, here: Evaluation, linear: Linear) -> Result<Converged, NotFound> {
+    let Linear { jacobian, inverse, step, errors, .. } = linear;
+    let is_met = is_met(&here, &jacobian);
     let unknowns = here.values.len();
     if problem.is_least_squares() && inverse.rank < unknowns {
         return Err(NotFound::on_the_way(

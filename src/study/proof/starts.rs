@@ -8,6 +8,9 @@ use crate::number::{Extended, Real};
 use crate::proof::{Generator, Motion, Until};
 use crate::solve::{Limit, Setup};
 
+/// So many starts are looked at in which all numbers change, by parts that are no fractions of each other.
+const TOGETHER: usize = 3;
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// What is left of a linear number, beside its size.
 const LINEAR: f64 = 1e-55;
 
@@ -99,7 +102,42 @@ impl Starts {
     /// # Errors
     /// The reason why the starts are no such set.
     pub(crate) fn generators(&self, radii: &[f64]) -> Result<Vec<Generator>, String> {
-        radii.iter().enumerate().map(|(j, radius)| self.generator(j, *radius)).collect()
+        let generators: Vec<Generator> =
+            radii.iter().enumerate().map(|(j, radius)| self.generator(j, *radius)).collect::<Result<_, _>>()?;
+        if radii.len() > 1 {
+            // All of them change at once, each by another part: products of two have a term of their own.
+            for round in 0..TOGETHER {
+                let part = |j: usize| 1.0 - 1.7 * ((j + 1) as f64 * GOLDEN * (round + 1) as f64).fract();
+                self.check_together(radii, &generators, &(0..radii.len()).map(part).collect::<Vec<f64>>())?;
+            }
+        }
+        Ok(generators)
+    }
+
+    /// Looks at the start where every number changes by a part of its radius.
+    fn check_together(&self, radii: &[f64], generators: &[Generator], parts: &[f64]) -> Result<(), String> {
+        let mut values = self.middles.clone();
+        for ((value, radius), part) in values.iter_mut().zip(radii).zip(parts) {
+            *value += Extended::from(*part) * Extended::from(*radius);
+        }
+        let (here, there) = (ends(&self.setup), ends(&parsed(&self.text, &self.keys, &values)?.setup()));
+        let is_sum = |here: Extended, there: Extended, columns: &dyn Fn(&Generator) -> f64| {
+            let (mut sum, mut size) = (here, (here.abs() + there.abs()).to_f64() * LINEAR);
+            for (generator, part) in generators.iter().zip(parts) {
+                sum += Extended::from(columns(generator)) * Extended::from(*part);
+                // Columns are doubles.
+                size += 0.5 * f64::EPSILON * (1.0 + 1e-12) * (columns(generator) * part).abs();
+            }
+            // What is no result has no columns.
+            sum.to_f64().is_nan() || (there - sum).abs().to_f64() <= size
+        };
+        let of_q = |a: usize| is_sum(here.q[a], there.q[a], &|of| of.q[a]);
+        let of_p = |a: usize| is_sum(here.p[a], there.p[a], &|of| of.p[a]);
+        let is_linear =
+            (0..here.q.len()).all(|a| of_q(a) && of_p(a)) && is_sum(here.length, there.length, &|of| of.length);
+        let message =
+            || format!("the start or the end of the run is not linear in {} together", self.keys.join(" and "));
+        if is_linear { Ok(()) } else { Err(message()) }
     }
 
     /// The space-time of a proof. A momentum that is not the same for all starts is no constant of it.

@@ -47,6 +47,23 @@ fn conserved_momenta_may_be_intervals() {
     assert!((low - 2.0).abs() < 1e-8 && low <= 2.0 && (high - 4.5).abs() < 1e-8 && high >= 4.5, "{low} {high}");
 }
 
+/// A velocity times t_dot, both of which are intervals, is no linear start; and what nothing acts on has a hull, too.
+#[test]
+fn products_of_intervals_have_no_hull_and_free_motions_have_one() {
+    let relativistic = r#"
+        potential = { coordinates = ["x"], formula = "x^2/2" }
+        particle.c = 2.0
+        initial = { t = 0.0, x = 0.3, t_dot = [0.995, 1.005], velocity = [0.295, 0.305] }
+        grid.gamma_f = 0.3
+        solver.accuracy = 1e-8
+    "#;
+    let reason = found(relativistic, &[]).unwrap_err();
+    assert!(reason.contains("not linear"), "{reason}");
+    let free = OSCILLATOR.replace("x^2/2", "0");
+    let [low, high] = ends_of(&found(&free, &[]).unwrap(), "x");
+    assert!((0.8 - 1e-12..=0.8).contains(&low) && (1.3..1.3 + 1e-12).contains(&high), "{low} {high}");
+}
+
 /// The pendulum is not linear: every corner and points inside end within, and the hull is not much larger.
 #[test]
 fn motions_from_inside_end_within() {

@@ -40,6 +40,15 @@ fn closed_forms_are_within_the_radius_that_is_proved() {
     // (1 + √(1 + 2·9.81))/9.81
     let truth = "0.564824160641905343914872053686592953466646568260336133563395";
     assert_exists(existence(STONE, time), &[truth], 1e-20);
+    // A free motion has no windows.
+    let free = STONE.replace("9.81*y", "0");
+    assert_exists(existence(&free, "unknowns = [\"grid.t_f\"]\nmeet = [\"x - 3.1\"]"), &["3.1"], 1e-14);
+    // A force instead of a potential: sin t from x = 0.
+    let pushed =
+        STONE.replace("potential = { coordinates = [\"x\", \"y\"], formula = \"9.81*y\" }", "force.x = \"-x\"");
+    let pushed = pushed.replace("y = 0.0, ", "").replace(", y_dot = 1.0", "");
+    let truth = "1.18839510577812121626159945237455100352782983409796";
+    assert_exists(existence(&pushed, "unknowns = [\"initial.x_dot\"]\nmeet = [\"x - 1\"]"), &[truth], 1e-20);
     // An oscillator from its start to an angle: the velocity, with start(x) in what is met.
     let oscillator = r#"
         potential = { coordinates = ["x"], formula = "x^2/2" }
@@ -117,6 +126,12 @@ fn a_search_without_a_proof_says_why() {
     // A formula that jumps over 0 is nowhere 0.
     let jump = reason(STONE, &format!("{x_dot}\nmeet = [\"x - 3 + 1e-14*(step(x - 3) - 0.5)\"]"));
     assert!(jump.contains("errors"), "{jump}");
+    // A product of two numbers is linear in each.
+    let product = STONE.replace("v = 2.0", "v = 1.2, w = 0.85").replace("x_dot = 1.0", "x_dot = \"v*w\"");
+    let product = product.replace("y_dot = 1.0", "y_dot = \"v + w\"");
+    let both = "unknowns = [\"parameters.v\", \"parameters.w\"]\nmeet = [\"x - 0.99\", \"y - 2 + 4.905\"]";
+    let product = reason(&product, both);
+    assert!(product.contains("not linear in parameters.v and parameters.w together"), "{product}");
     let event = format!("{STONE}\n[events.ground]\nwhen = \"y + 100\"\nuntil = true\n");
     let event = reason(&event, &format!("{x_dot}\nmeet = [\"x - 3\"]"));
     assert!(event.contains("event"), "{event}");
