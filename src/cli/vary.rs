@@ -32,8 +32,6 @@ use super::{memory, out, together};
 const LINE: &str = "line.svg";
 const MAP: &str = "map.svg";
 const SECTION: &str = "section.svg";
-/// The events of more values of a key than this have one colour.
-const MOST_COLOURS: usize = 7;
 
 /// The statuses of runs that are not begun.
 const INVALID: &str = "invalid-case";
@@ -161,7 +159,9 @@ fn draw(
         let Ok(case) = runs.case(run) else { continue };
         let value = runs.values(run)[0];
         for (event, place) in pictures::places_of_events(&case, &events) {
-            let name = if first.values.len() > MOST_COLOURS { event } else { format!("{} = {value}", first.key) };
+            // Of several events each has a colour, where there are too many for rows.
+            let is_by_event = first.values.len() > pictures::MOST_COLOURS && runs.first().events.len() > 1;
+            let name = if is_by_event { event } else { format!("{} = {value}", first.key) };
             match named.iter_mut().find(|(other, _)| *other == name) {
                 Some((_, places)) => places.push(place),
                 None => named.push((name, vec![place])),

@@ -14,7 +14,7 @@ mod work_precision;
 pub use convergence::errors;
 pub use family::family;
 pub use fit::fit;
-pub use run::{names_of_run, of_run, places_of_events, section_of_runs};
+pub use run::{MOST_COLOURS, names_of_run, of_run, places_of_events, section_of_runs};
 pub use scan::{Varied, line, scan};
 pub use stability::{last_node, sawtooth_onset, stability_map};
 pub use together::{MOST_TOGETHER, are_apart, names_of_together, together};

@@ -3,6 +3,7 @@
 use csv::StringRecord;
 
 use super::of_x::{deviation, deviations, pictures_of_x};
+use super::scan::shade;
 use crate::case::{Axes, Case, Form};
 use crate::diagnostics::{Diagnostics, Extent};
 use crate::geometry::{ConservedSum, Geometry, Observable};
@@ -95,11 +96,23 @@ pub fn places_of_events(case: &Case, events: &[StringRecord]) -> Vec<(String, (f
     events.iter().filter_map(place).collect()
 }
 
+/// So many series have colours that one can tell apart.
+pub const MOST_COLOURS: usize = 7;
+
 /// The events of many runs, which differ from this case by the keys that vary: the points of each series with its name.
+/// Many series go from light to dark, and only the first and the last are named.
 pub fn section_of_runs(of: &str, case: &Case, named: Vec<(String, Vec<(f64, f64)>)>) -> Chart {
     let axes = orbits_of(case, &case.geometry::<f64>()).swap_remove(0).1;
-    let series = named.into_iter().map(|(name, places)| Series::new(name, Mark::POINTS, places)).collect();
-    axes.chart("Where the events of all rows are", of, series)
+    let last = named.len().saturating_sub(1);
+    let series = named.into_iter().enumerate().map(|(k, (name, places))| {
+        if last < MOST_COLOURS {
+            return Series::new(name, Mark::POINTS, places);
+        }
+        let look = Style { colour: shade(k as f64 / last as f64), shape: Shape::Circle };
+        let name = if k == 0 || k == last { name } else { String::new() };
+        Series::new(name, Mark::POINTS, places).with_look(look)
+    });
+    axes.chart("Where the events of all rows are", of, series.collect())
 }
 
 impl<S: Real> PlotAxes<S> {

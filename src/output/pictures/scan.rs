@@ -145,7 +145,7 @@ fn shades(numbers: &[Option<f64>]) -> Kinds {
 }
 
 /// The colour at a share of the way from the first to the last.
-fn shade(share: f64) -> [u8; 3] {
+pub(super) fn shade(share: f64) -> [u8; 3] {
     let at = share * (SHADES.len() - 1) as f64;
     let k = (at as usize).min(SHADES.len() - 2);
     let part = at - k as f64;
