@@ -198,7 +198,8 @@ fn set(root: &mut Table, setting: &str) -> Result<(), String> {
     // A word, and a formula, need no quotes where they cannot be another kind of value.
     let is_quoted = value.starts_with(['"', '\'', '[', '{']);
     let may_be_formula = || dotted(setting).and_then(|key| keys::of(&key)).is_some_and(|key| key.kind.has_names());
-    let bare_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) || (!is_quoted && may_be_formula());
+    let is_sign = ["+", "-"].contains(&value);
+    let bare_word = is_sign || value.starts_with(|c: char| c.is_ascii_alphabetic()) || (!is_quoted && may_be_formula());
     let value: Value = match value.parse() {
         Ok(value) => value,
         Err(_) if bare_word => Value::from(value),

@@ -280,10 +280,12 @@ fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
             false => format!("the energy of positions and velocities by {drift:.1e}"),
         };
     }
-    let drift = diagnostics.norm.drift();
+    let (drift, k) = (diagnostics.norm.drift(), diagnostics.norm.value.to_f64());
     match diagnostics.of_x.as_ref().map(|of_x| of_x.x_dot * of_x.x_dot).filter(|square| *square > 0.0) {
         Some(square) => format!("K by {} of the largest x_dot^2", percent(drift / square)),
-        None => format!("K by {drift:.1e}"),
+        // With 1 γ is proper time, and with 0 the motion is that of light.
+        None if k.abs().min((k - 1.0).abs()) < 1e-9 => format!("K by {drift:.1e}"),
+        None => format!("K = {k:.6} by {drift:.1e}"),
     }
 }
 

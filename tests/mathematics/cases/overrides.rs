@@ -36,7 +36,7 @@ fn a_rate_takes_the_place_of_the_other() {
 #[test]
 fn what_follows_from_k_takes_the_place_of_what_is_given() {
     let timelike = "initial.norm=timelike";
-    for solve in ["initial.solve={t_dot=\"+\"}", "initial.solve.t_dot=\"+\""] {
+    for solve in ["initial.solve={t_dot=\"+\"}", "initial.solve.t_dot=+"] {
         let scene = with(SCHWARZSCHILD, &["initial.r_dot=0", timelike, solve]).unwrap();
         let start = scene.start::<f64>();
         assert!((scene.geometry::<f64>().norm(&start.q, &start.q_dot) - 1.0).abs() < 1e-14);
