@@ -122,9 +122,17 @@ pub(super) fn ending(summary: &RunsSummary) -> u8 {
         let doubtful = summary.doubtful;
         report::warn(&format!("{doubtful} of the solved rows {are} doubtful: {their} column message says why"));
     }
-    if summary.solved == 0 && summary.rows > 0 {
-        report::warn("no row has a solution: the column message says why");
-        return NO_CRITICAL_POINT;
+    match (summary.rows - summary.solved, summary.solved) {
+        (0, _) => return 0,
+        (_, 0) => {
+            report::warn("no row has a solution: the column message says why");
+            return NO_CRITICAL_POINT;
+        }
+        (1, _) => report::warn(&format!("one of {} rows has no solution: its column message says why", summary.rows)),
+        (refused, _) => {
+            let rows = summary.rows;
+            report::warn(&format!("{refused} of {rows} rows have no solution: their column message says why"));
+        }
     }
     0
 }
