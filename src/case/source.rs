@@ -115,7 +115,7 @@ fn other_rates(root: &Table, key: &str) -> Vec<String> {
     let Some(key) = key.strip_prefix("initial.") else { return Vec::new() };
     let is_added = |name: &str| ["t", "s"].contains(&name);
     let rates: Vec<String> = match coordinate(key) {
-        // What follows from K is given now.
+        // A rate that followed from K is given now.
         Some(name) if found(root, &format!("initial.solve.{name}_dot")).is_some() => {
             vec!["solve".to_owned(), "norm".to_owned()]
         }

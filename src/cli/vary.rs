@@ -167,7 +167,7 @@ fn draw(
         let Ok(case) = runs.case(run) else { continue };
         let value = runs.values(run)[0];
         for (event, place) in pictures::places_of_events(&case, &events) {
-            // Of several events each has a colour, where there are too many for rows.
+            // Where there are too many rows for colours, each of several events has one.
             let is_by_event = first.values.len() > pictures::MOST_COLOURS && runs.first().events.len() > 1;
             let name = if is_by_event { event } else { format!("{} = {value}", first.key) };
             match named.iter_mut().find(|(other, _)| *other == name) {

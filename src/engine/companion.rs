@@ -138,7 +138,7 @@ impl<'g> Companion<'g> {
         }
         let is_too_large = !self.round.allows(self.round.error(self.seen.by_sizes(&self.finer)));
         self.seen.too_large = if is_too_large { self.seen.too_large + 1 } else { 0 };
-        // What was too much for a coordinate that had hardly moved is none of the run's places of failure.
+        // A coordinate that had hardly moved was off by too much there: the run does not fail there.
         if !is_too_large && self.refused.take().is_some() {
             self.finer.forgive();
         }

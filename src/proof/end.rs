@@ -138,7 +138,7 @@ pub(super) struct End {
 }
 
 impl End {
-    /// Of a motion without unknowns, after a length of γ.
+    /// The end of a motion without unknowns, after a length of γ.
     pub(super) fn after(gamma: (Extended, f64)) -> Self {
         Self { unknowns: Vec::new(), spreads: Vec::new(), gamma }
     }

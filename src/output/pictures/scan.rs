@@ -15,7 +15,7 @@ const SHADES: [[u8; 3]; 8] = [
     [70, 50, 127],
     [68, 1, 84],
 ];
-/// What has no value is grey, which no value is.
+/// A cell without a value is grey, which no value is.
 const ABSENT: [u8; 3] = [224; 3];
 /// So many steps of colour look like none.
 const STEPS: usize = 64;
