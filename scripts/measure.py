@@ -25,7 +25,7 @@ PAGE = DOCS / "measured.md"
 INTRODUCTION = """# Measured
 
 `scripts/measure.py` writes this page and draws its pictures; do not edit it by hand. `scripts/measure.py SECTION`
-measures a section again, and `--list` names them. A section names its commit. The machine is a shared one with two
+measures a section again, and `--list` names them; such a section names its commit. The machine is a shared one with two
 cores: believe ratios, and times within tens of per cent.
 """
 
@@ -59,15 +59,18 @@ def main():
     texts = dict(re.findall(r"^## (.*?)\n\n(.*?)(?=\n## |\Z)", page, re.S | re.M))
     # Once: this script's own page would make the tree look changed.
     when_and_where = heading()
+    head = page.split("\n## ")[0] if arguments.sections else f"{INTRODUCTION}\n{when_and_where}\n"
+    is_of_page = when_and_where in head
     for name in arguments.sections or SECTIONS:
         print(name, file=sys.stderr)
         title, make = SECTIONS[name]
         text, rest = make().split("\n\n", 1)
         # Long words are commands.
-        text = textwrap.fill(f"{when_and_where} {text}", 120, break_long_words=False, break_on_hyphens=False)
+        text = text if is_of_page else f"{when_and_where} {text}"
+        text = textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False)
         texts[title] = f"{text}\n\n{rest}"
         known = [f"## {title}\n\n{texts[title]}" for title, _ in SECTIONS.values() if title in texts]
-        PAGE.write_text(INTRODUCTION + "\n" + "\n".join(known))
+        PAGE.write_text(head + "\n" + "\n".join(known))
 
 
 if __name__ == "__main__":

@@ -43,28 +43,30 @@ def fastest(rows, error):
 
 def judged(chart):
     """(time, error) of this program's promised runs, and of heyoka run twice: its finer run is the result then."""
-    own, others = [], collections.defaultdict(dict)
+    found = {"accuracy": [], "heyoka×2": []}
     for row in chart.rows("work_precision.csv"):
-        if row["status"] != "converged":
-            continue
-        error = max(float(row[key]) for key in row if key.startswith("error_"))
-        found = (float(row["seconds_min"]), error)
-        if row["method"] == "accuracy":
-            own.append(found)
-        elif row["method"].startswith("heyoka"):
-            others[row["method"]][int(row["setting"].rpartition("-")[2])] = found
-    twice = [
-        (of[digits][0] + of[digits + 2][0], of[digits + 2][1])
-        for of in others.values()
-        for digits in of
-        if digits + 2 in of
-    ]
-    return own, twice
+        method = row["method"].split(" ")[0]
+        if method in found and row["status"] == "converged":
+            error = max(float(row[key]) for key in row if key.startswith("error_"))
+            found[method].append((float(row["seconds_min"]), error))
+    return found.values()
 
 
-TWICE = "Whoever wants to know the error of a method without an estimate runs it twice, and takes the difference. The "
-TWICE += "same runs, and heyoka's with a hundredth of their tolerance behind each: the time of both over that of "
-TWICE += "`accuracy`, which judges itself in this way, where the true errors of the results are below the bound."
+def led(ratio):
+    """The fastest of all methods, and by what it is faster than the fastest of the other side."""
+    lead = ratio["ratio"]
+    if not lead:
+        return "–"
+    winner = ratio["own"] if lead > 1 else ratio["other"]
+    return f"{winner['method']} {max(lead, 1 / lead):.2f}"
+
+
+WINS = "A cell is the fastest of all methods whose error is below the bound, and how many times faster it is than the "
+WINS += "fastest of the other side. GLL and SBP with a number, *tolerance* and *accuracy* are this program's, all others "
+WINS += "are not. Links lead to charts."
+TWICE = "What a result costs whose error one knows: the time of the fastest other method over that of the certified "
+TWICE += "`solve`, and behind it that of heyoka run twice, the second time with a hundredth of the tolerance, over that "
+TWICE += "of `accuracy`, which judges itself in this way. Above 1 this program is faster."
 
 
 @section("Speed against accuracy")
@@ -74,27 +76,20 @@ def speed():
         with raced(case, *(["--gamma-f", length] if length else []), *changes) as chart:
             line = line or chart.line
             ratios = {float(one["error"]): one for one in chart.summary["ratios"]}
-            cells, others = [], collections.Counter()
-            for error in ERRORS:
-                one = ratios.get(min(ratios, key=lambda known: abs(math.log(known / error))))
-                found = [one[key] for key in ("ratio", "ratio_certified")]
-                cells.append(", ".join(f"{ratio:.2f}" if ratio else "–" for ratio in found))
-                others.update([one["other"]["method"]] if one.get("other") else [])
+            at = [ratios[min(ratios, key=lambda known: abs(math.log(known / error)))] for error in ERRORS]
+            shown = f"[{name}]({picture}.svg)" if picture else name
+            rows.append([shown, *map(led, at)])
             own, twice = judged(chart)
             times = [(fastest(own, error), fastest(twice, error)) for error in ERRORS]
-            pairs.append([name, *(f"{b / a:.2f}" if a and b else "–" for a, b in times)])
-            shown = f"[{name}]({picture}.svg)" if picture else name
-            rows.append([shown, *cells, ", ".join(other for other, _ in others.most_common())])
+            both = zip((one["ratio_certified"] for one in at), (b / a if a and b else None for a, b in times))
+            pairs.append([name, *(", ".join(f"{ratio:.2f}" if ratio else "–" for ratio in of) for of in both)])
             if picture:
                 shutil.copy(chart.folder / "error_time.svg", DOCS / f"{picture}.svg")
                 if case == "quartic":
                     shutil.copy(chart.folder / "drift_k.svg", DOCS / "drift-quartic.svg")
-    text = f"`{line}` and the like. A cell is the time of the fastest other method whose error "
-    text += "is below the bound, over that of this program's library and over that of its certified `solve`: above 1 "
-    text += "this program is faster. The last column names the others, and links lead to charts.\n\n"
-    text += table(["error below", *(short(error, 0) for error in ERRORS), "fastest other"], rows)
-    text += f"\n{textwrap.fill(TWICE, 120)}\n\n"
-    text += table(["error below", *(short(error, 0) for error in ERRORS)], pairs)
+    head = ["error below", *(short(error, 0) for error in ERRORS)]
+    text = textwrap.fill(f"`{line}` and the like. {WINS}", 120) + "\n\n" + table(head, rows)
+    text += f"\n{textwrap.fill(TWICE, 120)}\n\n" + table(head, pairs)
     return text + "\n![K along a thousand units of the quartic](drift-quartic.svg)\n"
 
 

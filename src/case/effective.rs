@@ -105,7 +105,7 @@ impl Case {
             match rate {
                 Rate::Velocity(value) if !is_velocity => fill(initial, &[&format!("{name}_dot")], formula(value)),
                 Rate::Momentum(value) => fill(initial, &[&format!("p_{name}")], formula(value)),
-                // It follows from another one, or from what the case gives.
+                // This rate follows from K, from `velocity`, or from the table of a body, and has no key of its own.
                 _ => {}
             }
         }

@@ -11,7 +11,7 @@ use geodesic_ivp::output::{
     CASE, OutputSet, SUMMARY, find_summary, not_found_summary, pictures, write_fit, write_iterates,
 };
 use geodesic_ivp::solve::Setup;
-use geodesic_ivp::study::find::{Existence, Found, Geodesic, Iterate, NotFound, find, norm};
+use geodesic_ivp::study::find::{Existence, Fit, Found, Geodesic, Iterate, NotFound, find, norm};
 use geodesic_ivp::study::proof::decimal;
 use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
 
@@ -77,7 +77,7 @@ pub(super) fn find_numbers(args: &FindArgs) -> anyhow::Result<ExitCode> {
         files.write_table(FIT, |out| write_fit(out, &wanted, fit))?;
     }
     if args.plot {
-        draw(&files, &args.case.headed(case.title.as_deref()), (&found.case, &wanted), &run)?;
+        draw(&files, &args.case.headed(case.title.as_deref()), (&found.case, &wanted), (&run, found.fit.as_ref()))?;
     }
     files.write_text(FOUND, &found.case.to_toml())?;
     let json = find_summary(&found.case, &wanted, (&found, steps), (&run, &judged), [seconds, 0.0]);
@@ -110,9 +110,14 @@ fn not_found(args: &FindArgs, files: OutputSet, case: &Case, (none, steps): (Not
 }
 
 /// Draws the run that was found, and the data that it fits.
-fn draw(files: &OutputSet, title: &str, (case, wanted): (&Case, &Find), run: &Run) -> anyhow::Result<()> {
+fn draw(
+    files: &OutputSet,
+    title: &str,
+    (case, wanted): (&Case, &Find),
+    (run, fit): (&Run, Option<&Fit>),
+) -> anyhow::Result<()> {
     let (names, charts) = (pictures::names_of_run(case), pictures::of_run(title, case, run));
-    let of_fit = pictures::fit(title, wanted, run).map(|chart| (PICTURE_OF_FIT, chart));
+    let of_fit = pictures::fit(title, wanted, run, fit).map(|chart| (PICTURE_OF_FIT, chart));
     for (name, chart) in names.into_iter().zip(charts).chain(of_fit) {
         files.write_text(name, &chart.to_svg())?;
     }
@@ -227,7 +232,7 @@ fn exists(wanted: &Find, existence: &Existence) -> String {
         )
     });
     let (windows, seconds) = (existence.windows, 1e3 * existence.seconds);
-    format!("with {numbers} a motion meets all of it exactly{alone} ({windows} windows, {seconds:.1} ms)")
+    format!("with {numbers} a motion meets all of it exactly{alone} ({windows} steps, {seconds:.1} ms)")
 }
 
 /// A positive number in two digits, at most as large.

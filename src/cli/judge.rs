@@ -115,7 +115,7 @@ pub(super) fn told(proof: &ProofOfRun, case: &Case) -> String {
         };
     }
     let place = match case.t_f::<f64>().filter(|_| proof.ended_by.is_none()) {
-        // The end is that of the case, of which a number may be no more than the first digits.
+        // Six digits of t_f may be another time than the one that is proved, so its name stands for it.
         Some(t_f) if short(t_f).parse() != Ok(t_f) => "t_f".to_owned(),
         t_f => short(t_f.unwrap_or(proof.reached)),
     };

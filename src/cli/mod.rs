@@ -249,6 +249,14 @@ fn explained(mut error: Error) -> Error {
             error.remove(ContextKind::Usage);
             error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
         }
+        // A page of names would hide the one that was meant.
+        (ErrorKind::InvalidValue, Some(ContextValue::String(name)), _) if name == "[NAME]" => {
+            error.remove(ContextKind::ValidValue);
+            let tip = "`init --list` names the built-in cases";
+            if error.get(ContextKind::SuggestedValue).is_none() {
+                error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+            }
+        }
         _ => {}
     }
     error

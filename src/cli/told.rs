@@ -33,7 +33,9 @@ pub(super) struct Told<'r, S: Real> {
 impl<S: Real> Told<'_, S> {
     /// The lines, the last of which names the files in `folder`.
     pub(super) fn lines(&self, folder: &Path) -> String {
-        let written = format!("{} ({})", folder.display(), scheme(&self.run.line, self.solve_seconds));
+        let is_newtonian = self.run.diagnostics.energy.is_some();
+        let solved = scheme(&self.run.line, is_newtonian, self.solve_seconds);
+        let written = format!("{} ({solved})", folder.display());
         let rows = [
             ("end", Some(self.end())),
             ("error", Some(self.error())),
@@ -274,7 +276,7 @@ fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
         let (drift, ends) = (energy.drift(), energy.max_ends.to_f64());
         return match energy.is_rounding() && drift > ALARMING * energy.heard.terms() {
             true => format!(
-                "the energy of positions and velocities by {ends:.1e} at the ends of windows, inside of \
+                "the energy of positions and velocities by {ends:.1e} at the ends of steps, inside of \
                              which rounding hides it"
             ),
             false => format!("the energy of positions and velocities by {drift:.1e}"),
@@ -289,14 +291,19 @@ fn drift_of_motion<S: Real>(diagnostics: &Diagnostics<S>) -> String {
     }
 }
 
-/// The operator, the windows and the time that the solve took.
-fn scheme<S: Real>(line: &WorldLine<S>, solve_seconds: f64) -> String {
+/// The operator, the windows and the time that the solve took. Of Newton's law, where the program has chosen them, they
+/// are the steps that a user knows from other programs.
+fn scheme<S: Real>(line: &WorldLine<S>, is_newtonian: bool, solve_seconds: f64) -> String {
+    let time = unbroken(&format!("{:.2} ms", 1e3 * solve_seconds));
+    if is_newtonian && line.accuracy.is_some() {
+        let plural = if line.window_count == 1 { "" } else { "s" };
+        return format!("{} step{plural}, {time}", line.window_count);
+    }
     let nodes = match (line.window_count, line.sbp().points()) {
         (1, points) => format!("{points} nodes"),
         (windows, points) => format!("{windows} windows of {points} nodes"),
     };
     let (name, form, gamma) = (line.sbp_name, line.form.as_str(), short(line.gamma_f().to_f64()));
-    let time = unbroken(&format!("{:.2} ms", 1e3 * solve_seconds));
     format!("{name} {form} form, {nodes} to gamma = {gamma}, {time}")
 }
 

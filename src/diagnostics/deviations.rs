@@ -75,7 +75,7 @@ pub struct ChargeDeviation<S = f64> {
     pub max_corrected: S,
     /// Largest deviation of what the next window starts with, at the ends of the windows.
     pub max_ends: S,
-    /// Where it is largest where the charge is exact, and what may explain that.
+    /// The largest deviation where the charge is exact, with its place, and with what may explain it.
     pub heard: Heard,
 }
 

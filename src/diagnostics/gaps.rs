@@ -46,9 +46,9 @@ pub struct Gaps {
 /// A pair of neighbouring nodes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gap {
-    /// γ at both.
+    /// γ at both nodes of the pair.
     pub gamma: [f64; 2],
-    /// Every coordinate at both.
+    /// Every coordinate at both nodes, by its name.
     #[serde(flatten, serialize_with = "by_name")]
     pub coordinates: Vec<(String, [f64; 2])>,
 }

@@ -189,7 +189,7 @@ impl VerdictInput {
         if !is_known {
             let finding = format!(
                 "the solve that the error is estimated with may be off by {share:.1e} of the way: between its nodes K \
-                 is not what it was, so V or the metric has a feature that is narrower than its windows"
+                 is not what it was, so V or the metric has a feature that is narrower than its steps"
             );
             reasons.push(Reason::new(finding, "end a run before the feature and continue it from there"));
         }

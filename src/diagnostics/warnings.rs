@@ -79,7 +79,7 @@ impl<S: Real> Diagnostics<S> {
         }
         found.extend(line.windows_unproved.filter(|&windows| windows > 0).map(|windows| {
             let finding = format!(
-                "in {windows} of the windows, too short to be cut again, the formulas are so steep that what they do \
+                "in {windows} of the steps, too short to be cut again, the formulas are so steep that what they do \
                  between the nodes is not proved"
             );
             let remedy = "write the formula without the kink or pole at that place, or compare with a fixed grid";

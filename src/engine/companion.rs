@@ -36,7 +36,7 @@ pub(super) struct Companion<'g> {
     round: Rounds,
     /// The coordinates that rounding moves where the marches of the last round begin to differ by too much.
     refused: Option<Vec<usize>>,
-    /// Sweeps in the rounds before.
+    /// The sweeps of the rounds that were given up, which a count of the work includes.
     sweeps: usize,
     seen: Seen,
 }

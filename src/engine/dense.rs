@@ -62,7 +62,7 @@ impl Curve {
         self.increment.len()
     }
 
-    /// The values where these are the values of the Legendre polynomials.
+    /// The values at the places at which the Legendre polynomials have these values, a row for each degree.
     fn at<const L: usize>(&self, legendre: &[[f64; L]]) -> [f64; L] {
         let mut increments = [0.0; L];
         for (c, values) in self.increment.iter().zip(legendre) {

@@ -99,8 +99,8 @@ pub(super) fn inverse(size: f64) -> f64 {
 /// The time scale of a motion at its start, and what is known of sizes before it begins.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scales {
-    /// T, the time in which a small error changes, or the length of the run if that is shorter: the frequency of an
-    /// oscillator, 0 for free motion.
+    /// T, the time in which a small error changes much, as the period of an oscillator over 2π, or the length of the
+    /// run if that is shorter.
     pub(super) time: f64,
     /// The least sizes of active coordinates and of their momenta or velocities, and of ignorable coordinates.
     pub(super) least: Vec<f64>,

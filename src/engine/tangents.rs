@@ -47,7 +47,8 @@ pub(super) struct Tangents<'g, const N: usize> {
     weights: Vec<f64>,
     /// Φ by rows.
     matrix: Vec<f64>,
-    /// The unknowns whose growth is measured, and those that they depend on.
+    /// True for the unknowns whose growth is measured, and then for those that these depend on: the others are not
+    /// integrated.
     counts: Vec<bool>,
     steers: Vec<bool>,
 }

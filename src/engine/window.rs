@@ -84,7 +84,7 @@ pub(super) struct Solver<'g, const N: usize> {
     pub(super) highest_modes: Option<[Nodes<N>; 4]>,
     /// True while slow sweeps are to go on, as a shorter window is no way out.
     pub(super) is_patient: bool,
-    /// True where windows may not be shorter.
+    /// True where windows have their least length, so that a failure is one of the run.
     pub(super) is_shortest: bool,
     /// The linearised equations, from when rounding errors of rates are first asked for, and true while these matter.
     pub(super) linear: Option<Box<Linear<'g, 8>>>,
@@ -96,10 +96,11 @@ pub(super) struct Solver<'g, const N: usize> {
     pub(super) known: Known,
 }
 
-/// Parts of a finished window. Each includes those before.
+/// The parts of a finished window that were computed. Each includes those before, and none is computed unless it is
+/// asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Known {
-    /// Its end.
+    /// The state at its end.
     Ends,
     /// The ways of ignorable coordinates on the nodes.
     Ways,

@@ -200,7 +200,7 @@ impl<S: Real> Program<S> {
         self.steps.iter().filter(|step| is_needed[step.to()]).copied().collect()
     }
 
-    /// The registers of the arguments of tables, with these.
+    /// The tables that the program reads, each with the register of its argument: knots lie at values of that.
     pub(crate) fn arguments_of_tables(&self) -> impl Iterator<Item = (Register, Table)> {
         self.steps.iter().filter_map(|step| match step.operation() {
             Operation::Call(Function::Table(table), argument) => Some((argument, table)),

@@ -11,7 +11,7 @@ use crate::number::Real;
 pub struct Contraction<'c, S, V> {
     /// The entries that are not zero.
     pub structure: &'c Structure<S>,
-    /// Its values.
+    /// The values of these entries on all nodes.
     pub samples: &'c Samples<S>,
     /// The nodes of the samples that are looked at.
     pub nodes: Range<usize>,

@@ -12,7 +12,7 @@ use crate::number::ball::{Ball, OFF};
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct OfEnds<'t> {
     pub(crate) end: &'t str,
-    /// These names, with the formulas.
+    /// The names that stand for something of the start, each with its formula.
     pub(crate) starts: &'t [(String, String)],
 }
 

@@ -27,7 +27,7 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// All but the quadratures.
+    /// The places of positions and momenta; what is before them are quadratures, on which nothing depends.
     #[inline(always)]
     pub(super) fn moving(self) -> Range<usize> {
         self.quadratures..self.quadratures + 2 * self.positions

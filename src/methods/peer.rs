@@ -97,21 +97,20 @@ impl Peer {
             coarsest,
             ..about(name, curve, Some(order), Step::Constant, source)
         };
-        let kahan_li =
-            |name, order| composed(name, "Kahan–Li 6, 8", order, 0.25, "Kahan, Li, Math. Comp. 66 (1997) 1089");
+        let kahan_li = |name, order| composed(name, "Kahan–Li", order, 0.25, "Kahan, Li, Math. Comp. 66 (1997) 1089");
         let own = |name: &str, curve, order, step| About { coarsest: 0.05, ..about(name, curve, order, step, OWN) };
         match self {
             Self::Rk4 => about("RK4", "RK4", Some(4), Step::Constant, "Kutta, Z. Math. Phys. 46 (1901) 435"),
             Self::Verlet => {
                 let source = "Hairer, Lubich, Wanner, Acta Numerica 12 (2003) 399";
-                composed("Verlet", "Störmer–Verlet", 2, 1.0, source)
+                composed("Verlet", "Verlet", 2, 1.0, source)
             }
             Self::KahanLi6 => kahan_li("Kahan-Li 6", 6),
             Self::KahanLi8 => kahan_li("Kahan-Li 8", 8),
             Self::KahanLi8Compensated => kahan_li("Kahan-Li 8 compensated", 8),
             Self::Gauss(stages) => About {
                 source: "Hairer, McLachlan, Razakarivony, BIT 48 (2008) 231",
-                ..own(&format!("Gauss {stages}"), "Gauss–Legendre", Some(2 * stages), Step::Iterated)
+                ..own(&format!("Gauss {stages}"), "Gauss", Some(2 * stages), Step::Iterated)
             },
             Self::Dop853 => {
                 let source = "Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.5";
@@ -119,13 +118,13 @@ impl Peer {
             }
             Self::Radau5 => {
                 let source = "Hairer, Wanner, Solving Ordinary Differential Equations II, IV.8";
-                let about = about("Radau5", "Radau IIA 5", Some(5), Step::Adaptive, source);
+                let about = about("Radau5", "Radau5", Some(5), Step::Adaptive, source);
                 About { has_dense_output: false, ..about }
             }
             Self::Taylor => about("Taylor", "Taylor", None, Step::Adaptive, "Jorba, Zou, Exp. Math. 14 (2005) 99"),
             Self::Equal(points) => {
                 let order = Some(2 * points - 2);
-                own(&format!("GLL{points} march"), "GLL march (library)", order, Step::Iterated)
+                own(&format!("GLL{points} march"), "march", order, Step::Iterated)
             }
             Self::Accuracy => own("accuracy", "accuracy", None, Step::Adaptive),
             Self::Tolerance => own("tolerance", "tolerance", None, Step::Adaptive),

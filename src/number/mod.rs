@@ -148,7 +148,7 @@ pub struct Constants {
 }
 
 impl Constants {
-    /// These numbers.
+    /// Keeps these numbers in 70 digits and as doubles, so that neither is converted in a loop.
     pub fn new(exact: Vec<Extended>) -> Self {
         let rounded = exact.iter().map(|number| number.to_f64()).collect();
         Self { exact, rounded }

@@ -165,7 +165,7 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Obstacle(obstacle) => write!(f, "{obstacle}"),
-            Self::Short => f.write_str("windows that become ever shorter"),
+            Self::Short => f.write_str("steps that become ever shorter"),
             Self::Lost => f.write_str("a bound that has become too large"),
             Self::NotMonotone => f.write_str("a coordinate that is to reach a value and turns back"),
             Self::Grazed => f.write_str("an event that the motion may graze"),

@@ -1,4 +1,5 @@
-//! From window to window, to the end.
+//! A proof goes from window to window: each takes the set of errors at its start to that at its end, and is made
+//! shorter where the theorem does not hold, down to a length at which the proof ends with the reason.
 
 use super::approximate::Approximate;
 use super::defect::Defect;

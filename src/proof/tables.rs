@@ -275,7 +275,8 @@ mod tests {
         assert!((1..2 * LANES).all(|k| integral_of(k).abs() < 1e-66) && integral_of(2 * LANES).abs() > 1e-3);
     }
 
-    /// At each place on the ellipse, and nearly at one of it: the bounds are taken where E meets the real axis.
+    /// The bounds hold at each place on the ellipse, and are hardly larger than what they bound where it meets the real
+    /// axis.
     #[test]
     fn polynomials_on_the_ellipse_are_bounded() {
         let t = &*TABLES;

@@ -6,7 +6,7 @@ use super::status::Status;
 /// The remedy where windows are shortest at one place.
 const NARROW: &str = concat!(
     "a close encounter or a collision: conformal = a formula that grows there as the force does, such as a sum of ",
-    "1/distance, makes windows even and loses fewer digits; after a collision there is no motion; at a pole, choose ",
+    "1/distance, makes steps even and loses fewer digits; after a collision there is no motion; at a pole, choose ",
     "coordinates without one (the preset kerr-schild has none); or ask for a larger solver.accuracy, or for ",
     "solver.tolerance in its place, which goes to the end",
 );
@@ -94,7 +94,7 @@ impl NoSolution {
             }
             TooManyNodes => "end the run earlier, or ask for a larger solver.accuracy",
             EvaluationLimit if is_of_x => {
-                "end the run before this gamma, or look at V there: it changes on a scale that windows cannot resolve"
+                "end the run before this gamma, or look at V there: it changes on a scale that steps cannot resolve"
             }
             PrecisionNotReached => "ask for fewer digits, or a shorter run",
             _ if is_of_x => {

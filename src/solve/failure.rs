@@ -39,7 +39,7 @@ pub struct NoSolution {
 pub enum Domain {
     /// In one coordinate g00, which must be positive.
     G00(f64),
-    /// In one coordinate, where a number is beyond the range of numbers: g00 there.
+    /// In one coordinate: g00 at a place at which a number is beyond the range of doubles.
     Overflow(f64),
     /// In a scene the determinant that has the wrong sign.
     Determinant {
@@ -250,7 +250,7 @@ impl NoSolution {
             (Status::AccuracyNotReached, _) => {
                 let narrow = self.reasons.narrow.iter().map(|Narrow { share, gamma, point }| {
                     let place = self::place(*gamma, point);
-                    format!("; windows are shortest, {share:.0e} of the longest, at {place}")
+                    format!("; steps are shortest, {share:.0e} of the longest, at {place}")
                 });
                 let in_the_end = Some(rounded_up(*needed)).filter(|most| most.is_finite());
                 let in_the_end = in_the_end.map_or(String::new(), |most| format!(", and in the end by {most:.0e}"));

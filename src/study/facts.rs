@@ -43,7 +43,7 @@ pub(super) fn suspicions<S: Real>(
     error: Option<&RunError>,
     of_certificate: &[f64],
 ) -> Vec<Reason> {
-    // Beside an error that is large by itself, what it does to a witness is no longer in proportion to it.
+    // A witness changes in proportion to a small error only, so a large one explains no deviation.
     let is_small =
         |error: &&RunError| coordinate_errors(line, diagnostics, error).iter().all(CoordinateError::is_small);
     let claimed = error.filter(is_small).map(|error| [error.at_most().as_slice(), of_certificate].concat());

@@ -122,7 +122,8 @@ impl Method {
             Self::Block(_, Form::Strong) | Self::Windows(_, Form::Strong) | Self::Unregularised(_) => (0, "SBP strong"),
             Self::Block(..) | Self::Windows(..) => (1, "SBP weak"),
             Self::Elements(_) => (2, "GLL weak"),
-            Self::Other(name) => (usize::MAX, name.as_str()),
+            // The first word is the program, and the rest a setting of it.
+            Self::Other(name) => (usize::MAX, name.split(' ').next().unwrap_or(name)),
             _ => {
                 let curve = self.about().map_or("", |about| about.curve);
                 let place = PEERS.iter().position(|peer| peer.about().curve == curve);

@@ -28,7 +28,7 @@ const SMALLER: &str = "ask for a smaller accuracy or tolerance, whose windows ar
 /// window begins the run again.
 pub type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>, &Diagnostics<S>);
 
-/// The wishes besides the run.
+/// Things that are wanted of a run besides its table, each of which costs something.
 #[derive(Default)]
 pub struct Wanted<'o, S: Real = f64> {
     /// Samples.

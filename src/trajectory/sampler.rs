@@ -98,7 +98,7 @@ impl<'l, S: Real> Sampler<'l, S> {
     pub(super) fn in_window(&mut self, window: usize, place: S) -> Sample<S> {
         let line = self.line;
         let [first, last] = line.windows[window].gamma;
-        // The end of what is kept is known exactly.
+        // The solver has left the state at the last joint: the curve there would only round it.
         if place == last - first && window + 1 == line.windows.len() {
             let Start { q, q_dot, p } = line.end();
             return Sample { gamma: line.gamma_at(last), q, q_dot, p };

@@ -20,7 +20,8 @@ const TERMS: usize = 30;
 /// Arguments of sin and cos may be so large: the count of quarter turns is a whole double then.
 const WIDEST_ANGLE: f64 = 1e15;
 
-/// First guesses are better than this; if one is not, nothing is known.
+/// A first guess from the library of the system is better than this, which is checked: if it is not, the function
+/// returns a ball of which nothing is known, so that no proof rests on that library.
 const GUESS: f64 = 1e-10;
 
 /// Constants of the functions.

@@ -4,6 +4,11 @@ use std::ops::Range;
 
 use super::Scale;
 
+/// The room beside the values at either end, relative to their range.
+const ROOM: f64 = 0.04;
+/// A logarithmic axis of more decades need not begin and end with whole ones.
+const WHOLE: f64 = 3.0;
+
 const SUPERSCRIPTS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
 
 /// Returns true if a coordinate can be drawn. The difference of two such values is finite.
@@ -39,7 +44,7 @@ impl Axis {
         let largest = low.abs().max(high.abs());
         // Values that differ by less are equal up to rounding, or too close to zero for powers of ten.
         let padding = if high - low > (1e-12 * largest).max(1e-290) {
-            0.04 * (high - low)
+            ROOM * (high - low)
         } else if largest > 1e-290 {
             0.1 * largest
         } else {
@@ -76,21 +81,27 @@ impl Axis {
     fn logarithmic(values: &[f64]) -> Self {
         let positive = values.iter().copied().filter(|&v| v > 0.0).map(f64::log10);
         // If no value is positive, the floor is put below the rounding of numbers of order one.
-        let (low, high) = ends(positive).unwrap_or((-16.0, -15.0));
+        let (least, most) = ends(positive).unwrap_or((-16.0, -15.0));
         // The logarithms of powers of ten may be rounded; the tolerance makes them whole numbers.
-        let (mut low, mut high) = ((low + 1e-9).floor(), (high - 1e-9).ceil());
+        let (mut low, mut high) = ((least + 1e-9).floor(), (most - 1e-9).ceil());
         if low >= high {
             (low, high) = (low - 1.0, low + 1.0);
         }
         let decades = high - low;
+        // Many decades have labels enough, where the axis ends with the values.
+        if decades > WHOLE && !values.iter().any(|&v| v <= 0.0) {
+            let room = ROOM * (most - least);
+            (low, high) = (low.max(least - room), high.min(most + room));
+        }
         let step = [1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0].into_iter().find(|s| decades <= 9.0 * s).unwrap_or(100.0);
         let mut labelled: Vec<f64> = whole((low / step).ceil(), (high / step).floor()).map(|k| k * step).collect();
         let within = |digits: &[f64]| -> Vec<f64> {
-            whole(low, high - 1.0).flat_map(|k| digits.iter().map(move |m| k + m.log10())).collect()
+            let all = whole(low.floor(), high.ceil() - 1.0).flat_map(|k| digits.iter().map(move |m| k + m.log10()));
+            all.filter(|at| (low..=high).contains(at)).collect()
         };
         let fine = match decades {
             ..=5.0 => within(&[2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]),
-            _ => whole(low, high).collect(),
+            _ => whole(low.ceil(), high.floor()).collect(),
         };
         if decades <= 1.0 {
             labelled.extend(within(&[2.0, 5.0]));
@@ -215,6 +226,15 @@ mod tests {
         for low in -300..0 {
             assert!((3..=10).contains(&labels(Scale::Log, &[10_f64.powi(low), 100.0]).len()));
         }
+    }
+
+    #[test]
+    fn an_axis_of_many_decades_ends_with_the_values() {
+        let (axis, room) = (Axis::new(Scale::Log, &[4e-14, 1.2]), 0.04 * (1.2_f64 / 4e-14).log10());
+        let ends = [axis.range.start - 4e-14_f64.log10(), axis.range.end - 1.2_f64.log10()];
+        assert!((ends[0] + room).abs() < 1e-9 && (ends[1] - room).abs() < 1e-9, "{ends:?} {room}");
+        assert!(axis.labelled.iter().chain(&axis.fine).all(|at| axis.range.contains(at)));
+        assert_eq!(Axis::new(Scale::Log, &[1.3e-14, 0.9]).range, -14.0..0.0);
     }
 
     #[test]

@@ -32,7 +32,7 @@ pub enum Scale {
     /// Evenly, with 4 % of room at either end.
     #[default]
     Linear,
-    /// By their decimal logarithm, over whole decades.
+    /// By their decimal logarithm, over whole decades if these are few.
     ///
     /// Values that are zero or negative have no logarithm. They are drawn with open symbols at a floor, a decade below
     /// that of the least positive value. Its tick reads "0", "< 0" or "≤ 0", and a line below the axis says where the

@@ -26,9 +26,12 @@ const LOWERED: f64 = 0.22;
 const RAISED: f64 = -0.36;
 
 /// The width of the sample beside a label of a legend, the space around it, and the height of a row.
-pub(super) const SAMPLE: f64 = 30.0;
-const PADDING: f64 = 8.0;
+pub(super) const SAMPLE: f64 = 26.0;
+const PADDING: f64 = 6.0;
 const ROW: f64 = 21.0;
+/// A legend that would have more rows has smaller letters, down to the last of these sizes.
+const ROWS: usize = 2;
+const SIZES: [f64; 3] = [TICK, SMALL, 11.5];
 
 /// A place in pixels.
 pub(super) type At = (f64, f64);
@@ -128,24 +131,38 @@ impl Page {
         self.symbols.insert(name);
     }
 
-    /// Writes the labels of a legend in rows, to the right of this place, and returns the middles of their samples.
+    /// Writes the labels of a legend in rows, to the right of this place, or of the margin if it needs the room, and
+    /// returns the middles of their samples.
     pub(super) fn legend(&mut self, left: f64, labels: &[&str]) -> Vec<At> {
-        let right = WIDTH - MARGIN;
-        let (mut x, mut y) = (left, self.top + ROW / 2.0);
+        let fits = |&(left, size): &(f64, f64)| rows(left, size, labels).last().is_none_or(|last| last.1 < ROWS);
+        let narrow = SIZES.into_iter().map(|size| (MARGIN, size));
+        let smallest = (MARGIN, SIZES[SIZES.len() - 1]);
+        let (left, size) = std::iter::once((left, TICK)).chain(narrow).find(fits).unwrap_or(smallest);
         let mut places = Vec::new();
-        for label in labels {
-            let width = extent(label, TICK).min(right - left - SAMPLE - PADDING);
-            if x + SAMPLE + PADDING + width > right {
-                (x, y) = (left, y + ROW);
-            }
+        for (label, (x, row, width)) in labels.iter().zip(rows(left, size, labels)) {
+            let y = self.top + ROW * (row as f64 + 0.5);
             places.push((x + SAMPLE / 2.0, y));
-            let at = (x + SAMPLE + PADDING, y + 0.35 * TICK);
-            self.add(line_of_text(label, at, TICK, ("start", width), TEXT));
-            x += SAMPLE + 3.0 * PADDING + width;
+            let at = (x + SAMPLE + PADDING, y + 0.35 * size);
+            self.add(line_of_text(label, at, size, ("start", width), TEXT));
         }
-        self.top = if labels.is_empty() { self.top } else { y + ROW / 2.0 + PADDING };
+        self.top = places.last().map_or(self.top, |&(_, y)| y + ROW / 2.0 + PADDING);
         places
     }
+}
+
+/// Of each label of a legend of this size, to the right of this place: where it begins, its row, and its width.
+fn rows(left: f64, size: f64, labels: &[&str]) -> Vec<(f64, usize, f64)> {
+    let (mut x, mut row, right) = (left, 0, WIDTH - MARGIN);
+    let mut place = |label: &&str| {
+        let width = extent(label, size).min(right - left - SAMPLE - PADDING);
+        if x + SAMPLE + PADDING + width > right {
+            (x, row) = (left, row + 1);
+        }
+        let from = x;
+        x += SAMPLE + 3.5 * PADDING + width;
+        (from, row, width)
+    };
+    labels.iter().map(&mut place).collect()
 }
 
 /// A coordinate to a tenth of a pixel.
@@ -249,17 +266,19 @@ fn symbol(look: Style, radius: f64, is_open: bool) -> Path {
         }
         Shape::Cross => stroke(0.125) + &stroke(0.375),
         Shape::Plus => stroke(0.0) + &stroke(0.25),
+        Shape::Asterisk => (0..3).map(|k| stroke(0.25 + f64::from(k) / 6.0)).collect(),
         Shape::Square => polygon(4, 0.125, 1.25),
         Shape::Triangle => polygon(3, 0.25, 1.5),
         Shape::Diamond => polygon(4, 0.0, 1.35),
         Shape::Nabla => polygon(3, 0.75, 1.5),
         Shape::Star => polygon(10, 0.25, 1.7),
+        Shape::Pentagon => polygon(5, 0.25, 1.25),
     };
     let path = Path::new().set("d", path);
     match (is_open, look.shape) {
         (true, _) => path.set("stroke", look.hex()).set("stroke-width", 1.3),
         // Strokes cannot be filled; instead they are thicker.
-        (false, Shape::Cross | Shape::Plus) => path.set("stroke", look.hex()).set("stroke-width", 2),
+        (false, Shape::Cross | Shape::Plus | Shape::Asterisk) => path.set("stroke", look.hex()).set("stroke-width", 2),
         (false, _) => path.set("fill", look.hex()),
     }
 }
@@ -293,6 +312,18 @@ mod tests {
                     <tspan dy=\"-2.2\" font-size=\"10\"> − 1 &lt; x</tspan></text>";
         let svg = page.finish(100.0);
         assert!(svg.contains(text), "{svg}");
+    }
+
+    #[test]
+    fn a_legend_has_two_rows_if_small_letters_make_that_possible() {
+        let rows = |count: usize| {
+            let mut page = Page::new("", "");
+            let places = page.legend(80.0, &vec!["SBP strong"; count]);
+            let ordinates: BTreeSet<i64> = places.iter().map(|(_, y)| *y as i64).collect();
+            assert!(places.iter().all(|(x, _)| (MARGIN..WIDTH - MARGIN).contains(x)));
+            ordinates.len()
+        };
+        assert_eq!([1, 5, 12, 24].map(rows), [1, 1, 2, 4]);
     }
 
     #[test]

@@ -25,6 +25,8 @@ impl Mark {
     pub const DASHED: Self = Self { line: Some((1.8, "6 7")), symbols: None };
     /// A thin dotted line, as for a reference.
     pub const DOTTED: Self = Self { line: Some((1.3, "1 4.5")), symbols: None };
+    /// A hairline, as for the error of a point.
+    pub const HAIRLINE: Self = Self { line: Some((0.9, "none")), symbols: None };
     /// A broad pale line behind the others.
     pub const BAND: Self = Self { line: Some((11.0, "none")), symbols: None };
     /// Symbols. Colour and shape belong together.
@@ -82,12 +84,26 @@ pub enum Shape {
     Cross,
     /// +
     Plus,
+    /// ⬟
+    Pentagon,
+    /// ∗
+    Asterisk,
 }
 
 impl Shape {
     /// All of them.
-    pub const ALL: [Self; 8] =
-        [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Nabla, Self::Star, Self::Cross, Self::Plus];
+    pub const ALL: [Self; 10] = [
+        Self::Circle,
+        Self::Square,
+        Self::Triangle,
+        Self::Diamond,
+        Self::Nabla,
+        Self::Star,
+        Self::Cross,
+        Self::Plus,
+        Self::Pentagon,
+        Self::Asterisk,
+    ];
 }
 
 /// Points that belong together.

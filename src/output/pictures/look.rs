@@ -15,7 +15,7 @@ const WEAK: [u8; 3] = [20, 140, 225];
 const SPECTRAL: [u8; 3] = [0, 158, 115];
 const MARCH: [u8; 3] = [198, 66, 198];
 const ACCURACY: [u8; 3] = [190, 135, 0];
-const TOLERANCE: [u8; 3] = [176, 92, 0];
+const TOLERANCE: [u8; 3] = [205, 30, 60];
 
 /// The smallest and the largest number of nodes between which the colours of elements are spread.
 const ELEMENTS: (f64, f64) = (4.0, 24.0);
@@ -24,13 +24,17 @@ const ELEMENTS: (f64, f64) = (4.0, 24.0);
 /// it by this share of black.
 const GREYS: [(&str, [u8; 3], f64, Shape); 7] = [
     ("RK4", [64, 68, 76], 0.0, Shape::Circle),
-    ("Störmer–Verlet", [130, 122, 112], 0.0, Shape::Square),
-    ("Kahan–Li 6, 8", [132, 140, 134], 0.3, Shape::Triangle),
-    ("Gauss–Legendre", [140, 132, 146], 0.16, Shape::Diamond),
+    ("Verlet", [130, 122, 112], 0.0, Shape::Square),
+    ("Kahan–Li", [132, 140, 134], 0.3, Shape::Triangle),
+    ("Gauss", [140, 132, 146], 0.16, Shape::Diamond),
     ("DOP853", [138, 138, 138], 0.0, Shape::Nabla),
-    ("Radau IIA 5", [74, 66, 66], 0.0, Shape::Plus),
+    ("Radau5", [74, 66, 66], 0.0, Shape::Plus),
     ("Taylor", [104, 116, 122], 0.0, Shape::Star),
 ];
+
+/// Those of other programs, with the tones of their greys.
+const STRANGERS: [(&str, u8, Shape); 3] =
+    [("heyoka", 40, Shape::Cross), ("heyoka×2", 84, Shape::Asterisk), ("SciPy", 110, Shape::Pentagon)];
 
 /// A colour mixed with the share `black` of black.
 fn darker(colour: [u8; 3], black: f64) -> [u8; 3] {
@@ -76,9 +80,9 @@ pub(super) fn of_method(method: &Method) -> Style {
         Method::Elements(nodes) => coloured(SPECTRAL, *nodes, Shape::Triangle),
         Method::March(nodes) => coloured(MARCH, *nodes, Shape::Diamond),
         Method::Accuracy => Style { colour: ACCURACY, shape: Shape::Star },
-        Method::Tolerance => Style { colour: TOLERANCE, shape: Shape::Star },
+        Method::Tolerance => Style { colour: TOLERANCE, shape: Shape::Nabla },
         Method::Peer(peer) => of_peer(*peer),
-        Method::Other(name) => of_stranger(name),
+        Method::Other(_) => of_stranger(&method.curve().1),
     }
 }
 
@@ -95,16 +99,14 @@ fn kin(curve: &str) -> impl Iterator<Item = Peer> {
     PEERS.into_iter().filter(move |peer| peer.about().curve == curve)
 }
 
-/// The look of a method that another program measured. If this program has a method of that name, the shape is the same
-/// and the grey is another one.
-fn of_stranger(name: &str) -> Style {
-    let lower = name.to_lowercase();
-    let namesake = PEERS.into_iter().find(|peer| lower.contains(&peer.name().to_lowercase()));
-    let sum: usize = name.bytes().map(usize::from).sum();
-    let shape = namesake.map_or([Shape::Cross, Shape::Plus][sum % 2], |peer| of_peer(peer).shape);
-    // These greys lie between those of the built-in methods with the same shapes.
-    let tone = 80 + 10 * (sum % 3) as u8;
-    Style { colour: [tone; 3], shape }
+/// The look of the methods of a program that measured them. The names are those of `scripts/work-precision.py`, where
+/// `×2` is a run and a finer one for its error; of other names the look is any.
+fn of_stranger(curve: &str) -> Style {
+    let known = STRANGERS.into_iter().find(|(of, ..)| *of == curve);
+    let sum: usize = curve.bytes().map(usize::from).sum();
+    let any = ([60 + 20 * (sum % 4) as u8; 3], [Shape::Cross, Shape::Plus, Shape::Pentagon][sum % 3]);
+    let (colour, shape) = known.map_or(any, |(_, tone, shape)| ([tone; 3], shape));
+    Style { colour, shape }
 }
 
 /// The look of the curve that combines a method and its kin.
@@ -147,7 +149,7 @@ pub(super) mod tests {
     }
 
     fn strangers() -> [Method; 3] {
-        ["SciPy DOP853", "SciPy LSODA", "heyoka"].map(|name| Method::Other(name.to_owned()))
+        ["SciPy DOP853", "heyoka×2", "heyoka"].map(|name| Method::Other(name.to_owned()))
     }
 
     /// All methods of both studies, with their looks, and whether they are of this program.

@@ -40,6 +40,17 @@ pub struct Varied<'a> {
     pub values: &'a [String],
 }
 
+impl Varied<'_> {
+    /// The key as a person would say it.
+    fn name(&self) -> String {
+        match self.key.split_once('.') {
+            Some(("initial", name)) if !name.contains('.') => format!("{name} at the start"),
+            Some(("parameters", name)) => name.to_owned(),
+            _ => self.key.to_owned(),
+        }
+    }
+}
+
 impl<'a> From<&'a Axis> for Varied<'a> {
     fn from(axis: &'a Axis) -> Self {
         Self { key: &axis.key, values: &axis.values }
@@ -58,10 +69,10 @@ pub fn scan(of: &str, column: &str, [x, y]: [Varied<'_>; 2], values: &[String]) 
     let panel = Panel { columns: x.values.len(), cells: cells.collect(), ticks: ticks(x.values), ..Panel::default() };
     let absent = if kind_of.contains(&None) { "no value" } else { "" };
     Map {
-        title: format!("{column} over {} and {}", x.key, y.key),
+        title: format!("{column} over {} and {}", x.name(), y.name()),
         subtitle: of.to_owned(),
-        x_label: x.key.to_owned(),
-        y_label: y.key.to_owned(),
+        x_label: x.name(),
+        y_label: y.name(),
         rows: y.values.len(),
         row_ticks: ticks(y.values),
         kinds,
@@ -80,17 +91,18 @@ pub fn line(of: &str, column: &str, varied: Varied<'_>, values: &[String]) -> St
         None => {
             let row = [String::new()];
             let map = scan(of, column, [varied, Varied { key: "", values: &row }], values);
-            Map { title: format!("{column} over {}", varied.key), ..map }.to_svg()
+            Map { title: format!("{column} over {}", varied.name()), ..map }.to_svg()
         }
     }
 }
 
-fn curve(of: &str, column: &str, Varied { key, values: at }: Varied<'_>, values: &[String]) -> Option<Chart> {
-    let xs: Option<Vec<f64>> = at.iter().map(|value| number(value)).collect();
+fn curve(of: &str, column: &str, varied: Varied<'_>, values: &[String]) -> Option<Chart> {
+    let xs: Option<Vec<f64>> = varied.values.iter().map(|value| number(value)).collect();
     let has_words = values.iter().any(|value| !value.is_empty() && value.parse::<f64>().is_err());
     let points = xs?.into_iter().zip(values.iter().map(|value| number(value).unwrap_or(f64::NAN))).collect();
     let series = Series::new("", Mark::LINE_AND_POINTS, points);
-    (!has_words).then(|| Chart::new(format!("{column} over {key}"), of, [key, column], vec![series]))
+    let name = varied.name();
+    (!has_words).then(|| Chart::new(format!("{column} over {name}"), of, [&name, column], vec![series]))
 }
 
 /// A value as a number, if it is a finite one.

@@ -53,7 +53,7 @@ pub fn work_precision<'a>(
     for row in &rows {
         curves.entry(row.method.curve()).or_default().push(row);
     }
-    let mut series = vec![Series::new("front of all methods", Mark::BAND, best(&rows)).with_look(Style::PALE)];
+    let mut series = vec![Series::new("", Mark::BAND, best(&rows)).with_look(Style::PALE)];
     // A method without any result has no curve and no entry in the legend.
     curves.retain(|_, rows| rows.iter().any(|row| row.rank().is_some()));
     for ((_, label), rows) in &curves {
@@ -61,7 +61,8 @@ pub fn work_precision<'a>(
         let curve = Series::new(label, look::mark(method.is_own()), best(rows));
         series.push(curve.with_look(look::of_curve(method)));
     }
-    Chart::new(work.headline, of, [&error_label(coordinates), work.label], series).log_log()
+    let of = format!("{of}; the best of all is grey");
+    Chart::new(work.headline, &of, [&error_label(coordinates), work.label], series).log_log()
 }
 
 /// Number of points of a curve along a run. Each is the largest value over an interval of log γ; otherwise oscillations

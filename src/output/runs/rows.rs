@@ -144,7 +144,7 @@ pub(super) fn write_line<'c>(cells: impl IntoIterator<Item = &'c str>, lines: &m
             lines.extend_from_slice(cell.as_bytes());
         }
     }
-    // A record of one empty cell is no empty line.
+    // Readers skip an empty line, and a record of one empty cell would be one: quotes make it a record.
     if lines.len() == begin {
         lines.extend_from_slice(b"\"\"");
     }

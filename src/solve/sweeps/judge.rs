@@ -22,7 +22,7 @@ impl<S> Default for Operators<S> {
 }
 
 impl<S: Real> Operators<S> {
-    /// The one of windows of this length.
+    /// The operator of windows of this length, which is made again only if the last ones had others.
     pub(super) fn of_length(&mut self, length: S) -> Arc<WindowOperator<S>> {
         let known = self.0.iter().rev().find(|operator| operator.length == length).map(Arc::clone);
         known.unwrap_or_else(|| {

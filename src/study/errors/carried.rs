@@ -60,7 +60,8 @@ pub(super) struct Carried {
     pub(super) off: Off,
     /// The largest errors of coordinates along the run.
     pub(super) largest: Vec<f64>,
-    /// The same at the end: of many directions only one was looked at, and its error may just pass through 0 there.
+    /// The errors of coordinates at the end, for which the largest ones are taken: of many directions only one was
+    /// looked at, and its error may just pass through 0 there.
     pub(super) end: Vec<f64>,
 }
 
@@ -120,7 +121,7 @@ impl Along {
         let mut see = |part: &WorldLine, set: &[(usize, f64)]| {
             sights.see(of, part, set);
             let (mut sampler, before) = (Sampler::new(part), part.signed(part.gamma_i - from));
-            // A run may begin again.
+            // The first window of a run that begins again makes all that was seen of it void.
             if part.windows.len() == part.window_count {
                 states.clear();
             }

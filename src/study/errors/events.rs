@@ -126,8 +126,8 @@ fn ending_watch<S: Real>(case: &Case, line: &WorldLine<S>) -> Option<usize> {
     Some(formula.event.unwrap_or(case.events.len()))
 }
 
-/// The events of a run with the one that ended it, if one did: once, and at the end. Where a force that jumps holds the
-/// motion there, rounding may send it to and fro before.
+/// The events of a run, in which the one that ended it stands once, and last. Where a force that jumps holds the motion
+/// at its surface, rounding sends it to and fro, and the event would be met several times just before the end.
 fn ended_once<S: Real>(
     mut events: Vec<Crossing<S>>,
     line: &WorldLine<S>,

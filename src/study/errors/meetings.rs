@@ -130,7 +130,7 @@ fn jump([from, to]: [f64; 2], rates: &mut dyn FnMut(f64) -> Vec<f64>) -> Option<
     let (before, behind) = (rates(from), rates(to));
     let change = |one: &[f64], other: &[f64]| other.iter().zip(one).map(|(b, a)| b - a).collect::<Vec<f64>>();
     let by = change(&before, &behind);
-    // The momentum whose rate changes most.
+    // The force jumps in one place or in several at once: the momentum whose rate changes most tells where.
     let (a, most) = by.iter().map(|by| by.abs()).enumerate().max_by(|(_, one), (_, other)| one.total_cmp(other))?;
     let (mut place, mut last) = (from, to);
     for _ in 0..HALVINGS {

@@ -240,7 +240,7 @@ impl Residual {
     }
 }
 
-/// The fixed point of the map in the cube.
+/// A fixed point of Krawczyk's map in the cube of starts, at which the conditions are met.
 struct Solution {
     /// β with bounds of what it is off by.
     beta: Vec<(f64, f64)>,

@@ -290,7 +290,7 @@ impl Walk {
             if slope.abs() < best.1[last].abs() {
                 best = (point, tangent);
             }
-            // The number that is followed is good to the square of this.
+            // At a fold the number depends on the place in second order, so this slope makes it good to all digits.
             if slope.abs() <= f64::EPSILON.sqrt() {
                 break;
             }

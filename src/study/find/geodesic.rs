@@ -31,7 +31,8 @@ pub struct Geodesic {
 }
 
 impl Geodesic {
-    /// That of a run of a case whose motion is a geodesic of the metric that it gives; `None` if it is not.
+    /// The length and the conjugate points of a run. `None` if the motion is no geodesic of the metric of its case, as
+    /// where a force, a potential, a one-form or an event acts.
     pub(super) fn new(case: &Case, run: &Run) -> Option<Self> {
         let scene = &case.geometry_text;
         let is_geodesic = scene.potential.is_none() && scene.one_form.is_empty() && scene.force.is_empty();

@@ -171,7 +171,7 @@ fn windows_in_which_something_may_hide_are_told() {
     for (count, told) in [(None, false), (Some(0), false), (Some(3), true)] {
         solution.windows_unproved = count;
         let warnings = Diagnostics::new(&solution).warnings(&solution).join("\n");
-        assert_eq!(warnings.contains("in 3 of the windows"), told, "{count:?}: {warnings}");
+        assert_eq!(warnings.contains("in 3 of the steps"), told, "{count:?}: {warnings}");
     }
 }
 

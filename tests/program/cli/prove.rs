@@ -49,7 +49,7 @@ fn what_is_not_proved_is_told_and_changes_nothing_else() {
         ("dry-friction", "a kink of abs or a jump of sign", 0.0),
         ("bouncing-ball", "a jump of step", 0.447),
         ("molecule-table", "a table, which is not one analytic function", 0.0),
-        ("horizon-near", "windows that become ever shorter", 1.571),
+        ("horizon-near", "steps that become ever shorter", 1.571),
     ] {
         let (_, without) = run(&folder, &format!("{case} --no-prove"));
         let files = folder.names("out");
