@@ -75,7 +75,12 @@ impl Case {
     pub(crate) fn jets(&self, conditions: &[Condition], norm: Extended) -> Jets {
         let of: Vec<OfEnds<'_>> =
             conditions.iter().map(|Condition { end, starts, .. }| OfEnds { end, starts }).collect();
-        Jets::new(&self.geometry_text, &of, norm, self.is_backward()).expect("a valid case has valid conditions")
+        self.jets_of(&of, norm)
+    }
+
+    /// The same of any formulas that the case has been read with.
+    pub(crate) fn jets_of(&self, formulas: &[OfEnds<'_>], norm: Extended) -> Jets {
+        Jets::new(&self.geometry_text, formulas, norm, self.is_backward()).expect("a valid case has valid formulas")
     }
 }
 

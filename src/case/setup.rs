@@ -7,7 +7,7 @@ use super::compiled::Compiled;
 use super::start_data::{Rate, StartData};
 use super::{Case, Event};
 use crate::engine::{Handed, Marched};
-use crate::geometry::{Direction, Geometry, GeometryText, Law, Observable, Place as FormulaPlace};
+use crate::geometry::{Direction, Geometry, GeometryText, Law, NewRate, Observable, Place as FormulaPlace, Reset};
 use crate::number::{Extended, Real};
 use crate::solve::{Change, Continuation, Limit, Place, Quantity, Setup, Until};
 use crate::trajectory::Watch;
@@ -176,11 +176,37 @@ impl Case {
     }
 
     /// The space-time of a run of this case in which the last coordinates are the values of these formulas, where
-    /// `norm` is K.
-    pub(crate) fn watching(&self, formulas: &[WatchedFormula<'_>], norm: Extended) -> Geometry<Extended> {
+    /// `norm` is K, and in which the momenta of `also` are no constants.
+    pub(crate) fn watching(
+        &self,
+        formulas: &[WatchedFormula<'_>],
+        also: &[usize],
+        norm: Extended,
+    ) -> Geometry<Extended> {
         let formulas: Vec<&str> = formulas.iter().map(|of| of.formula).collect();
-        let geometry = Geometry::watching(&self.geometry_text, &formulas, norm, self.is_backward());
+        let geometry = Geometry::watching(&self.geometry_text, (&formulas, also), norm, self.is_backward());
         geometry.expect("a valid case has valid formulas")
+    }
+
+    /// The formulas of events that act.
+    pub(crate) fn acting_formulas(&self) -> impl Iterator<Item = WatchedFormula<'_>> {
+        self.acting().map(|(k, event)| WatchedFormula {
+            formula: &event.when,
+            direction: event.direction,
+            ends: true,
+            event: Some(k),
+        })
+    }
+
+    /// The momenta behind an event that acts, as functions of the state before, where K is `norm` at the start.
+    pub(crate) fn reset(&self, event: &Event, norm: Extended) -> Result<Reset, &'static str> {
+        let set = event.set.iter().map(|(quantity, formula)| match quantity {
+            Quantity::Velocity(a) => Ok(NewRate { coordinate: *a, is_momentum: false, formula }),
+            Quantity::Momentum(a) => Ok(NewRate { coordinate: *a, is_momentum: true, formula }),
+            Quantity::Position(_) | Quantity::Parameter(_) => Err("an event that sets a position or a parameter"),
+        });
+        let set: Vec<NewRate<'_>> = set.collect::<Result<_, _>>()?;
+        Ok(Reset::new(&self.geometry_text, &set, norm).expect("a valid case has valid formulas"))
     }
 
     /// The formulas at whose changes of sign a run ends, or a state changes.

@@ -89,8 +89,8 @@ impl<const N: usize> Solver<'_, N> {
                 rows[pass.first + k].foreseen = unseen + size.noise + ROUNDING_OF_SLOPES * largest;
                 let weight = order.power_of(h) * inverse;
                 if pass.first + k < m {
-                    // A start is a sum of two doubles, of which the first one need not be the nearest to it: a node that is
-                    // compared with that alone would seem off by a rounding.
+                    // A start is a sum of two doubles, of which the first one need not be the nearest to it: beside
+                    // that alone a node would seem off by a rounding.
                     let first_node = (registers[pass.unknowns[k]].0[0] - (start.high + start.low)).abs();
                     let first_node = beyond(first_node, order.power_of(h) * size.noise) * inverse;
                     let expected = if is_second { tail / (2.0 * (2.0 * n - 3.0)) } else { next };

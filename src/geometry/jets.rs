@@ -1,5 +1,7 @@
 //! Formulas of the states at both ends of a motion with all of their first derivatives, in balls.
 
+use std::collections::BTreeMap;
+
 use super::expressions::Expressions;
 use super::inverse::Inverse;
 use super::parts::{Parts, Scope, variables};
@@ -33,17 +35,25 @@ pub(crate) struct Jet {
     pub(crate) gradient: Vec<Ball>,
 }
 
-impl Jets {
-    /// Compiles formulas of the scene `text`, where `norm` is K at the start.
+/// The states at both ends of a motion as a user's formulas see them, by nodes.
+pub(super) struct Ends {
+    pub(super) scope: Scope<Extended>,
+    /// g_ab of the end.
+    pub(super) metric: BTreeMap<[usize; 2], NodeId>,
+    /// q, q̇ and p of the end, and the same of the start.
+    pub(super) end: Vec<NodeId>,
+    start: Vec<NodeId>,
+    /// q̇ of the end as the geometry has it.
+    pub(super) velocities: Vec<NodeId>,
+    pub(super) names: Vec<String>,
+}
+
+impl Ends {
+    /// Those of the scene `text`, where `norm` is K at the start.
     ///
     /// # Errors
-    /// [`GeometryError`] with a mistake in a formula.
-    pub(crate) fn new(
-        text: &GeometryText,
-        formulas: &[OfEnds<'_>],
-        norm: Extended,
-        is_backward: bool,
-    ) -> Result<Self, GeometryError> {
+    /// [`GeometryError`] with a mistake in a formula of the scene.
+    pub(super) fn new(text: &GeometryText, norm: Extended, is_backward: bool) -> Result<Self, GeometryError> {
         let parts = Parts::new(text)?;
         let mut parts = if is_backward { parts.reversed() } else { parts };
         let (n, inverse) = (parts.dimension(), Inverse::new(&mut parts)?);
@@ -66,22 +76,71 @@ impl Jets {
             state
         };
         let [end, start] = [0, 3 * n].map(|first| state(first, &mut scope));
-        let names = variables(&text.names(), n, 3);
-        let (mut outputs, mut depends) = (Vec::new(), Vec::new());
+        let own: Vec<NodeId> = (0..3 * n).map(|variable| scope.graph.variable(variable)).collect();
+        let velocities = scope.graph.substitute(&velocities, &own);
+        Ok(Self { metric: parts.metric, velocities, names: variables(&text.names(), n, 3), scope, end, start })
+    }
+
+    /// The number of coordinates n.
+    pub(super) fn dimension(&self) -> usize {
+        self.velocities.len()
+    }
+
+    /// A formula of the end, as a node.
+    pub(super) fn of_end(&mut self, formula: &str) -> Result<NodeId, GeometryError> {
+        let node = parsed(formula, &self.names, &mut self.scope)?;
+        Ok(self.scope.graph.substitute(&[node], &self.end)[0])
+    }
+}
+
+impl Jets {
+    /// Compiles formulas of the scene `text`, where `norm` is K at the start.
+    ///
+    /// # Errors
+    /// [`GeometryError`] with a mistake in a formula.
+    pub(crate) fn new(
+        text: &GeometryText,
+        formulas: &[OfEnds<'_>],
+        norm: Extended,
+        is_backward: bool,
+    ) -> Result<Self, GeometryError> {
+        let ends = Ends::new(text, norm, is_backward)?;
+        let n = ends.dimension();
+        let Ends { mut scope, end, start, names, .. } = ends;
+        let mut nodes = Vec::new();
         for of in formulas {
             let inner = of.starts.iter().map(|(_, inner)| parsed(inner, &names, &mut scope));
             let inner = inner.collect::<Result<Vec<_>, _>>()?;
             let inner = scope.graph.substitute(&inner, &start);
             let all: Vec<String> = names.iter().chain(of.starts.iter().map(|(name, _)| name)).cloned().collect();
             let node = parsed(of.end, &all, &mut scope)?;
-            let node = scope.graph.substitute(&[node], &[&end[..], &inner].concat())[0];
+            nodes.push(scope.graph.substitute(&[node], &[&end[..], &inner].concat())[0]);
+        }
+        Ok(Self::of_nodes(scope, n, &nodes))
+    }
+
+    /// Compiles nodes of a scene with n coordinates.
+    pub(super) fn of_nodes(mut scope: Scope<Extended>, n: usize, nodes: &[NodeId]) -> Self {
+        let (mut outputs, mut depends) = (Vec::new(), Vec::new());
+        for &node in nodes {
             let of = scope.graph.variables_of(node, 6 * n);
             depends.push(places(n).map(|variable| of[variable]).collect());
             outputs.push(node);
             outputs.extend(places(n).map(|variable| scope.graph.derivative(node, variable)));
         }
         let program = Program::new(&mut scope.graph, 6 * n, &outputs);
-        Ok(Self { program, dimension: n, depends })
+        Self { program, dimension: n, depends }
+    }
+
+    /// True for each formula that depends on positions of the end alone.
+    pub(crate) fn are_of_positions(&self) -> Vec<bool> {
+        let is_of_positions = |depends: &Vec<bool>| !depends[self.dimension..].contains(&true);
+        self.depends.iter().map(is_of_positions).collect()
+    }
+
+    /// Returns true if a formula depends on the momentum p_a of the end.
+    pub(crate) fn look_at_momentum(&self, a: usize) -> bool {
+        self.depends.iter().any(|depends| depends[self.dimension + a])
     }
 
     /// The formulas over sets of q^a and p_a of the end, then of the start.

@@ -15,16 +15,21 @@ use crate::number::Real;
 impl<S: Real> Geometry<S> {
     /// The scene of `text`, on its way back if `is_backward`, in which the last coordinates are the values of these
     /// `formulas` of a state, where `norm` is K at the start. Their momenta are 0. What the rates of formulas depend on
-    /// is active. A mistake is reported as one of the potential.
+    /// is active, and so are the coordinates `also`. A mistake is reported as one of the potential.
     ///
     /// # Errors
     /// [`GeometryError`] with the mistake.
-    pub fn watching(text: &GeometryText, formulas: &[&str], norm: S, is_backward: bool) -> Result<Self, GeometryError> {
+    pub fn watching(
+        text: &GeometryText,
+        (formulas, also): (&[&str], &[usize]),
+        norm: S,
+        is_backward: bool,
+    ) -> Result<Self, GeometryError> {
         let parts = Parts::new(text)?;
         let parts = if is_backward { parts.reversed() } else { parts };
         let parts = parts.watching(text, formulas, norm, is_backward)?;
         let kept = parts.clone().places_of_rates()?;
-        Self::of_parts(parts, &kept)
+        Self::of_parts(parts, &[&kept, also].concat())
     }
 }
 

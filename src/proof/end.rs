@@ -33,7 +33,7 @@ pub(super) enum Goal {
 impl Goal {
     /// Where a coordinate moves at a constant velocity, it has its value after a length.
     pub(super) fn new(motion: &Motion<'_>, equations: &Equations<'_>) -> Self {
-        let late = motion.generators.iter().map(|generator| generator.length.abs()).sum::<f64>() * UP;
+        let late = motion.generators.iter().map(|generator| generator.length.abs()).sum::<f64>() * UP + motion.late;
         match motion.until {
             Until::Length(length) => Self::Length(length, late),
             Until::Value(a, value) => {
@@ -44,7 +44,10 @@ impl Goal {
                         let about = (way / rate).abs().to_f64();
                         Self::Value { unknown, value, sign: way.to_f64().signum(), about }
                     }
-                    None => Self::Length((way / rate).abs(), late),
+                    None => {
+                        let of_start = motion.off_at_start(a) / rate.abs().to_f64() * UP;
+                        Self::Length((way / rate).abs(), (late + of_start) * UP)
+                    }
                 }
             }
         }
@@ -159,11 +162,15 @@ impl End {
         let unknowns: Vec<(Extended, f64)> =
             (0..set.start.len()).map(|k| back.unknown(set, k, &slopes, &bends)).collect();
         let gamma = back.gamma(set, reached, &slopes, &bends);
-        let spreads = set.differences.as_ref().map_or_else(Vec::new, |differences| {
-            let growths = growths(&prover.equations, bounds, &differences.within);
-            let spread = |k: usize| back.spread((set, differences), k, (slopes[k], bends[k], growths[k]), generators);
-            (0..set.start.len()).map(spread).collect()
-        });
+        let spreads = match &set.differences {
+            Some(differences) => {
+                let growths = growths(&prover.equations, bounds, &differences.within);
+                let spread =
+                    |k: usize| back.spread((set, differences), k, (slopes[k], bends[k], growths[k]), generators);
+                (0..set.start.len()).map(spread).collect()
+            }
+            None => (0..set.start.len()).filter_map(|k| back.at_value(set, k, &slopes, &bends)).collect(),
+        };
         let is_known = |(value, radius): &(Extended, f64)| value.is_finite() && radius.is_finite();
         if unknowns.iter().chain([&gamma]).all(is_known) {
             Ok(Self { unknowns, spreads, gamma })
@@ -226,17 +233,23 @@ impl Back {
     }
 
     fn unknown(&self, set: &Set, k: usize, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
-        let middle = middle(set, k);
-        let curved = 0.5 * self.most * self.most;
-        if self.along == Some(k) {
-            return (middle - self.by, self.off);
+        if let Some(spread) = self.at_value(set, k, slopes, bends) {
+            return (spread.value, spread.reach());
         }
-        let Some(along) = self.along else {
-            let slope = slopes[k];
-            let off = slope.size() * (self.off + self.late);
-            let rad = set.radii()[k] + self.most * slope.rad + off + curved * bends[k];
-            return (middle - Extended::from(slope.re) * self.by, rad * UP);
-        };
+        let (middle, slope) = (middle(set, k), slopes[k]);
+        let off = slope.size() * (self.off + self.late);
+        let rad = set.radii()[k] + self.most * slope.rad + off + 0.5 * self.most * self.most * bends[k];
+        (middle - Extended::from(slope.re) * self.by, rad * UP)
+    }
+
+    /// An unknown where another one has a value, with what is left of the columns of the set; `None` at a length.
+    fn at_value(&self, set: &Set, k: usize, slopes: &[Disc], bends: &[f64]) -> Option<Spread> {
+        let along = self.along?;
+        let (middle, curved) = (middle(set, k), 0.5 * self.most * self.most);
+        if along == k {
+            let columns = vec![0.0; set.errors.columns[k].len()];
+            return Some(Spread { value: middle - self.by, columns, radius: self.off, slack: f64::INFINITY });
+        }
         let phi = slopes[k] / slopes[along];
         let [own, other] = [k, along].map(|i| &set.errors.columns[i]);
         let of_columns: Vec<f64> = own.iter().zip(other).map(|(own, other)| own - phi.re * other).collect();
@@ -244,7 +257,9 @@ impl Back {
         let gap = self.by.to_f64().abs() + set.radii()[along];
         let of_box = set.errors.rest[k] + phi.size() * set.errors.rest[along] + phi.rad * gap * UP;
         let rest = phi.size() * self.off + curved * (bends[k] + phi.size() * bends[along]);
-        (middle - Extended::from(phi.re) * self.by, (sum_of_sizes(&of_columns) + rounded + of_box + rest) * UP)
+        let radius = (rounded + of_box + rest) * UP;
+        let value = middle - Extended::from(phi.re) * self.by;
+        Some(Spread { value, columns: of_columns, radius, slack: f64::INFINITY })
     }
 
     /// An unknown at the ends of the motions of a set, which end after lengths.
@@ -302,7 +317,7 @@ pub(super) fn coordinates(
     });
     let steady = equations.steady.iter().map(|&a| {
         let (value, radius) = moved(motion.start.q[a], motion.start.q_dot[a], gamma);
-        Coordinate { coordinate: a, value, radius, is_steady: true }
+        Coordinate { coordinate: a, value, radius: (radius + motion.off_at_start(a)) * UP, is_steady: true }
     });
     let mut all: Vec<Coordinate> = found.chain(steady).collect();
     all.sort_by_key(|coordinate| coordinate.coordinate);

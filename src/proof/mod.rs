@@ -1,7 +1,7 @@
 //! A proof of where a motion ends: the end of a run in 20 digits and more, with a bound of its error.
 //!
 //! A proof is an integration of its own, and believes nothing of the run. What it proves is a theorem about the
-//! decimals of the case, under the arithmetic of IEEE 754 and provided that this code is what it says; `docs/method.md`
+//! decimals of the case, under the arithmetic of IEEE 754 and provided that this code is what it says; `docs/proof.md`
 //! has the theorem on a page.
 //!
 //! ```text
@@ -47,6 +47,7 @@ use crate::geometry::{self, Geometry, Start};
 use crate::number::Extended;
 use equations::Equations;
 use run::Run;
+use set::sum_of_sizes;
 use tables::UP;
 
 /// The end of a motion.
@@ -75,6 +76,11 @@ pub struct Motion<'m> {
     pub samples: &'m [Extended],
     /// The set of starts and of ends, if it is not one of each: see [`Generator`]. The motion ends after a length.
     pub generators: &'m [Generator],
+    /// Where it goes on behind an event, which of the motion before is known: every q^a and then every p_a, with all
+    /// columns, of which none is a direction of starts. Else nothing.
+    pub behind: &'m [Option<Spread>],
+    /// By how much the length may be off, as the place of such an event is.
+    pub late: f64,
 }
 
 /// A direction in which starts are spread: those are at q + Σ β q_k and p + Σ β p_k for all |β_k| ≤ 1, and their
@@ -105,7 +111,7 @@ pub struct Spread {
 impl Spread {
     /// A bound of the distance from the middle.
     pub fn reach(&self) -> f64 {
-        (self.columns.iter().map(|column| column.abs()).sum::<f64>() + self.radius) * UP
+        (sum_of_sizes(&self.columns) + self.radius) * UP
     }
 }
 
@@ -135,6 +141,17 @@ impl Motion<'_> {
     /// The number of coordinates that are none of these formulas.
     fn results(&self) -> usize {
         self.geometry.dimension() - self.watched.len()
+    }
+
+    /// What is known of a coordinate at the start, or of its momentum, where the motion goes on behind an event.
+    fn begun(&self, (coordinate, is_momentum): (usize, bool)) -> Option<&Spread> {
+        let place = coordinate + if is_momentum { self.geometry.dimension() } else { 0 };
+        self.behind.get(place).and_then(Option::as_ref)
+    }
+
+    /// By how much a coordinate may be off at the start.
+    fn off_at_start(&self, a: usize) -> f64 {
+        self.begun((a, false)).map_or(0.0, Spread::reach)
     }
 }
 
@@ -204,7 +221,7 @@ pub struct Progress {
 pub struct Proof {
     /// The coordinates at the end, or why there is no proof of them.
     pub end: Result<Vec<Coordinate>, Reason>,
-    /// Every q^a and p_a at the end of the motions of a set, if it is one and if they are results.
+    /// Every q^a and p_a at the end, if they are results: of the motions of a set, or where a formula ends it.
     pub state: Vec<Option<Spread>>,
     /// The place among the formulas that are watched of the one that ends it, if one does.
     pub ended_by: Option<usize>,

@@ -69,6 +69,7 @@ impl<'m, 'g> Run<'m, 'g> {
     /// At the start of a motion.
     pub(super) fn new(motion: &'m Motion<'m>, equations: Equations<'g>, is_finer: bool) -> Result<Self, Reason> {
         let set = Set::new(&equations, equations.columns(motion.generators).ok_or(Reason::Constant)?);
+        let set = set.behind(equations.of.iter().map(|&of| motion.begun(of)));
         Ok(Self {
             watches: Watches::new(motion, &equations, &set)?,
             samples: Samples::new(motion),
@@ -100,7 +101,7 @@ impl<'m, 'g> Run<'m, 'g> {
         let end = end.map(|end| {
             // Where nothing varies there is no window.
             let end = end.unwrap_or_else(|| End::after(length));
-            if is_set {
+            if is_set || self.ended_by.is_some() {
                 state = spread::state(self.motion, &self.prover.equations, &end);
             }
             end::coordinates(self.motion, &self.prover.equations, end.gamma, &end.unknowns)

@@ -17,7 +17,7 @@ const OPERATIONS: usize = 200;
 /// The places, ascending, and what is known there.
 pub(super) struct Samples<'m> {
     motion: &'m Motion<'m>,
-    /// The coordinates at the first places.
+    /// The coordinates at the first places; none where it is not known on which side of a joint it is.
     pub(super) found: Vec<Vec<Coordinate>>,
     unknowns: usize,
 }
@@ -37,13 +37,19 @@ impl<'m> Samples<'m> {
         self.unknowns = equations.unknowns;
         let end = Extended::from(reached) + Extended::from(proved.h);
         while let Some(&gamma) = self.motion.samples.get(self.found.len()).filter(|gamma| **gamma <= end) {
-            let tau = Ball::of(gamma - Extended::from(reached), OF_LENGTH);
+            let late = self.motion.late;
+            let tau = Ball::of(gamma - Extended::from(reached), OF_LENGTH).widened(late);
+            // Beyond the ends of the window the polynomial says nothing.
+            if late > 0.0 && (tau.hi <= late * 2.0 || tau.hi + late * 2.0 >= proved.h) {
+                self.found.push(Vec::new());
+                continue;
+            }
             let unknown = |k: usize| {
                 let place = place(set.start[k], &proved.modes[k], proved.h, tau).widened(proved.added.epsilon[k]);
                 (Extended::from(place.hi) + Extended::from(place.lo), place.rad)
             };
             let unknowns: Vec<(Extended, f64)> = (0..equations.unknowns).map(unknown).collect();
-            self.found.push(coordinates(self.motion, equations, (gamma, 0.0), &unknowns));
+            self.found.push(coordinates(self.motion, equations, (gamma, late), &unknowns));
         }
     }
 }

@@ -7,6 +7,7 @@
 //! coordinate β_k differs by more than μ lie within μ times it. It begins as what the starts are spread over, nothing
 //! is added to it but what comes of itself, and it is how far the flow may be from a linear one.
 
+use super::Spread;
 use super::equations::Equations;
 use super::matrices::{Matrices, applied};
 use super::proved::{Added, Proved};
@@ -92,6 +93,19 @@ impl Set {
             Differences { within: set.radii(), set }
         });
         Self { errors: Zonotope { columns, generators, rest }, differences, start, centre, largest, of_kind }
+    }
+
+    /// The same with what is known of every unknown behind an event.
+    pub(super) fn behind<'s>(mut self, known: impl Iterator<Item = Option<&'s Spread>>) -> Self {
+        for (k, known) in known.enumerate() {
+            let Some(known) = known else { continue };
+            let rounded = f64::EPSILON * sum_of_sizes(&known.columns);
+            self.errors.columns[k].clone_from(&known.columns);
+            self.errors.rest[k] = (self.errors.rest[k] + known.radius + rounded) * UP;
+        }
+        let most = self.errors.columns.iter().map(Vec::len).max().unwrap_or(0);
+        self.errors.columns.iter_mut().for_each(|row| row.resize(most, 0.0));
+        self
     }
 
     /// Radii of the unknowns around start + c.

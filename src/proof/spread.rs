@@ -10,9 +10,12 @@ use crate::number::ball::OFF;
 /// Every q^a and then every p_a at the end, `None` for a coordinate that is no result. `end` has the unknowns.
 pub(super) fn state(motion: &Motion<'_>, equations: &Equations<'_>, end: &End) -> Vec<Option<Spread>> {
     let n = motion.geometry.dimension();
-    // Columns have what lengths differ by, but for the rounding of these.
+    // Columns of a set have what lengths differ by, but for the rounding of these.
     let (length, late) = (end.gamma.0, motion.generators.iter().map(|generator| generator.length.abs()).sum::<f64>());
-    let off = (2.0 * OFF * length.abs().to_f64() + 4.0 * f64::EPSILON * late) * UP;
+    let off = match motion.generators {
+        [] => end.gamma.1,
+        _ => (2.0 * OFF * length.abs().to_f64() + 4.0 * f64::EPSILON * late) * UP,
+    };
     let position = |a: usize| {
         let unknown = equations.of.iter().position(|of| *of == (a, false));
         unknown.map(|k| end.spreads[k].clone()).or_else(|| {
@@ -22,7 +25,8 @@ pub(super) fn state(motion: &Motion<'_>, equations: &Equations<'_>, end: &End) -
                 let column = |k: usize| motion.generators[k].q[a] + rate.to_f64() * motion.generators[k].length;
                 let columns: Vec<f64> = (0..motion.generators.len()).map(column).collect();
                 let rounded = 4.0 * f64::EPSILON * columns.iter().map(|column| column.abs()).sum::<f64>();
-                Spread { value, columns, radius: (radius + rounded) * UP, slack: rounded * UP }
+                let radius = (radius + rounded + motion.off_at_start(a)) * UP;
+                Spread { value, columns, radius, slack: rounded * UP }
             })
         })
     };

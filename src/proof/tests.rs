@@ -38,6 +38,8 @@ impl Scene {
         let until = Until::Length(self.numbers(self.length)[0]);
         prove(
             &Motion {
+                behind: &[],
+                late: 0.0,
                 geometry: &geometry,
                 start: &start,
                 unused: None,

@@ -3,6 +3,7 @@
 //! A proof is about the decimals of the case: the geometry, the start and the end are those of the case in 71 digits,
 //! whatever the run was computed in. Of the run it takes nothing but the numbers at its end, to compare with.
 
+mod acting;
 mod decimal;
 mod events;
 mod hull;
@@ -25,6 +26,7 @@ use crate::solve::{Limit, Setup};
 use crate::study::errors::{Judge, RunError};
 use crate::study::facts::coordinate_errors;
 use crate::study::run::{Judged, Run};
+use acting::{Acting, Through};
 use events::Watching;
 
 /// More than a sum of extended numbers is off by, relative to it.
@@ -141,9 +143,6 @@ fn extended<S: Real>(number: S) -> Extended {
 
 /// The limit of the run for a proof, which counts coordinates from their origins; or why there is none.
 fn until(case: &Case, setup: &Setup<Extended>) -> Result<Until, &'static str> {
-    if case.has_acting_events() {
-        return Err("an event that acts");
-    }
     if !case.is_determined() {
         return Err("a rate at the start whose two values agree to 16 digits, and no further");
     }
@@ -165,9 +164,10 @@ pub fn prove_run<S: Real>(
     let setup: Setup<Extended> = case.setup();
     let length = run.line.signed(run.line.gamma_f() - S::from(setup.gamma_i.to_f64())).to_f64();
     let samples = events::places(&setup, run);
-    let found = until(case, &setup).map(|until| {
+    let found = until(case, &setup).and_then(|until| {
+        let acting = Acting::new(case, &setup)?;
         let mut attempt = |finds: bool| {
-            let Watching { geometry, start, watched, formulas } = Watching::new(case, &setup, finds);
+            let Watching { geometry, start, watched, formulas } = Watching::new(case, &setup, finds, &acting.changed());
             let unused = case.is_lifted().then(|| setup.place.start.q.len() - 1);
             let motion = Motion {
                 geometry: &geometry,
@@ -177,19 +177,25 @@ pub fn prove_run<S: Real>(
                 watched: &watched,
                 samples: &samples,
                 generators: &[],
+                behind: &[],
+                late: 0.0,
             };
             let mut is_costly = false;
-            let proof = prove(&motion, &mut |progress| {
+            let goes_on = &mut |progress| {
                 is_costly = is_too_costly(progress, length, most);
                 !is_costly && goes_on(progress.reached / length)
-            });
+            };
+            let proof = match case.has_acting_events() {
+                true => Through::new(case, &setup, &acting, &formulas).prove(&motion, goes_on),
+                false => prove(&motion, goes_on),
+            };
             Attempt { formulas, proof, is_costly }
         };
         let first = attempt(true);
         // An event that is only looked for is no reason to know nothing of the end.
         let is_interrupted = first.proof.end == Err(Unproved::Stopped) && !first.is_costly;
         let is_all = first.formulas.iter().all(|formula| formula.ends);
-        if first.proof.end.is_ok() || is_interrupted || is_all { first } else { attempt(false) }
+        Ok(if first.proof.end.is_ok() || is_interrupted || is_all { first } else { attempt(false) })
     });
     let (of_run, contradiction) = match &found {
         Ok(attempt) => of_run(case, &setup, run, attempt),

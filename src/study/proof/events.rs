@@ -13,7 +13,8 @@ use crate::solve::{Place, Setup};
 use crate::study::run::Run;
 use crate::trajectory::Sample;
 
-/// The space-time and the start of a motion with the formulas that are watched as further coordinates.
+/// The space-time and the start of a motion with the formulas that are watched as further coordinates. Those of events
+/// that act come last.
 pub(super) struct Watching<'c> {
     pub(super) geometry: Arc<Geometry<Extended>>,
     pub(super) start: Arc<Start<Extended>>,
@@ -22,10 +23,12 @@ pub(super) struct Watching<'c> {
 }
 
 impl<'c> Watching<'c> {
-    /// Those of a case that may end it and, if it `finds`, those of the events that it looks for.
-    pub(super) fn new(case: &'c Case, setup: &Setup<Extended>, finds: bool) -> Self {
+    /// Those of a case that may end it or act and, if it `finds`, those of the events that it looks for. The momenta of
+    /// `changed` are no constants.
+    pub(super) fn new(case: &'c Case, setup: &Setup<Extended>, finds: bool, changed: &[usize]) -> Self {
         let Place { geometry, start } = &setup.place;
-        let formulas: Vec<WatchedFormula<'c>> = case.watched_formulas().filter(|of| finds || of.ends).collect();
+        let formulas = case.watched_formulas().filter(|of| finds || of.ends).chain(case.acting_formulas());
+        let formulas: Vec<WatchedFormula<'c>> = formulas.collect();
         if formulas.is_empty() {
             return Self { geometry: geometry.clone(), start: start.clone(), watched: Vec::new(), formulas };
         }
@@ -40,7 +43,7 @@ impl<'c> Watching<'c> {
             with.p.push(Extended::ZERO);
             watched.push(Watched { direction: of.direction, off, ends: of.ends });
         }
-        Self { geometry: case.watching(&formulas, norm).into(), start: with.into(), watched, formulas }
+        Self { geometry: case.watching(&formulas, changed, norm).into(), start: with.into(), watched, formulas }
     }
 }
 

@@ -164,6 +164,8 @@ impl Starts {
             watched: &[],
             samples: &[],
             generators,
+            behind: &[],
+            late: 0.0,
         }
     }
 }

@@ -98,6 +98,8 @@ impl Tally {
             watched: &[],
             samples: &[],
             generators: &[],
+            behind: &[],
+            late: 0.0,
         };
         let is_proved = self.compare(what, &motion, &reference.at(length), own);
         self.draws += 1;
@@ -139,7 +141,17 @@ pub(super) fn end_of(text: &str, name: &str) -> (Extended, f64) {
         Limit::Value { coordinate, value } => Until::Value(coordinate, value),
     };
     let proof = prove(
-        &Motion { geometry, start: &setup.place.start, unused, until, watched: &[], samples: &[], generators: &[] },
+        &Motion {
+            geometry,
+            start: &setup.place.start,
+            unused,
+            until,
+            watched: &[],
+            samples: &[],
+            generators: &[],
+            behind: &[],
+            late: 0.0,
+        },
         &mut |_| true,
     );
     let a = geometry.names().iter().position(|own| own == name).unwrap();

@@ -114,7 +114,8 @@ impl Tally {
         let direction = [Direction::Up, Direction::Down, Direction::Both][below(random, 3)];
         let text = format!("{left} - ({})", value.to_decimal(30));
         let mut looked = Looked { formula: compiled(&text), text, direction };
-        let geometry = Geometry::watching(&case.geometry_text, &[&looked.text], norm, case.is_backward()).unwrap();
+        let geometry =
+            Geometry::watching(&case.geometry_text, (&[&looked.text], &[]), norm, case.is_backward()).unwrap();
         let [q, q_dot, p] = [&start.q, &start.q_dot, &start.p];
         let (value, off) = looked.formula.enclosed([q, q_dot, p], norm, 1e-60);
         // A formula that is constant is zero all the way.
@@ -135,6 +136,8 @@ impl Tally {
             watched: &watched,
             samples: &samples,
             generators: &[],
+            behind: &[],
+            late: 0.0,
         };
         let what = format!("{what}: {}, {direction:?}", looked.text);
         let mut met = looked.met(&reference, length, norm);

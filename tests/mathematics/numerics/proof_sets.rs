@@ -105,6 +105,8 @@ impl Tally {
             watched: &[],
             samples: &[],
             generators: &generators,
+            behind: &[],
+            late: 0.0,
         };
         let set = prove(&motion, &mut |_| true);
         match &set.end {

@@ -28,6 +28,7 @@ mod one_coordinate;
 mod overflow;
 mod promises;
 mod proved;
+mod proved_acting;
 mod reasons;
 mod rest;
 mod roundings;

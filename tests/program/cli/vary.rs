@@ -313,7 +313,7 @@ fn two_keys_make_a_map() {
     folder.succeeds(&format!("{keys} --plot --column verdict --out out"));
     assert_eq!(folder.names("out"), ["case.toml", "map.svg", "runs.csv", "summary.json"]);
     let svg = folder.read("out/map.svg");
-    for words in ["verdict over initial.x and grid.n_gamma", "refused", "trusted"] {
+    for words in ["verdict over x at the start and grid.n_gamma", "refused", "trusted"] {
         assert!(svg.contains(words), "{words} is not in\n{svg}");
     }
     folder.refuses(&[
@@ -329,7 +329,7 @@ fn one_key_makes_a_line_and_events_a_section_of_all_rows() {
     let tables = ["case.toml", "line.svg", "runs-events.csv", "runs.csv", "section.svg", "summary.json"];
     assert_eq!(folder.names("out"), tables);
     let [line, section] = ["line", "section"].map(|name| folder.read(&format!("out/{name}.svg")));
-    assert!(line.contains("y_dot over initial.y_dot"), "{line}");
+    assert!(line.contains("y_dot over y_dot at the start"), "{line}");
     for words in ["initial.y_dot = 0.9", "initial.y_dot = 1.1", "events of all rows"] {
         assert!(section.contains(words), "{words} is not in\n{section}");
     }
