@@ -36,8 +36,12 @@ def heading():
         machine = re.search(r"model name\s*: (.*)", info)[1]
     except (OSError, TypeError):
         machine = platform.processor() or platform.machine()
-    command = ["git", "describe", "--always", "--dirty"]
-    commit = subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout.strip()
+    def git(*command):
+        return subprocess.run(["git", *command], cwd=ROOT, capture_output=True, text=True).stdout.strip()
+
+    # What is written here changes no number.
+    changed = git("status", "--porcelain", "--untracked-files=no", "--", ".", ":(exclude)docs")
+    commit = git("rev-parse", "--short", "HEAD") + ("-dirty" if changed else "")
     return f"*{datetime.date.today()}, commit {commit}, {machine}.*"
 
 

@@ -7,7 +7,10 @@ use super::compiled::Compiled;
 use super::start_data::{Rate, StartData};
 use super::{Case, Event};
 use crate::engine::{Handed, Marched};
-use crate::geometry::{Direction, Geometry, GeometryText, Law, NewRate, Observable, Place as FormulaPlace, Reset};
+use crate::geometry::{
+    self, Arguments, Beside, Direction, Geometry, GeometryText, Law, NewRate, Observable, Place as FormulaPlace, Reset,
+    Side,
+};
 use crate::number::{Extended, Real};
 use crate::solve::{Change, Continuation, Limit, Place, Quantity, Setup, Until};
 use crate::trajectory::Watch;
@@ -176,16 +179,24 @@ impl Case {
     }
 
     /// The space-time of a run of this case in which the last coordinates are the values of these formulas, where
-    /// `norm` is K, and in which the momenta of `also` are no constants.
+    /// `norm` is K, the momenta of `also` are no constants, and abs, sign, step and tables are on these sides; see
+    /// [`Beside`].
     pub(crate) fn watching(
         &self,
         formulas: &[WatchedFormula<'_>],
-        also: &[usize],
+        (also, sides): (&[usize], &[Side]),
         norm: Extended,
     ) -> Geometry<Extended> {
         let formulas: Vec<&str> = formulas.iter().map(|of| of.formula).collect();
-        let geometry = Geometry::watching(&self.geometry_text, (&formulas, also), norm, self.is_backward());
+        let beside = Beside { formulas: &formulas, also, sides };
+        let geometry = Geometry::watching(&self.geometry_text, beside, norm, self.is_backward());
         geometry.expect("a valid case has valid formulas")
+    }
+
+    /// The arguments of abs, sign, step and tables, if there are some, and if each of them can be followed by itself.
+    pub(crate) fn arguments(&self) -> Option<Arguments> {
+        let all = if self.is_backward() { None } else { geometry::arguments(&self.geometry_text) };
+        all.filter(|all| !all.tables.is_empty())
     }
 
     /// The formulas of events that act.

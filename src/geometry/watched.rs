@@ -7,62 +7,77 @@
 
 use super::expressions::Expressions;
 use super::inverse::Inverse;
+use super::kinks::Side;
 use super::parts::{Parts, Scope, variables};
 use super::{Geometry, GeometryError, GeometryText, Place, active_of};
 use crate::formula::{self, Known, NodeId};
 use crate::number::Real;
 
+/// What goes along beside a motion.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Beside<'t> {
+    /// Formulas of the state.
+    pub formulas: &'t [&'t str],
+    /// Coordinates that are active in any case.
+    pub also: &'t [usize],
+    /// The sides on which the arguments of abs, sign, step and tables are: the scene is that of this side everywhere,
+    /// and what is 0 where it ends are formulas behind the others. Without sides it is what it is.
+    pub sides: &'t [Side],
+}
+
 impl<S: Real> Geometry<S> {
-    /// The scene of `text`, on its way back if `is_backward`, in which the last coordinates are the values of these
-    /// `formulas` of a state, where `norm` is K at the start. Their momenta are 0. What the rates of formulas depend on
-    /// is active, and so are the coordinates `also`. A mistake is reported as one of the potential.
+    /// The scene of `text`, on its way back if `is_backward`, in which the last coordinates are the values of formulas
+    /// of a state, where `norm` is K at the start. Their momenta are 0. What the rates of formulas depend on is active.
+    /// A mistake is reported as one of the potential.
     ///
     /// # Errors
     /// [`GeometryError`] with the mistake.
     pub fn watching(
         text: &GeometryText,
-        (formulas, also): (&[&str], &[usize]),
+        beside: Beside<'_>,
         norm: S,
         is_backward: bool,
     ) -> Result<Self, GeometryError> {
         let parts = Parts::new(text)?;
         let parts = if is_backward { parts.reversed() } else { parts };
-        let parts = parts.watching(text, formulas, norm, is_backward)?;
+        let parts = parts.watching(text, beside, norm, is_backward)?;
         let kept = parts.clone().places_of_rates()?;
-        Self::of_parts(parts, &[&kept, also].concat())
+        Self::of_parts(parts, &[&kept, beside.also].concat())
     }
 }
 
 impl<S: Real> Parts<S> {
     /// The same with a coordinate for each formula.
     fn watching(
-        mut self,
+        self,
         text: &GeometryText,
-        formulas: &[&str],
+        Beside { formulas, sides, .. }: Beside<'_>,
         norm: S,
         is_backward: bool,
     ) -> Result<Self, GeometryError> {
-        let (n, all) = (self.dimension(), self.dimension() + formulas.len());
+        let n = self.dimension();
+        let (mut this, arguments) = self.on_sides(sides);
+        let all = n + formulas.len() + arguments.len();
         // Velocities and momenta stand behind so many more variables.
-        let moved: Vec<NodeId> = (0..3 * n).map(|k| self.graph.variable(k / n * all + k % n)).collect();
-        let nodes = self.metric.values_mut().chain(self.one_form.values_mut()).chain(self.force.values_mut());
-        for node in nodes.chain(&mut self.hamiltonian) {
-            *node = self.graph.substitute(&[*node], &moved)[0];
-        }
-        let one = self.graph.constant(S::ONE);
+        let moved: Vec<NodeId> = (0..3 * n).map(|k| this.graph.variable(k / n * all + k % n)).collect();
+        let arguments = this.graph.substitute(&arguments, &moved);
+        let roots: Vec<NodeId> = this.roots().into_iter().map(|node| *node).collect();
+        let roots = this.graph.substitute(&roots, &moved);
+        this.roots().into_iter().zip(roots).for_each(|(node, new)| *node = new);
+        let one = this.graph.constant(S::ONE);
         for a in n..all {
-            self.names.push(String::new());
-            self.metric.insert([a, a], one);
+            this.names.push(String::new());
+            this.metric.insert([a, a], one);
         }
         let mut scope = Scope::new(text)?;
-        scope.graph = std::mem::take(&mut self.graph);
+        scope.graph = std::mem::take(&mut this.graph);
         scope.names.insert("norm".to_owned(), Known::Number(norm));
         scope.define(&text.definitions)?;
         let variables = variables(&text.names(), all, 3);
         let variables: Vec<&str> = variables.iter().map(String::as_str).collect();
         for formula in formulas {
             let node = formula::parse(formula, &variables, &scope.names, &mut scope.graph);
-            self.watched.push(node.map_err(|error| GeometryError::Formula(Place::Potential, error))?);
+            this.watched.push(node.map_err(|error| GeometryError::Formula(Place::Potential, error))?);
         }
         // Formulas see velocities and momenta as a user does.
         let mut seen: Vec<NodeId> = (0..3 * all).map(|variable| scope.graph.variable(variable)).collect();
@@ -71,9 +86,10 @@ impl<S: Real> Parts<S> {
         for variable in rates.chain(mirrored) {
             seen[variable] = scope.graph.negate(seen[variable]);
         }
-        self.watched = scope.graph.substitute(&self.watched, &seen);
-        self.graph = scope.graph;
-        Ok(self)
+        this.watched = scope.graph.substitute(&this.watched, &seen);
+        this.watched.extend(arguments);
+        this.graph = scope.graph;
+        Ok(this)
     }
 
     /// The positions that rates of what is watched depend on.

@@ -89,6 +89,8 @@ pub enum Obstacle {
     Base,
     /// Something depends on a coordinate along which there is no force.
     Hidden,
+    /// A table has no points there.
+    OffTable,
 }
 
 impl fmt::Display for Obstacle {
@@ -104,6 +106,7 @@ impl fmt::Display for Obstacle {
             Self::Function(function) => write!(f, "the edge of {}", name(function).unwrap_or_default()),
             Self::Divisor => f.write_str("a divisor that may be 0"),
             Self::Base => f.write_str("a power whose base may be 0"),
+            Self::OffTable => f.write_str("the end of a table"),
             Self::Hidden => f.write_str("a jump along a coordinate without a force"),
         }
     }

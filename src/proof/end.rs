@@ -233,8 +233,10 @@ impl Back {
     }
 
     fn unknown(&self, set: &Set, k: usize, slopes: &[Disc], bends: &[f64]) -> (Extended, f64) {
-        if let Some(spread) = self.at_value(set, k, slopes, bends) {
-            return (spread.value, spread.reach());
+        match self.at_value(set, k, slopes, bends) {
+            Some(spread) if self.along == Some(k) => return (spread.value, spread.radius),
+            Some(spread) => return (spread.value, spread.reach()),
+            None => {}
         }
         let (middle, slope) = (middle(set, k), slopes[k]);
         let off = slope.size() * (self.off + self.late);

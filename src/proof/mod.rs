@@ -81,6 +81,9 @@ pub struct Motion<'m> {
     pub behind: &'m [Option<Spread>],
     /// By how much the length may be off, as the place of such an event is.
     pub late: f64,
+    /// The place of a formula that is 0 at the start, and the side to which it has to leave: it is no motion of this
+    /// scene if it does not.
+    pub leaves: Option<(usize, f64)>,
 }
 
 /// A direction in which starts are spread: those are at q + Σ β q_k and p + Σ β p_k for all |β_k| ≤ 1, and their

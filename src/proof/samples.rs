@@ -40,7 +40,8 @@ impl<'m> Samples<'m> {
             let late = self.motion.late;
             let tau = Ball::of(gamma - Extended::from(reached), OF_LENGTH).widened(late);
             // Beyond the ends of the window the polynomial says nothing.
-            if late > 0.0 && (tau.hi <= late * 2.0 || tau.hi + late * 2.0 >= proved.h) {
+            let room = Extended::from(late);
+            if gamma - room < Extended::from(reached) || gamma + room > end {
                 self.found.push(Vec::new());
                 continue;
             }

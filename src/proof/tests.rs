@@ -40,6 +40,7 @@ impl Scene {
             &Motion {
                 behind: &[],
                 late: 0.0,
+                leaves: None,
                 geometry: &geometry,
                 start: &start,
                 unused: None,

@@ -64,7 +64,8 @@ impl Watches {
             let unknown = equations.of.iter().position(|of| *of == (first + k, false)).ok_or(Reason::Grazed)?;
             let value = set.start[unknown] + set.centre[unknown];
             let is_known = value.abs() * (1.0 - 4.0 * f64::EPSILON) > set.radii()[unknown];
-            let side = if is_known { Side::Of(value.signum()) } else { Side::Leaves(None) };
+            let leaves = motion.leaves.filter(|(place, _)| *place == k).map(|(_, side)| side);
+            let side = if is_known && leaves.is_none() { Side::Of(value.signum()) } else { Side::Leaves(leaves) };
             Ok(Watch { unknown, direction: watched.direction, side })
         };
         motion.watched.iter().enumerate().map(watch).collect::<Result<_, _>>().map(Self)

@@ -7,6 +7,7 @@ mod acting;
 mod decimal;
 mod events;
 mod hull;
+mod pieces;
 mod starts;
 
 pub use decimal::decimal;
@@ -26,8 +27,9 @@ use crate::solve::{Limit, Setup};
 use crate::study::errors::{Judge, RunError};
 use crate::study::facts::coordinate_errors;
 use crate::study::run::{Judged, Run};
-use acting::{Acting, Through};
+use acting::Acting;
 use events::Watching;
+use pieces::Through;
 
 /// More than a sum of extended numbers is off by, relative to it.
 const OF_SUM: f64 = 1e-70;
@@ -165,9 +167,10 @@ pub fn prove_run<S: Real>(
     let length = run.line.signed(run.line.gamma_f() - S::from(setup.gamma_i.to_f64())).to_f64();
     let samples = events::places(&setup, run);
     let found = until(case, &setup).and_then(|until| {
-        let acting = Acting::new(case, &setup)?;
-        let mut attempt = |finds: bool| {
-            let Watching { geometry, start, watched, formulas } = Watching::new(case, &setup, finds, &acting.changed());
+        let (acting, arguments) = (Acting::new(case, &setup)?, case.arguments());
+        let mut attempt = |finds: bool| -> Result<Attempt<'_>, &'static str> {
+            let of = (&acting.changed()[..], arguments.as_ref());
+            let Watching { sides, geometry, start, watched, formulas } = Watching::new(case, &setup, finds, of)?;
             let unused = case.is_lifted().then(|| setup.place.start.q.len() - 1);
             let motion = Motion {
                 geometry: &geometry,
@@ -179,23 +182,25 @@ pub fn prove_run<S: Real>(
                 generators: &[],
                 behind: &[],
                 late: 0.0,
+                leaves: None,
             };
             let mut is_costly = false;
             let goes_on = &mut |progress| {
                 is_costly = is_too_costly(progress, length, most);
                 !is_costly && goes_on(progress.reached / length)
             };
-            let proof = match case.has_acting_events() {
-                true => Through::new(case, &setup, &acting, &formulas).prove(&motion, goes_on),
+            let through = || Through::new((case, &setup), (&acting, arguments.as_ref()), &formulas);
+            let proof = match case.has_acting_events() || arguments.is_some() {
+                true => through().prove(&motion, &sides, goes_on),
                 false => prove(&motion, goes_on),
             };
-            Attempt { formulas, proof, is_costly }
+            Ok(Attempt { formulas, proof, is_costly })
         };
-        let first = attempt(true);
+        let first = attempt(true)?;
         // An event that is only looked for is no reason to know nothing of the end.
         let is_interrupted = first.proof.end == Err(Unproved::Stopped) && !first.is_costly;
         let is_all = first.formulas.iter().all(|formula| formula.ends);
-        Ok(if first.proof.end.is_ok() || is_interrupted || is_all { first } else { attempt(false) })
+        Ok(if first.proof.end.is_ok() || is_interrupted || is_all { first } else { attempt(false)? })
     });
     let (of_run, contradiction) = match &found {
         Ok(attempt) => of_run(case, &setup, run, attempt),

@@ -158,6 +158,16 @@ impl Table {
         if is_at_start { Some(1) } else { is_at_end.then_some(last - 1) }
     }
 
+    /// The knots at both ends of a piece, the coefficients of its polynomial in powers of the distance from the first
+    /// of them; `None` beyond the outer knots, and of a derivative.
+    pub(crate) fn polynomial<S: Real>(self, piece: usize) -> Option<([S; 2], &'static [S])> {
+        let spline = self.spline();
+        let knots = S::constants(&spline.knots);
+        let ends = [*knots.get(piece.checked_sub(1)?)?, *knots.get(piece)?];
+        let coefficients = &S::constants(&spline.coefficients)[COEFFICIENTS * piece..][..=spline.degree];
+        (self.derivative == 0).then_some((ends, coefficients))
+    }
+
     /// The knots on both sides of `u`, which may be the ends of what is known of the function.
     pub(crate) fn neighbours<S: Real>(self, u: S) -> impl Iterator<Item = S> {
         let knots = S::constants(&self.spline().knots);

@@ -2,13 +2,16 @@
 
 use std::sync::Arc;
 
+use super::acting::spreads;
+use super::pieces::side_of;
 use super::{REPORT, extended};
 use crate::case::{Case, WatchedFormula};
 use crate::diagnostics::verdict::Reason;
-use crate::geometry::{Geometry, Start};
+use crate::geometry::{Arguments, Direction, Geometry, Side, Start};
 use crate::number::ball::OFF;
+use crate::number::spline::Table;
 use crate::number::{Extended, Real};
-use crate::proof::{Coordinate, Event, Watched};
+use crate::proof::{Coordinate, Event, Spread, Watched};
 use crate::solve::{Place, Setup};
 use crate::study::run::Run;
 use crate::trajectory::Sample;
@@ -16,6 +19,9 @@ use crate::trajectory::Sample;
 /// The space-time and the start of a motion with the formulas that are watched as further coordinates. Those of events
 /// that act come last.
 pub(super) struct Watching<'c> {
+    /// The sides on which the arguments of abs, sign, step and tables begin, if they are followed. What is 0 where they
+    /// end stands behind the formulas.
+    pub(super) sides: Vec<Side>,
     pub(super) geometry: Arc<Geometry<Extended>>,
     pub(super) start: Arc<Start<Extended>>,
     pub(super) watched: Vec<Watched>,
@@ -24,13 +30,22 @@ pub(super) struct Watching<'c> {
 
 impl<'c> Watching<'c> {
     /// Those of a case that may end it or act and, if it `finds`, those of the events that it looks for. The momenta of
-    /// `changed` are no constants.
-    pub(super) fn new(case: &'c Case, setup: &Setup<Extended>, finds: bool, changed: &[usize]) -> Self {
+    /// `changed` are no constants. Arguments of abs, sign, step and tables are followed, where there are some.
+    ///
+    /// # Errors
+    /// The reason why it is not known which sides they are on.
+    pub(super) fn new(
+        case: &'c Case,
+        setup: &Setup<Extended>,
+        finds: bool,
+        (changed, arguments): (&[usize], Option<&Arguments>),
+    ) -> Result<Self, &'static str> {
         let Place { geometry, start } = &setup.place;
         let formulas = case.watched_formulas().filter(|of| finds || of.ends).chain(case.acting_formulas());
         let formulas: Vec<WatchedFormula<'c>> = formulas.collect();
-        if formulas.is_empty() {
-            return Self { geometry: geometry.clone(), start: start.clone(), watched: Vec::new(), formulas };
+        if formulas.is_empty() && arguments.is_none() {
+            let (geometry, start) = (geometry.clone(), start.clone());
+            return Ok(Self { sides: Vec::new(), geometry, start, watched: Vec::new(), formulas });
         }
         let norm = geometry.norm(&start.q, &start.q_dot);
         let mut with = (**start).clone();
@@ -43,8 +58,40 @@ impl<'c> Watching<'c> {
             with.p.push(Extended::ZERO);
             watched.push(Watched { direction: of.direction, off, ends: of.ends });
         }
-        Self { geometry: case.watching(&formulas, changed, norm).into(), start: with.into(), watched, formulas }
+        let mut sides = Vec::new();
+        let unknown = "a start at which abs, sign, step or a table changes";
+        let at_start = arguments.map(|arguments| at_start(arguments, start).ok_or(unknown)).transpose()?;
+        for (argument, &table) in at_start.iter().flatten().zip(arguments.iter().flat_map(|of| &of.tables)) {
+            let is_off = |table: Table| {
+                table.piece(argument.value).and_then(|piece| table.polynomial::<Extended>(piece)).is_none()
+            };
+            if table.is_some_and(is_off) {
+                return Err("a start beyond the ends of a table");
+            }
+            let (side, ends) = side_of(argument, table).ok_or(unknown)?;
+            sides.push(side);
+            for end in ends {
+                with.q.push(end.value);
+                with.q_dot.push(Extended::ZERO);
+                with.p.push(Extended::ZERO);
+                watched.push(Watched { direction: Direction::Both, off: end.radius, ends: true });
+            }
+        }
+        Ok(Self {
+            geometry: case.watching(&formulas, (changed, &sides), norm).into(),
+            start: with.into(),
+            watched,
+            formulas,
+            sides,
+        })
     }
+}
+
+/// The arguments at the start; `None` if one is not known there.
+fn at_start(arguments: &Arguments, start: &Start<Extended>) -> Option<Vec<Spread>> {
+    let exact = |&value: &Extended| Some(Spread { value, columns: Vec::new(), radius: 0.0, slack: 0.0 });
+    let state: Vec<Option<Spread>> = start.q.iter().chain(&start.p).map(exact).collect();
+    spreads(&arguments.jets, &state.iter().map(Option::as_ref).collect::<Vec<_>>())
 }
 
 /// By how much the γ and the coordinates of each event of a run may be off, proved; nothing for what was not proved.

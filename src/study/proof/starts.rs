@@ -166,6 +166,7 @@ impl Starts {
             generators,
             behind: &[],
             late: 0.0,
+            leaves: None,
         }
     }
 }

@@ -100,6 +100,7 @@ impl Tally {
             generators: &[],
             behind: &[],
             late: 0.0,
+            leaves: None,
         };
         let is_proved = self.compare(what, &motion, &reference.at(length), own);
         self.draws += 1;
@@ -151,6 +152,7 @@ pub(super) fn end_of(text: &str, name: &str) -> (Extended, f64) {
             generators: &[],
             behind: &[],
             late: 0.0,
+            leaves: None,
         },
         &mut |_| true,
     );

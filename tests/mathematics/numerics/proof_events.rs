@@ -2,7 +2,7 @@
 //! closed forms. `PROOF_DRAWS` is the number of draws of each family.
 
 use geodesic_ivp::Case;
-use geodesic_ivp::geometry::{Direction, Geometry, Observable, Place, Start};
+use geodesic_ivp::geometry::{Beside, Direction, Geometry, Observable, Place, Start};
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::proof::{Coordinate, Motion, Proof, Reason, Until, Watched, prove, prove_finer};
 use geodesic_ivp::reference::ReferenceTrajectory;
@@ -114,8 +114,13 @@ impl Tally {
         let direction = [Direction::Up, Direction::Down, Direction::Both][below(random, 3)];
         let text = format!("{left} - ({})", value.to_decimal(30));
         let mut looked = Looked { formula: compiled(&text), text, direction };
-        let geometry =
-            Geometry::watching(&case.geometry_text, (&[&looked.text], &[]), norm, case.is_backward()).unwrap();
+        let geometry = Geometry::watching(
+            &case.geometry_text,
+            Beside { formulas: &[&looked.text], ..Beside::default() },
+            norm,
+            case.is_backward(),
+        )
+        .unwrap();
         let [q, q_dot, p] = [&start.q, &start.q_dot, &start.p];
         let (value, off) = looked.formula.enclosed([q, q_dot, p], norm, 1e-60);
         // A formula that is constant is zero all the way.
@@ -138,6 +143,7 @@ impl Tally {
             generators: &[],
             behind: &[],
             late: 0.0,
+            leaves: None,
         };
         let what = format!("{what}: {}, {direction:?}", looked.text);
         let mut met = looked.met(&reference, length, norm);

@@ -107,6 +107,7 @@ impl Tally {
             generators: &generators,
             behind: &[],
             late: 0.0,
+            leaves: None,
         };
         let set = prove(&motion, &mut |_| true);
         match &set.end {

@@ -29,6 +29,7 @@ mod overflow;
 mod promises;
 mod proved;
 mod proved_acting;
+mod proved_kinks;
 mod reasons;
 mod rest;
 mod roundings;

@@ -11,16 +11,16 @@ use crate::random_scenes::random::Random;
 /// So many draws of each family.
 const DRAWS: u64 = 40;
 
-fn decimal(text: &str) -> Extended {
+pub(super) fn decimal(text: &str) -> Extended {
     Extended::from_decimal(text).unwrap()
 }
 
-fn number(random: &mut Random, least: f64, most: f64) -> String {
+pub(super) fn number(random: &mut Random, least: f64, most: f64) -> String {
     format!("{:.4}", random.between(least, most))
 }
 
 /// The proof of a run; `None` where the run is refused.
-fn proved(case: &Case) -> Option<ProofOfRun> {
+pub(super) fn proved(case: &Case) -> Option<ProofOfRun> {
     let setup = case.setup();
     let run = run::<f64>(case, &setup, Wanted::default()).0.ok()?;
     let mut judged = run.judged(&setup, false, false);
@@ -29,14 +29,14 @@ fn proved(case: &Case) -> Option<ProofOfRun> {
 }
 
 /// How far a coordinate is from the true one, in radii; `None` without a proof.
-fn off(proof: &ProofOfRun, name: &str, wanted: Extended) -> Option<f64> {
+pub(super) fn off(proof: &ProofOfRun, name: &str, wanted: Extended) -> Option<f64> {
     let end = proof.ends.iter().find(|end| end.name == name)?;
     assert!(end.radius < 1e-12, "{end:?}");
     Some((decimal(&end.end) - wanted).abs().to_f64() / end.radius)
 }
 
 /// The largest of some draws, of which most have to be proved.
-fn largest(off: impl Fn(&mut Random) -> Option<f64>) -> f64 {
+pub(super) fn largest(off: impl Fn(&mut Random) -> Option<f64>) -> f64 {
     let found: Vec<f64> = (0..DRAWS).filter_map(|draw| off(&mut Random(7000 + 64 * draw))).collect();
     assert!(found.len() as f64 > 0.8 * DRAWS as f64, "{} proved", found.len());
     found.into_iter().fold(0.0, f64::max)
@@ -53,7 +53,8 @@ fn a_ball_that_bounces_is_where_parabolas_are() {
                 "potential = {{ coordinates = [\"x\", \"z\"], formula = \"9.81*z\" }}\nparticle.law = \"newtonian\"\n\
                  initial = {{ x = 0.0, z = {z}, x_dot = {vx}, z_dot = {vz} }}\ngrid.t_f = 2.5\n\
                  solver.accuracy = 1e-9\n[events]\n\
-                 floor = {{ when = \"z\", direction = \"down\", set = {{ x_dot = \"{f}*x_dot\", z_dot = \"-{e}*z_dot\" }} }}"
+                 floor = {{ when = \"z\", direction = \"down\", \
+                 set = {{ x_dot = \"{f}*x_dot\", z_dot = \"-{e}*z_dot\" }} }}"
             ),
             &[],
         );
@@ -84,7 +85,8 @@ fn an_oscillator_at_a_wall_is_where_its_angle_says() {
         let [start, wall, e] = [of(-2.0, -1.0), of(-0.3, 0.9), of(0.8, 1.0)];
         let case = parsed(
             &format!(
-                "potential.formula = \"x^2/2\"\nparticle.law = \"newtonian\"\ninitial = {{ x = {start}, x_dot = 0.0 }}\n\
+                "potential.formula = \"x^2/2\"\nparticle.law = \"newtonian\"\n\
+                 initial = {{ x = {start}, x_dot = 0.0 }}\n\
                  grid.t_f = 20.0\nsolver.accuracy = 1e-9\n[events]\n\
                  wall = {{ when = \"x - ({wall})\", direction = \"up\", set = {{ x_dot = \"-{e}*x_dot\" }} }}"
             ),
@@ -113,7 +115,7 @@ fn an_oscillator_at_a_wall_is_where_its_angle_says() {
 }
 
 /// By Newton's method from the double.
-fn arc_cosine(x: Extended) -> Extended {
+pub(super) fn arc_cosine(x: Extended) -> Extended {
     let clamped = x.to_f64().clamp(-1.0, 1.0);
     if x.abs() >= Extended::ONE {
         return Extended::from(clamped.acos().round() / std::f64::consts::PI.round()) * Extended::PI;

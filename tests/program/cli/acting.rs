@@ -7,7 +7,7 @@ use crate::common::Folder;
 fn tables_have_the_rows_before_and_after_an_event() {
     let folder = Folder::new();
     let text = folder.succeeds("run restitution --plot --out out");
-    assert!(text.contains("trusted") && text.contains("in pieces between 8 events"), "{text}");
+    assert!(text.contains(": proved") && text.contains("in pieces between 8 events"), "{text}");
     let table = folder.table("out/trajectory.csv");
     let [gamma, z, z_dot, window] = ["gamma", "z", "z_dot", "window"].map(|name| table.numbers(name));
     let rows = gamma.len();

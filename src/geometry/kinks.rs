@@ -1,0 +1,132 @@
+//! Scenes that are smooth on both sides of surfaces: those where an argument of abs, sign or step changes its sign, or
+//! that of a table passes a knot. On one side of it abs(a) is a or −a, sign and step are constants, and between two knots
+//! a table is a polynomial.
+
+use super::GeometryText;
+use super::jets::{Ends, Jets};
+use super::parts::Parts;
+use crate::formula::{Function, Graph, NodeId};
+use crate::number::spline::Table;
+use crate::number::{Extended, Real};
+
+/// Where an argument is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Side {
+    /// Below 0.
+    Negative,
+    /// Above 0.
+    Positive,
+    /// On this piece of a table.
+    Piece(usize),
+}
+
+/// An argument, and the calls that have it or its opposite.
+struct Kink {
+    argument: NodeId,
+    table: Option<Table>,
+    calls: Vec<(NodeId, Function, bool)>,
+}
+
+/// The arguments of a scene as functions of the state, with their derivatives, in balls.
+pub(crate) struct Arguments {
+    pub(crate) jets: Jets,
+    /// The tables of those that have one.
+    pub(crate) tables: Vec<Option<Table>>,
+}
+
+/// The arguments in these expressions. `None` if one stands in the argument of another one, which may jump with it.
+fn kinks<S: Real>(graph: &mut Graph<S>, roots: &[NodeId]) -> Option<Vec<Kink>> {
+    let table_of = |function: Function| match function {
+        Function::Abs | Function::Sign | Function::Step => Some(None),
+        Function::Table(table) => Some(Some(table)),
+        _ => None,
+    };
+    let mut found: Vec<Kink> = Vec::new();
+    for (call, function, argument) in graph.calls(roots) {
+        let Some(table) = table_of(function) else { continue };
+        if graph.calls(&[argument]).iter().any(|(_, inner, _)| table_of(*inner).is_some()) {
+            return None;
+        }
+        let opposite = if table.is_none() { graph.negate(argument) } else { argument };
+        let is_same =
+            |kink: &&mut Kink| kink.table == table && (kink.argument == argument || kink.argument == opposite);
+        match found.iter_mut().find(is_same) {
+            Some(kink) => kink.calls.push((call, function, kink.argument != argument)),
+            None => found.push(Kink { argument, table, calls: vec![(call, function, false)] }),
+        }
+    }
+    Some(found)
+}
+
+/// What a function of an argument is on a side.
+fn on_side<S: Real>(graph: &mut Graph<S>, function: Function, own: NodeId, side: Side) -> NodeId {
+    match (function, side) {
+        (Function::Table(table), Side::Piece(piece)) => {
+            let Some((ends, coefficients)) = table.polynomial::<S>(piece) else { return graph.call(function, own) };
+            let knot = graph.constant(ends[0]);
+            let distance = graph.subtract(own, knot);
+            let mut sum = graph.constant(S::ZERO);
+            for &coefficient in coefficients.iter().rev() {
+                let product = graph.multiply(sum, distance);
+                let coefficient = graph.constant(coefficient);
+                sum = graph.add(product, coefficient);
+            }
+            sum
+        }
+        (Function::Abs, Side::Positive) => own,
+        (Function::Abs, _) => graph.negate(own),
+        (Function::Sign, Side::Positive) | (Function::Step, Side::Positive) => graph.constant(S::ONE),
+        (Function::Sign, _) => graph.constant(-S::ONE),
+        _ => graph.constant(S::ZERO),
+    }
+}
+
+impl<S: Real> Parts<S> {
+    /// Everything of which the motion follows.
+    pub(super) fn roots(&mut self) -> Vec<&mut NodeId> {
+        let fields = self.metric.values_mut().chain(self.one_form.values_mut()).chain(self.force.values_mut());
+        fields.chain(&mut self.hamiltonian).collect()
+    }
+
+    /// The scene on these sides of its surfaces, and what is 0 where a side ends: the argument, or what it is beyond the
+    /// first knot of a piece, and beyond the second one. Without sides it is what it was.
+    pub(super) fn on_sides(mut self, sides: &[Side]) -> (Self, Vec<NodeId>) {
+        let mut roots: Vec<NodeId> = self.roots().into_iter().map(|node| *node).collect();
+        let found = if sides.is_empty() { None } else { kinks(&mut self.graph, &roots) };
+        let (graph, mut ends) = (&mut self.graph, Vec::new());
+        for (Kink { argument, table, calls }, &side) in found.iter().flatten().zip(sides) {
+            for &(call, function, is_opposite) in calls {
+                let (own, side) = match (is_opposite, side) {
+                    (true, Side::Positive) => (graph.negate(*argument), Side::Negative),
+                    (true, Side::Negative) => (graph.negate(*argument), Side::Positive),
+                    _ => (*argument, side),
+                };
+                let by = on_side(graph, function, own, side);
+                roots = graph.replaced(&roots, call, by);
+            }
+            let piece = table.zip(if let Side::Piece(piece) = side { Some(piece) } else { None });
+            match piece.and_then(|(table, piece)| table.polynomial::<S>(piece)) {
+                None => ends.push(*argument),
+                Some((knots, _)) => ends.extend(knots.map(|knot| {
+                    let knot = graph.constant(knot);
+                    graph.subtract(*argument, knot)
+                })),
+            }
+        }
+        self.roots().into_iter().zip(roots).for_each(|(node, new)| *node = new);
+        (self, ends)
+    }
+}
+
+/// The arguments of a scene. `None` if the sides of one may depend on those of another one.
+pub(crate) fn arguments(text: &GeometryText) -> Option<Arguments> {
+    let mut ends = Ends::new(text, Extended::ZERO, false).ok()?;
+    let n = ends.dimension();
+    let found = kinks(&mut ends.scope.graph, &ends.roots)?;
+    let tables = found.iter().map(|kink| kink.table).collect();
+    let nodes: Vec<NodeId> = found.into_iter().map(|kink| kink.argument).collect();
+    let own: Vec<NodeId> = (0..3 * n).map(|variable| ends.scope.graph.variable(variable)).collect();
+    let state = [&own[..n], &ends.velocities, &own[2 * n..]].concat();
+    let nodes = ends.scope.graph.substitute(&nodes, &state);
+    Some(Arguments { jets: Jets::of_nodes(ends.scope, n, &nodes), tables })
+}
