@@ -1,6 +1,6 @@
 //! Scenes that are smooth on both sides of surfaces: those where an argument of abs, sign or step changes its sign, or
-//! that of a table passes a knot. On one side of it abs(a) is a or −a, sign and step are constants, and between two knots
-//! a table is a polynomial.
+//! that of a table passes a knot. On one side of it abs(a) is a or −a, sign and step are constants, and between two
+//! knots a table is a polynomial.
 
 use super::GeometryText;
 use super::jets::{Ends, Jets};
@@ -88,8 +88,8 @@ impl<S: Real> Parts<S> {
         fields.chain(&mut self.hamiltonian).collect()
     }
 
-    /// The scene on these sides of its surfaces, and what is 0 where a side ends: the argument, or what it is beyond the
-    /// first knot of a piece, and beyond the second one. Without sides it is what it was.
+    /// The scene on these sides of its surfaces, and what is 0 where a side ends: the argument, or its distances from
+    /// both knots of a piece. Without sides it is what it was.
     pub(super) fn on_sides(mut self, sides: &[Side]) -> (Self, Vec<NodeId>) {
         let mut roots: Vec<NodeId> = self.roots().into_iter().map(|node| *node).collect();
         let found = if sides.is_empty() { None } else { kinks(&mut self.graph, &roots) };

@@ -6,8 +6,8 @@
 //! which the rest of the way may be longer or shorter.
 //!
 //! On each side of its surfaces a scene is smooth. The scene of a side is taken as if it were the same everywhere: up
-//! to the surface its motion is that of the scene, and behind it that of the other side's, if that leaves the surface to
-//! its own side.
+//! to the surface its motion is that of the scene, and behind it that of the other side is, if it leaves the surface
+//! to its own side.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -146,7 +146,11 @@ impl<'a> Through<'a> {
             }
             None => Some(self.pass(place, &mut sides, &mut state[n + first..all])?),
         };
-        let is_at_zero = |k: usize| leaves.map_or(k == place && self.watched.are_of_positions()[k], |(at, _)| k == at);
+        let of_positions = self.watched.are_of_positions();
+        let is_at_zero = |k: usize| match leaves {
+            Some((at, _)) => k == at,
+            None => k == place && of_positions[k],
+        };
         let is_known = |value: &Spread| value.value.abs().to_f64() > value.reach() * UP;
         if !(0..all - n).all(|k| is_at_zero(k) || state[n + k].as_ref().is_some_and(is_known)) {
             return Err(Reason::Together);
