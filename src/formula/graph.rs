@@ -240,6 +240,23 @@ impl<S: Real> Graph<S> {
         })
     }
 
+    /// The divisors in `roots`, and the bases of powers that may be divisors.
+    pub(crate) fn divisors(&self, roots: &[NodeId]) -> Vec<NodeId> {
+        let is_used = self.uses(roots).into_iter().enumerate().filter(|(_, uses)| *uses > 0);
+        let divisor = |(id, _)| match self.nodes[id] {
+            Node::Apply(Operation::Divide(_, divisor)) => Some(divisor),
+            Node::Apply(Operation::Power(base, _)) => Some(base),
+            Node::PowerInteger(base, exponent) if exponent < 0 => Some(base),
+            _ => None,
+        };
+        is_used.filter_map(divisor).collect()
+    }
+
+    /// a and b of a node a − b.
+    pub(crate) fn terms_of_difference(&self, id: NodeId) -> Option<(NodeId, NodeId)> {
+        if let Node::Apply(Operation::Subtract(a, b)) = self.nodes[id] { Some((a, b)) } else { None }
+    }
+
     /// The functions that `roots` need, each with its node and that of its argument.
     pub(crate) fn calls(&self, roots: &[NodeId]) -> Vec<(NodeId, Function, NodeId)> {
         let is_used = self.uses(roots).into_iter().enumerate().filter(|(_, uses)| *uses > 0);

@@ -42,6 +42,8 @@ pub(super) struct Ends {
     pub(super) metric: BTreeMap<[usize; 2], NodeId>,
     /// Everything of which the motion follows, in positions and velocities.
     pub(super) roots: Vec<NodeId>,
+    /// Those of them that are no force.
+    pub(super) fields: Vec<NodeId>,
     /// q, q̇ and p of the end, and the same of the start.
     pub(super) end: Vec<NodeId>,
     start: Vec<NodeId>,
@@ -58,7 +60,7 @@ impl Ends {
     pub(super) fn new(text: &GeometryText, norm: Extended, is_backward: bool) -> Result<Self, GeometryError> {
         let parts = Parts::new(text)?;
         let mut parts = if is_backward { parts.reversed() } else { parts };
-        let roots = parts.roots().into_iter().map(|node| *node).collect();
+        let (fields, roots) = (parts.fields(), parts.roots().into_iter().map(|node| *node).collect());
         let (n, inverse) = (parts.dimension(), Inverse::new(&mut parts)?);
         let active = active_of(&mut parts, &[]);
         let Expressions { velocities, .. } = Expressions::new(&mut parts, &inverse, &active);
@@ -81,7 +83,16 @@ impl Ends {
         let [end, start] = [0, 3 * n].map(|first| state(first, &mut scope));
         let own: Vec<NodeId> = (0..3 * n).map(|variable| scope.graph.variable(variable)).collect();
         let velocities = scope.graph.substitute(&velocities, &own);
-        Ok(Self { metric: parts.metric, roots, velocities, names: variables(&text.names(), n, 3), scope, end, start })
+        Ok(Self {
+            metric: parts.metric,
+            roots,
+            fields,
+            velocities,
+            names: variables(&text.names(), n, 3),
+            scope,
+            end,
+            start,
+        })
     }
 
     /// The number of coordinates n.

@@ -34,8 +34,10 @@ pub(crate) struct Arguments {
     pub(crate) tables: Vec<Option<Table>>,
 }
 
-/// The arguments in these expressions. `None` if one stands in the argument of another one, which may jump with it.
-fn kinks<S: Real>(graph: &mut Graph<S>, roots: &[NodeId]) -> Option<Vec<Kink>> {
+/// The arguments in these expressions, of which `fields` are those of the metric and the one-form. `None` if one stands
+/// in the argument of another one, which may jump with it, or if it is not seen that no field jumps: the derivative of a
+/// jump is 0 on both sides of it, and no force would show it.
+fn kinks<S: Real>(graph: &mut Graph<S>, roots: &[NodeId], fields: &[NodeId]) -> Option<Vec<Kink>> {
     let table_of = |function: Function| match function {
         Function::Abs | Function::Sign | Function::Step => Some(None),
         Function::Table(table) => Some(Some(table)),
@@ -55,7 +57,49 @@ fn kinks<S: Real>(graph: &mut Graph<S>, roots: &[NodeId]) -> Option<Vec<Kink>> {
             None => found.push(Kink { argument, table, calls: vec![(call, function, false)] }),
         }
     }
-    Some(found)
+    found.iter().all(|kink| kink.table.is_some() || is_continuous(graph, fields, kink)).then_some(found)
+}
+
+/// True if both sides of all fields are one expression where the argument is 0: with 0 in its place or, if it is a
+/// difference, with one of its terms in the place of the other.
+fn is_continuous<S: Real>(graph: &mut Graph<S>, fields: &[NodeId], kink: &Kink) -> bool {
+    let zero = graph.constant(S::ZERO);
+    let opposite = graph.negate(kink.argument);
+    let mut equal = vec![(kink.argument, zero), (opposite, zero)];
+    for (one, other) in [kink.argument, opposite].into_iter().filter_map(|node| graph.terms_of_difference(node)) {
+        equal.extend([(one, other), (other, one)]);
+    }
+    // Of these abs has no jump.
+    let calls = kink.calls.iter().copied().filter(|(_, function, _)| *function != Function::Abs).collect();
+    let jumps = Kink { calls, ..*kink };
+    let [below, above] = [Side::Negative, Side::Positive].map(|side| on_one_side(graph, fields, &jumps, side));
+    let mut is_same = |below: NodeId, above: NodeId| {
+        let mut is_zero_with = |&(place, by): &(NodeId, NodeId)| {
+            let divisors = graph.divisors(&[below, above]);
+            // What is divided by 0 may be anything, also where 0 times that is written as 0.
+            let is_divided = graph.replaced(&divisors, place, by).into_iter().any(|divisor| graph.is(divisor, 0.0));
+            let [below, above] = [below, above].map(|node| graph.replaced(&[node], place, by)[0]);
+            let jump = graph.subtract(above, below);
+            !is_divided && (above == below || graph.is(jump, 0.0))
+        };
+        below == above || equal.iter().any(&mut is_zero_with)
+    };
+    below.into_iter().zip(above).all(|(below, above)| is_same(below, above))
+}
+
+/// Expressions with what functions of an argument are on a side in their places.
+fn on_one_side<S: Real>(graph: &mut Graph<S>, roots: &[NodeId], kink: &Kink, side: Side) -> Vec<NodeId> {
+    let mut roots = roots.to_vec();
+    for &(call, function, is_opposite) in &kink.calls {
+        let (own, side) = match (is_opposite, side) {
+            (true, Side::Positive) => (graph.negate(kink.argument), Side::Negative),
+            (true, Side::Negative) => (graph.negate(kink.argument), Side::Positive),
+            _ => (kink.argument, side),
+        };
+        let by = on_side(graph, function, own, side);
+        roots = graph.replaced(&roots, call, by);
+    }
+    roots
 }
 
 /// What a function of an argument is on a side.
@@ -88,22 +132,21 @@ impl<S: Real> Parts<S> {
         fields.chain(&mut self.hamiltonian).collect()
     }
 
+    /// The metric, the one-form and the Hamiltonian.
+    pub(super) fn fields(&self) -> Vec<NodeId> {
+        self.metric.values().chain(self.one_form.values()).chain(&self.hamiltonian).copied().collect()
+    }
+
     /// The scene on these sides of its surfaces, and what is 0 where a side ends: the argument, or its distances from
     /// both knots of a piece. Without sides it is what it was.
     pub(super) fn on_sides(mut self, sides: &[Side]) -> (Self, Vec<NodeId>) {
         let mut roots: Vec<NodeId> = self.roots().into_iter().map(|node| *node).collect();
-        let found = if sides.is_empty() { None } else { kinks(&mut self.graph, &roots) };
+        let fields = self.fields();
+        let found = if sides.is_empty() { None } else { kinks(&mut self.graph, &roots, &fields) };
         let (graph, mut ends) = (&mut self.graph, Vec::new());
-        for (Kink { argument, table, calls }, &side) in found.iter().flatten().zip(sides) {
-            for &(call, function, is_opposite) in calls {
-                let (own, side) = match (is_opposite, side) {
-                    (true, Side::Positive) => (graph.negate(*argument), Side::Negative),
-                    (true, Side::Negative) => (graph.negate(*argument), Side::Positive),
-                    _ => (*argument, side),
-                };
-                let by = on_side(graph, function, own, side);
-                roots = graph.replaced(&roots, call, by);
-            }
+        for (kink, &side) in found.iter().flatten().zip(sides) {
+            roots = on_one_side(graph, &roots, kink, side);
+            let Kink { argument, table, .. } = kink;
             let piece = table.zip(if let Side::Piece(piece) = side { Some(piece) } else { None });
             match piece.and_then(|(table, piece)| table.polynomial::<S>(piece)) {
                 None => ends.push(*argument),
@@ -122,7 +165,7 @@ impl<S: Real> Parts<S> {
 pub(crate) fn arguments(text: &GeometryText) -> Option<Arguments> {
     let mut ends = Ends::new(text, Extended::ZERO, false).ok()?;
     let n = ends.dimension();
-    let found = kinks(&mut ends.scope.graph, &ends.roots)?;
+    let found = kinks(&mut ends.scope.graph, &ends.roots, &ends.fields)?;
     let tables = found.iter().map(|kink| kink.table).collect();
     let nodes: Vec<NodeId> = found.into_iter().map(|kink| kink.argument).collect();
     let own: Vec<NodeId> = (0..3 * n).map(|variable| ends.scope.graph.variable(variable)).collect();

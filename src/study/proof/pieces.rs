@@ -82,7 +82,7 @@ impl<'a> Through<'a> {
                 value @ Until::Value(..) => value,
             };
             let before = whole.as_ref().map_or(0.0, |whole| whole.reached);
-            let mut last = 0.0;
+            let (mut last, known) = (0.0, scenes.len());
             let tell = &mut |progress: Progress| {
                 last = progress.operations;
                 goes_on(Progress { reached: before + progress.reached, operations: spent + progress.operations })
@@ -98,7 +98,7 @@ impl<'a> Through<'a> {
                     prove(&next, tell)
                 }
             };
-            spent += last;
+            spent += last + OF_SCENE * (scenes.len() - known) as f64;
             let here = piece.events.last().map(|event| event.gamma);
             let met = piece.ended_by.filter(|&place| self.goes_on(place));
             let state = piece.state.clone();
@@ -108,13 +108,11 @@ impl<'a> Through<'a> {
                 return Proof { samples, ..proof };
             };
             (passed, late) = (passed + gamma, (late + radius) * UP);
-            let known = scenes.len();
             let own = behind.as_ref().map_or(sides, |behind| &behind.sides).to_vec();
             match self.behind(motion, (place, own), state) {
                 Ok(next) => behind = Some(next),
                 Err(reason) => return Proof { end: Err(reason), ended_by: None, samples, ..proof },
             }
-            spent += if scenes.len() > known { OF_SCENE } else { 0.0 };
             whole = Some(Proof { ended_by: None, ..proof });
         }
     }

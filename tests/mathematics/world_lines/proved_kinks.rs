@@ -193,4 +193,9 @@ fn what_stays_at_a_surface_has_no_proof() {
     assert!(reason(rest).contains("a start at which abs, sign, step or a table changes"));
     let inner = "initial = { x = 0.5, x_dot = 1.0 }\ngrid.t_f = 1.0\npotential.formula = \"abs(1 - abs(x))\"";
     assert!(reason(inner).contains("a kink of abs"));
+    // No force shows a wall that is so small that no line meets it.
+    let wall = "initial = { x = 0.6, y = 0.4, x_dot = 0.0, y_dot = 0.0 }\ngrid.t_f = 3.0\n\
+                potential = { coordinates = [\"x\", \"y\"], \
+                formula = \"(x^2 + y^2)/2 + 5*step(1e-4 - (x-0.3)^2 - (y-0.2)^2)\" }";
+    assert!(reason(wall).contains("a jump of step"));
 }
