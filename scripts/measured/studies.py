@@ -61,11 +61,11 @@ def led(ratio):
     return f"{winner['method']} {max(lead, 1 / lead):.2f}"
 
 
-WINS = "A cell is the fastest of all methods whose error is below the bound, and how many times faster it is than the "
-WINS += "fastest of the other side. GLL and SBP with a number, *tolerance* and *accuracy* are this program's, all others "
-WINS += "are not. Links lead to charts."
+WINS = "A cell is the fastest of all methods whose error is below the bound, and how many times faster it is than "
+WINS += "the fastest of the other side. GLL and SBP with a number, *tolerance* and *accuracy* are this program's, all "
+WINS += "others are not. Links lead to charts."
 TWICE = "What a result costs whose error one knows: the time of the fastest other method over that of the certified "
-TWICE += "`solve`, and behind it that of heyoka run twice, the second time with a hundredth of the tolerance, over that "
+TWICE += "`solve`, and behind it that of heyoka run twice, then with a hundredth of the tolerance, over that "
 TWICE += "of `accuracy`, which judges itself in this way. Above 1 this program is faster."
 
 

@@ -217,7 +217,13 @@ impl Case {
             Quantity::Position(_) | Quantity::Parameter(_) => Err("an event that sets a position or a parameter"),
         });
         let set: Vec<NewRate<'_>> = set.collect::<Result<_, _>>()?;
-        Ok(Reset::new(&self.geometry_text, &set, norm).expect("a valid case has valid formulas"))
+        let left_out = self.is_lifted().then_some(0);
+        Ok(Reset::new(&self.geometry_text, &set, (norm, left_out)).expect("a valid case has valid formulas"))
+    }
+
+    /// True if it is not seen that a formula of the state is continuous.
+    pub(crate) fn may_jump(&self, formula: &str) -> bool {
+        geometry::may_jump(&self.geometry_text, formula)
     }
 
     /// The formulas at whose changes of sign a run ends, or a state changes.

@@ -102,8 +102,13 @@ impl Ends {
 
     /// A formula of the end, as a node.
     pub(super) fn of_end(&mut self, formula: &str) -> Result<NodeId, GeometryError> {
-        let node = parsed(formula, &self.names, &mut self.scope)?;
+        let node = self.as_written(formula)?;
         Ok(self.scope.graph.substitute(&[node], &self.end)[0])
+    }
+
+    /// A formula in positions, velocities and momenta.
+    pub(super) fn as_written(&mut self, formula: &str) -> Result<NodeId, GeometryError> {
+        parsed(formula, &self.names, &mut self.scope)
     }
 }
 

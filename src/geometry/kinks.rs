@@ -35,8 +35,8 @@ pub(crate) struct Arguments {
 }
 
 /// The arguments in these expressions, of which `fields` are those of the metric and the one-form. `None` if one stands
-/// in the argument of another one, which may jump with it, or if it is not seen that no field jumps: the derivative of a
-/// jump is 0 on both sides of it, and no force would show it.
+/// in the argument of another one, which may jump with it, or if it is not seen that no field jumps: the derivative of
+/// a jump is 0 on both sides of it, and no force would show it.
 fn kinks<S: Real>(graph: &mut Graph<S>, roots: &[NodeId], fields: &[NodeId]) -> Option<Vec<Kink>> {
     let table_of = |function: Function| match function {
         Function::Abs | Function::Sign | Function::Step => Some(None),
@@ -159,6 +159,19 @@ impl<S: Real> Parts<S> {
         self.roots().into_iter().zip(roots).for_each(|(node, new)| *node = new);
         (self, ends)
     }
+}
+
+/// True if it is not seen that a formula of the state is continuous. Of what jumps only its values tell, as the
+/// derivative of a jump is 0 on both sides of it.
+pub(crate) fn may_jump(text: &GeometryText, formula: &str) -> bool {
+    let Ok(mut ends) = Ends::new(text, Extended::ZERO, false) else { return true };
+    let Ok(node) = ends.as_written(formula) else { return true };
+    let graph = &mut ends.scope.graph;
+    // The derivative of atan(1/x) may be written without a divisor.
+    let is_divided = |&(_, _, argument): &(NodeId, Function, NodeId)| {
+        graph.divisors(&[argument]).into_iter().any(|divisor| graph.as_constant(divisor).is_none())
+    };
+    graph.calls(&[node]).iter().any(is_divided) || kinks(graph, &[node], &[node]).is_none()
 }
 
 /// The arguments of a scene. `None` if the sides of one may depend on those of another one.

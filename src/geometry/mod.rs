@@ -59,7 +59,7 @@ pub use inverse::MOST_COUPLED;
 pub(crate) use jets::{Jet, Jets, OfEnds};
 pub use jumps::{Jump, Steps};
 pub use kinks::Side;
-pub(crate) use kinks::{Arguments, arguments};
+pub(crate) use kinks::{Arguments, arguments, may_jump};
 pub use motion::{Motion, OnNodes};
 pub(crate) use observable::Shown;
 pub use observable::{Direction, Observable, observed};

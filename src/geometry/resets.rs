@@ -27,12 +27,16 @@ impl Reset {
     /// velocities, or momenta, stay.
     ///
     /// With p_a = g_ab q̇^b + A_a those behind it are p_a + Σ g_ab (v^b − q̇^b), where v^b are the velocities that it
-    /// sets. The rate of s, by which Newton's law is lifted, keeps K at 0 behind it: that changes p_t, on which nothing
-    /// but that rate depends, and which is left as it was.
+    /// sets. The momentum of `left_out` stays as it was: that of t, which the rate of s changes where that keeps K at
+    /// 0, and on which nothing but that rate depends.
     ///
     /// # Errors
     /// [`GeometryError`] with a mistake in a formula.
-    pub(crate) fn new(text: &GeometryText, set: &[NewRate<'_>], norm: Extended) -> Result<Self, GeometryError> {
+    pub(crate) fn new(
+        text: &GeometryText,
+        set: &[NewRate<'_>],
+        (norm, left_out): (Extended, Option<usize>),
+    ) -> Result<Self, GeometryError> {
         let mut ends = Ends::new(text, norm, false)?;
         let n = ends.dimension();
         let mut momenta = vec![None; n];
@@ -44,7 +48,7 @@ impl Reset {
                 continue;
             }
             let change = graph.subtract(node, ends.velocities[b]);
-            for (a, momentum) in momenta.iter_mut().enumerate() {
+            for (a, momentum) in momenta.iter_mut().enumerate().filter(|(a, _)| Some(*a) != left_out) {
                 let Some(&component) = ends.metric.get(&[a.min(b), a.max(b)]) else { continue };
                 let before = momentum.unwrap_or_else(|| graph.variable(2 * n + a));
                 let by = graph.multiply(component, change);

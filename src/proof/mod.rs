@@ -177,6 +177,10 @@ pub enum Reason {
     Constant,
     /// Two events, or one and the end, are so close together that it is not known which comes first.
     Together,
+    /// Behind an event a formula is 0 that was not met there.
+    Left,
+    /// What an event sets is not smooth where it acts.
+    Rough,
     /// It was asked to stop.
     Stopped,
 }
@@ -192,6 +196,8 @@ impl fmt::Display for Reason {
             Self::Together => f.write_str("two events, or one and the end, that are too close together"),
             Self::NoLength => f.write_str("an end at a value of a coordinate whose velocity changes"),
             Self::Constant => f.write_str("an unknown that changes a conserved momentum"),
+            Self::Left => f.write_str("an event behind which another formula is 0"),
+            Self::Rough => f.write_str("an event that sets what is not smooth there"),
             Self::Stopped => f.write_str("an interrupt"),
         }
     }

@@ -196,7 +196,7 @@ pub fn prove_run<S: Real>(
             };
             Ok(Attempt { formulas, proof, is_costly })
         };
-        let first = attempt(true)?;
+        let first = attempt(true).or_else(|_| attempt(false))?;
         // An event that is only looked for is no reason to know nothing of the end.
         let is_interrupted = first.proof.end == Err(Unproved::Stopped) && !first.is_costly;
         let is_all = first.formulas.iter().all(|formula| formula.ends);

@@ -33,7 +33,7 @@ impl<'c> Watching<'c> {
     /// `changed` are no constants. Arguments of abs, sign, step and tables are followed, where there are some.
     ///
     /// # Errors
-    /// The reason why it is not known which sides they are on.
+    /// The reason why it is not known which sides they are on, or where formulas change their signs.
     pub(super) fn new(
         case: &'c Case,
         setup: &Setup<Extended>,
@@ -43,6 +43,9 @@ impl<'c> Watching<'c> {
         let Place { geometry, start } = &setup.place;
         let formulas = case.watched_formulas().filter(|of| finds || of.ends).chain(case.acting_formulas());
         let formulas: Vec<WatchedFormula<'c>> = formulas.collect();
+        if formulas.iter().any(|of| case.may_jump(of.formula)) {
+            return Err("an event whose formula may jump");
+        }
         if formulas.is_empty() && arguments.is_none() {
             let (geometry, start) = (geometry.clone(), start.clone());
             return Ok(Self { sides: Vec::new(), geometry, start, watched: Vec::new(), formulas });

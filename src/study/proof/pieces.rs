@@ -151,7 +151,7 @@ impl<'a> Through<'a> {
         };
         let is_known = |value: &Spread| value.value.abs().to_f64() > value.reach() * UP;
         if !(0..all - n).all(|k| is_at_zero(k) || state[n + k].as_ref().is_some_and(is_known)) {
-            return Err(Reason::Together);
+            return Err(if reset.is_some() { Reason::Left } else { Reason::Together });
         }
         let values = |known: &[Option<Spread>], before: &[Extended]| -> Vec<Extended> {
             known.iter().zip(before).map(|(known, &before)| known.as_ref().map_or(before, |it| it.value)).collect()
@@ -169,20 +169,20 @@ impl<'a> Through<'a> {
         state: &mut [Option<Spread>],
         [n, all]: [usize; 2],
     ) -> Result<(), Reason> {
-        let momenta = spreads(&reset.jets, &of_scene(state, n, all)).ok_or(Reason::Lost)?;
+        let momenta = spreads(&reset.jets, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
         reset.changed.iter().zip(momenta).for_each(|(&a, momentum)| state[all + a] = Some(momentum));
-        let values = spreads(&self.watched, &of_scene(state, n, all)).ok_or(Reason::Lost)?;
+        let values = spreads(&self.watched, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
         let changed = values.into_iter().zip(self.watched.are_of_positions()).enumerate();
         for (k, (value, _)) in changed.filter(|(_, (_, is_of_positions))| !is_of_positions) {
             state[n + k] = Some(value);
         }
         let Some(Arguments { jets, tables }) = self.arguments else { return Ok(()) };
-        let values = spreads(jets, &of_scene(state, n, all)).ok_or(Reason::Lost)?;
+        let values = spreads(jets, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
         let mut at = n + self.formulas.len();
         for (k, (value, is_kept)) in values.iter().zip(jets.are_of_positions()).enumerate() {
             let ends = if let Side::Piece(_) = sides[k] { 2 } else { 1 };
             if !is_kept {
-                let (side, values) = side_of(value, tables[k]).ok_or(Reason::Together)?;
+                let (side, values) = side_of(value, tables[k]).ok_or(Reason::Left)?;
                 sides[k] = side;
                 values.into_iter().enumerate().for_each(|(end, value)| state[at + end] = Some(value));
             }

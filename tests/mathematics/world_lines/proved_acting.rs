@@ -201,3 +201,26 @@ fn two_walls_at_one_place_and_jumps_of_places_have_no_proof() {
     let back = "back = { when = \"z\", direction = \"down\", set = { z = \"1\" } }";
     assert!(reason(back).contains("sets a position or a parameter"));
 }
+
+/// The derivative of a formula does not show where it jumps: it is met there, and its rate is 0 on both sides.
+#[test]
+fn formulas_that_jump_are_met_by_no_proof() {
+    let reason = |event: &str| {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\", \"z\"], formula = \"10*z\" }}\nparticle.law = \"newtonian\"\n\
+             initial = {{ x = 0.0, z = 1.0, x_dot = 1.0, z_dot = 0.0 }}\ngrid.t_f = 2.0\nsolver.accuracy = 1e-9\n\
+             [events]\nfloor = {event}"
+        );
+        proved(&parsed(&text, &[])).expect("it is solved").reason
+    };
+    let set = "direction = \"down\", set = { z_dot = \"-0.9*z_dot\" } }";
+    let jumps = Some("an event whose formula may jump".to_owned());
+    assert_eq!(reason(&format!("{{ when = \"z + 0.5*step(x - 0.2)\", {set}")), jumps);
+    assert_eq!(reason("{ when = \"z + 1e-12*step(x - 0.2)\", until = true }"), jumps);
+    assert_eq!(reason("{ when = \"step(x - 0.7)*step(0.7 + 1e-15 - x) - 0.5\", until = true }"), jumps);
+    assert_eq!(reason("{ when = \"z + 0.01*atan(1/(x - 0.3))\", until = true }"), jumps);
+    // What is continuous has a proof, where it is smooth, and what is only looked for leaves that of the end.
+    assert_eq!(reason(&format!("{{ when = \"z + 0*max(x, -1)\", {set}")), None);
+    assert_eq!(reason("{ when = \"z*step(z) + 2\", until = true }"), Some("a jump of step".to_owned()));
+    assert_eq!(reason("{ when = \"sign(z)\" }"), None);
+}
