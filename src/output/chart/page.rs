@@ -25,9 +25,11 @@ const SCRIPT: f64 = 0.72;
 const LOWERED: f64 = 0.22;
 const RAISED: f64 = -0.36;
 
-/// The width of the sample beside a label of a legend, the space around it, and the height of a row.
-pub(super) const SAMPLE: f64 = 26.0;
+/// The width of the sample beside a label of a legend, the space around it and behind the label, and the height of a
+/// row.
+pub(super) const SAMPLE: f64 = 24.0;
 const PADDING: f64 = 6.0;
+const GAP: f64 = 10.0;
 const ROW: f64 = 21.0;
 /// A legend that would have more rows has smaller letters, down to the last of these sizes.
 const ROWS: usize = 2;
@@ -159,7 +161,7 @@ fn rows(left: f64, size: f64, labels: &[&str]) -> Vec<(f64, usize, f64)> {
             (x, row) = (left, row + 1);
         }
         let from = x;
-        x += SAMPLE + 3.5 * PADDING + width;
+        x += SAMPLE + PADDING + width + GAP;
         (from, row, width)
     };
     labels.iter().map(&mut place).collect()
@@ -324,6 +326,11 @@ mod tests {
             ordinates.len()
         };
         assert_eq!([1, 5, 12, 24].map(rows), [1, 1, 2, 4]);
+        // Those of all methods of `work-precision`, with the ones of other programs.
+        let all = "SBP strong,SBP weak,GLL weak,accuracy,march,tolerance,RK4,Verlet,Kahan–Li,Gauss,DOP853,Radau5,Taylor,\
+                   SciPy,heyoka,heyoka×2";
+        let all: Vec<&str> = all.split(',').collect();
+        assert_eq!(super::rows(MARGIN, SIZES[2], &all).last().map(|last| last.1), Some(1));
     }
 
     #[test]
