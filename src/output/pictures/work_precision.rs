@@ -61,7 +61,7 @@ pub fn work_precision<'a>(
         let curve = Series::new(label, look::mark(method.is_own()), best(rows));
         series.push(curve.with_look(look::of_curve(method)));
     }
-    let of = format!("{of}; the best of all is grey");
+    let of = format!("{of}; grey band: the best of all");
     Chart::new(work.headline, &of, [&error_label(coordinates), work.label], series).log_log()
 }
 
