@@ -157,7 +157,7 @@ fn a_ball_on_a_stiff_floor_is_where_parabolas_and_turns_are() {
             ),
             &[],
         );
-        let [z, k, up, g] = [&z, &k, "0.1", "10"].map(|text| decimal(text));
+        let [z, k, up, g] = [&z, &k, "0.1", "10"].map(decimal);
         // Down to the floor with the speed w, in it for an angle, and up with the same speed.
         let w = (up * up + Extended::from(2.0) * g * z).sqrt();
         let (omega, rest) = (k.sqrt(), g / k);
