@@ -252,6 +252,18 @@ impl<S: Real> Graph<S> {
         is_used.filter_map(divisor).collect()
     }
 
+    /// Returns true if a node is 0 by its form: a product with 0, or a − a.
+    pub(crate) fn is_zero(&self, id: NodeId) -> bool {
+        match self.nodes[id] {
+            Node::PowerInteger(base, exponent) => exponent > 0 && self.is_zero(base),
+            Node::Apply(Operation::Subtract(a, b)) => a == b || self.is_zero(a) && self.is_zero(b),
+            Node::Apply(Operation::Add(a, b)) => self.is_zero(a) && self.is_zero(b),
+            Node::Apply(Operation::Multiply(a, b)) => self.is_zero(a) || self.is_zero(b),
+            Node::Apply(Operation::Divide(a, _) | Operation::Negate(a)) => self.is_zero(a),
+            _ => self.is(id, 0.0),
+        }
+    }
+
     /// a and b of a node a − b.
     pub(crate) fn terms_of_difference(&self, id: NodeId) -> Option<(NodeId, NodeId)> {
         if let Node::Apply(Operation::Subtract(a, b)) = self.nodes[id] { Some((a, b)) } else { None }

@@ -69,18 +69,23 @@ fn is_continuous<S: Real>(graph: &mut Graph<S>, fields: &[NodeId], kink: &Kink) 
     for (one, other) in [kink.argument, opposite].into_iter().filter_map(|node| graph.terms_of_difference(node)) {
         equal.extend([(one, other), (other, one)]);
     }
+    // What is divided by 0 may be anything, also where 0 times that is written as 0, or a quotient is cancelled.
+    let divisors = graph.divisors(fields);
+    let mut is_zero_at = |&(place, by): &(NodeId, NodeId)| {
+        graph.replaced(&divisors, place, by).into_iter().any(|divisor| graph.is_zero(divisor))
+    };
+    if equal.iter().any(&mut is_zero_at) {
+        return false;
+    }
     // Of these abs has no jump.
     let calls = kink.calls.iter().copied().filter(|(_, function, _)| *function != Function::Abs).collect();
     let jumps = Kink { calls, ..*kink };
     let [below, above] = [Side::Negative, Side::Positive].map(|side| on_one_side(graph, fields, &jumps, side));
     let mut is_same = |below: NodeId, above: NodeId| {
         let mut is_zero_with = |&(place, by): &(NodeId, NodeId)| {
-            let divisors = graph.divisors(&[below, above]);
-            // What is divided by 0 may be anything, also where 0 times that is written as 0.
-            let is_divided = graph.replaced(&divisors, place, by).into_iter().any(|divisor| graph.is(divisor, 0.0));
             let [below, above] = [below, above].map(|node| graph.replaced(&[node], place, by)[0]);
             let jump = graph.subtract(above, below);
-            !is_divided && (above == below || graph.is(jump, 0.0))
+            above == below || graph.is(jump, 0.0)
         };
         below == above || equal.iter().any(&mut is_zero_with)
     };

@@ -327,8 +327,8 @@ mod tests {
         };
         assert_eq!([1, 5, 12, 24].map(rows), [1, 1, 2, 4]);
         // Those of all methods of `work-precision`, with the ones of other programs.
-        let all = "SBP strong,SBP weak,GLL weak,accuracy,march,tolerance,RK4,Verlet,Kahan–Li,Gauss,DOP853,Radau5,Taylor,\
-                   SciPy,heyoka,heyoka×2";
+        let all = "SBP strong,SBP weak,GLL weak,accuracy,march,tolerance,RK4,Verlet,Kahan–Li,Gauss,DOP853,Radau5,\
+                   Taylor,SciPy,heyoka,heyoka×2";
         let all: Vec<&str> = all.split(',').collect();
         assert_eq!(super::rows(MARGIN, SIZES[2], &all).last().map(|last| last.1), Some(1));
     }

@@ -198,4 +198,9 @@ fn what_stays_at_a_surface_has_no_proof() {
                 potential = { coordinates = [\"x\", \"y\"], \
                 formula = \"(x^2 + y^2)/2 + 5*step(1e-4 - (x-0.3)^2 - (y-0.2)^2)\" }";
     assert!(reason(wall).contains("a jump of step"));
+    // Nor a jump of which factors cancel.
+    let written = "initial = { x = -1.0, x_dot = 3.0 }\ngrid.t_f = 0.9\npotential.formula = \"abs(x)/x + x^2/2\"";
+    let given = "solver.accuracy = 1e-9\n";
+    let text = format!("particle.law = \"newtonian\"\n{given}{written}");
+    assert!(proved(&parsed(&text, &[])).is_none_or(|proof| proof.status == Status::Unproved));
 }
