@@ -84,6 +84,11 @@ impl<S: Real> Graph<S> {
         self.variables[id] & bit(variable) != 0
     }
 
+    /// Returns true if two nodes may depend on one variable; they do not, if they may not.
+    pub(crate) fn may_share(&self, one: NodeId, other: NodeId) -> bool {
+        self.variables[one] & self.variables[other] != 0
+    }
+
     /// Returns true if there is a node for this product.
     pub(super) fn has_product(&self, a: NodeId, b: NodeId) -> bool {
         self.index.contains_key(&Node::Apply(Operation::Multiply(a, b).sorted()))
@@ -250,18 +255,6 @@ impl<S: Real> Graph<S> {
             _ => None,
         };
         is_used.filter_map(divisor).collect()
-    }
-
-    /// Returns true if a node is 0 by its form: a product with 0, or a − a.
-    pub(crate) fn is_zero(&self, id: NodeId) -> bool {
-        match self.nodes[id] {
-            Node::PowerInteger(base, exponent) => exponent > 0 && self.is_zero(base),
-            Node::Apply(Operation::Subtract(a, b)) => a == b || self.is_zero(a) && self.is_zero(b),
-            Node::Apply(Operation::Add(a, b)) => self.is_zero(a) && self.is_zero(b),
-            Node::Apply(Operation::Multiply(a, b)) => self.is_zero(a) || self.is_zero(b),
-            Node::Apply(Operation::Divide(a, _) | Operation::Negate(a)) => self.is_zero(a),
-            _ => self.is(id, 0.0),
-        }
     }
 
     /// a and b of a node a − b.

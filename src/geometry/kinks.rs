@@ -69,12 +69,9 @@ fn is_continuous<S: Real>(graph: &mut Graph<S>, fields: &[NodeId], kink: &Kink) 
     for (one, other) in [kink.argument, opposite].into_iter().filter_map(|node| graph.terms_of_difference(node)) {
         equal.extend([(one, other), (other, one)]);
     }
-    // What is divided by 0 may be anything, also where 0 times that is written as 0, or a quotient is cancelled.
-    let divisors = graph.divisors(fields);
-    let mut is_zero_at = |&(place, by): &(NodeId, NodeId)| {
-        graph.replaced(&divisors, place, by).into_iter().any(|divisor| graph.is_zero(divisor))
-    };
-    if equal.iter().any(&mut is_zero_at) {
+    // What is divided by 0 may be anything, also where 0 times that is written as 0, or a quotient is cancelled. What
+    // depends on nothing that the argument depends on is no more 0 at the surface than elsewhere.
+    if singular(graph, fields).iter().any(|&divisor| graph.may_share(divisor, kink.argument)) {
         return false;
     }
     // Of these abs has no jump.
@@ -90,6 +87,13 @@ fn is_continuous<S: Real>(graph: &mut Graph<S>, fields: &[NodeId], kink: &Kink) 
         below == above || equal.iter().any(&mut is_zero_with)
     };
     below.into_iter().zip(above).all(|(below, above)| is_same(below, above))
+}
+
+/// What has poles in expressions: where a divisor is 0, or the argument of a logarithm, and those of a tangent.
+fn singular<S: Real>(graph: &Graph<S>, roots: &[NodeId]) -> Vec<NodeId> {
+    let has_poles = |function: &Function| matches!(function, Function::Tan | Function::Ln | Function::Log10);
+    let calls = graph.calls(roots).into_iter().filter(|(_, function, _)| has_poles(function));
+    graph.divisors(roots).into_iter().chain(calls.map(|(_, _, argument)| argument)).collect()
 }
 
 /// Expressions with what functions of an argument are on a side in their places.
@@ -172,9 +176,9 @@ pub(crate) fn may_jump(text: &GeometryText, formula: &str) -> bool {
     let Ok(mut ends) = Ends::new(text, Extended::ZERO, false) else { return true };
     let Ok(node) = ends.as_written(formula) else { return true };
     let graph = &mut ends.scope.graph;
-    // The derivative of atan(1/x) may be written without a divisor.
+    // The derivatives of atan(1/x) and atan(tan(x)) may be written without a divisor.
     let is_divided = |&(_, _, argument): &(NodeId, Function, NodeId)| {
-        graph.divisors(&[argument]).into_iter().any(|divisor| graph.as_constant(divisor).is_none())
+        singular(graph, &[argument]).into_iter().any(|divisor| graph.as_constant(divisor).is_none())
     };
     graph.calls(&[node]).iter().any(is_divided) || kinks(graph, &[node], &[node]).is_none()
 }

@@ -219,6 +219,8 @@ fn formulas_that_jump_are_met_by_no_proof() {
     assert_eq!(reason("{ when = \"z + 1e-12*step(x - 0.2)\", until = true }"), jumps);
     assert_eq!(reason("{ when = \"step(x - 0.7)*step(0.7 + 1e-15 - x) - 0.5\", until = true }"), jumps);
     assert_eq!(reason("{ when = \"z + 0.01*atan(1/(x - 0.3))\", until = true }"), jumps);
+    assert_eq!(reason("{ when = \"atan(tan(4*x)) + 0.05\", until = true }"), jumps);
+    assert_eq!(reason("{ when = \"max(x - 0.5, 2*x - 1)*(x - 0.5)^-1 - 1.5\", until = true }"), jumps);
     // What is continuous has a proof, where it is smooth, and what is only looked for leaves that of the end.
     assert_eq!(reason(&format!("{{ when = \"z + 0*max(x, -1)\", {set}")), None);
     assert_eq!(reason("{ when = \"z*step(z) + 2\", until = true }"), Some("a jump of step".to_owned()));
