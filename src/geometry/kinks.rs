@@ -69,12 +69,12 @@ fn is_continuous<S: Real>(graph: &mut Graph<S>, fields: &[NodeId], kink: &Kink) 
     for (one, other) in [kink.argument, opposite].into_iter().filter_map(|node| graph.terms_of_difference(node)) {
         equal.extend([(one, other), (other, one)]);
     }
-    // What is divided by 0 may be anything, also where 0 times that is written as 0, or a quotient is cancelled. What
-    // depends on nothing that the argument depends on is no more 0 at the surface than elsewhere.
+    // A quotient by 0 may be anything, also where 0 times that is written as 0, or where it is cancelled. A divisor
+    // that depends on nothing that the argument depends on is no more 0 at the surface than elsewhere.
     if singular(graph, fields).iter().any(|&divisor| graph.may_share(divisor, kink.argument)) {
         return false;
     }
-    // Of these abs has no jump.
+    // The function abs has no jump.
     let calls = kink.calls.iter().copied().filter(|(_, function, _)| *function != Function::Abs).collect();
     let jumps = Kink { calls, ..*kink };
     let [below, above] = [Side::Negative, Side::Positive].map(|side| on_one_side(graph, fields, &jumps, side));
@@ -89,7 +89,7 @@ fn is_continuous<S: Real>(graph: &mut Graph<S>, fields: &[NodeId], kink: &Kink) 
     below.into_iter().zip(above).all(|(below, above)| is_same(below, above))
 }
 
-/// What has poles in expressions: where a divisor is 0, or the argument of a logarithm, and those of a tangent.
+/// The divisors in expressions, and the arguments of logarithms and tangents: these may have poles.
 fn singular<S: Real>(graph: &Graph<S>, roots: &[NodeId]) -> Vec<NodeId> {
     let has_poles = |function: &Function| matches!(function, Function::Tan | Function::Ln | Function::Log10);
     let calls = graph.calls(roots).into_iter().filter(|(_, function, _)| has_poles(function));
@@ -111,7 +111,7 @@ fn on_one_side<S: Real>(graph: &mut Graph<S>, roots: &[NodeId], kink: &Kink, sid
     roots
 }
 
-/// What a function of an argument is on a side.
+/// The expression that a function of an argument is on a side.
 fn on_side<S: Real>(graph: &mut Graph<S>, function: Function, own: NodeId, side: Side) -> NodeId {
     match (function, side) {
         (Function::Table(table), Side::Piece(piece)) => {

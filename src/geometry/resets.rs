@@ -23,8 +23,8 @@ pub(crate) struct Reset {
 }
 
 impl Reset {
-    /// Of an event in the scene `text` that sets velocities, or else momenta, where `norm` is K at the start. The other
-    /// velocities, or momenta, stay.
+    /// The momenta behind an event in the scene `text` that sets velocities, or else momenta, where `norm` is K at the
+    /// start. The other velocities, or momenta, stay.
     ///
     /// With p_a = g_ab q̇^b + A_a those behind it are p_a + Σ g_ab (v^b − q̇^b), where v^b are the velocities that it
     /// sets. The momentum of `left_out` stays as it was: that of t, which the rate of s changes where that keeps K at
