@@ -5,7 +5,7 @@ use super::observables::Formulas;
 use super::scenery::known;
 use super::setup::observable;
 use crate::formula::FormulaError;
-use crate::geometry::{Geometry, Jets, OfEnds, Start, observed, uses};
+use crate::geometry::{Jets, OfEnds, Start, observed, uses};
 use crate::number::{Extended, Real};
 
 /// The word that a formula of the start stands behind.
@@ -65,12 +65,6 @@ impl Condition {
 }
 
 impl Case {
-    /// The space-time of a run in which these coordinates are active, whether something depends on them or not.
-    pub(crate) fn keeping(&self, kept: &[usize]) -> Geometry<Extended> {
-        let geometry = Geometry::keeping(&self.geometry_text, kept, self.is_backward());
-        geometry.expect("a valid case has valid formulas")
-    }
-
     /// Conditions with their derivatives by the states at both ends of a run, where K is `norm` at its start.
     pub(crate) fn jets(&self, conditions: &[Condition], norm: Extended) -> Jets {
         let of: Vec<OfEnds<'_>> =

@@ -112,7 +112,7 @@ fn unknown(root: &Field<'_>, key: &str, formulas: &Formulas<'_>) -> Result<Unkno
     let top = key.split('.').next().unwrap_or_default();
     let is_number = |kind: Kind| {
         matches!(kind, Kind::Value | Kind::Start | Kind::Positive | Kind::Number | Kind::Norm)
-            || matches!(kind, Kind::Named(&(Kind::Formula | Kind::Value)))
+            || matches!(kind, Kind::Named(&(Kind::Formula | Kind::Value | Kind::Start)))
     };
     if NOT_OF_THE_RUN.contains(&top) || !keys::of(key).is_some_and(|known| is_number(known.kind)) {
         let help = "an unknown is a number of the motion, its start or its end: \"initial.x_dot\", \"grid.t_f\", \

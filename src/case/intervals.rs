@@ -1,12 +1,14 @@
-//! Numbers of the start that are given as intervals: `x = [0.99, 1.01]`. A run takes the middle, and a proof all of it.
+//! Numbers of the start, and parameters, that are given as intervals: `x = [0.99, 1.01]`. A run takes the middle, and a
+//! proof all of it.
 
 use std::cmp::Ordering;
 
 use super::CaseError;
+use super::keys::PARAMETERS;
 use super::reader::Field;
-use crate::geometry::value_of;
+use crate::geometry::{uses, value_of, with_dependent};
 
-/// A number of the start between two ends, as formulas.
+/// A number of the start, or a parameter, between two ends, as formulas.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Interval {
     /// Its dotted key.
@@ -38,11 +40,20 @@ impl Field<'_> {
     }
 }
 
-/// The intervals in a table, where these are the parameters.
-pub(super) fn intervals(table: &Field<'_>, parameters: &[(String, String)]) -> Result<Vec<Interval>, CaseError> {
-    let mut found = Vec::new();
-    for field in table.fields() {
+/// The intervals of a case with these parameters.
+pub(super) fn intervals(root: &Field<'_>, parameters: &[(String, String)]) -> Result<Vec<Interval>, CaseError> {
+    let (mut found, mut wide) = (Vec::new(), Vec::new());
+    let tables = [root.table(PARAMETERS), root.table("initial")].map(|table| table.fields());
+    for field in &tables[0] {
+        wide.extend(field.interval()?.map(|_| field.key.clone()));
+    }
+    let wide = with_dependent(parameters, wide);
+    for field in tables.iter().flatten() {
         let Some(ends) = field.interval()? else { continue };
+        if let Some(other) = wide.iter().find(|other| ends.iter().any(|end| uses(end, other))) {
+            let message = format!("an end of the interval '{}' depends on '{other}', which is no number", field.path);
+            return Err(field.error(message).with_help("give ends that no other interval changes"));
+        }
         let values = [0, 1].map(|end| value_of::<f64>(&ends[end], parameters).unwrap_or(f64::NAN));
         if values[0].partial_cmp(&values[1]) != Some(Ordering::Less) {
             let message = format!("the interval from {} to {} has no inside", ends[0], ends[1]);

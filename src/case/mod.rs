@@ -157,6 +157,11 @@ impl Case {
         self.events.iter().map(|event| event.name.as_str()).collect()
     }
 
+    /// True if a number of it is an interval, and a proof says where all motions are.
+    pub fn has_hull(&self) -> bool {
+        !self.intervals.is_empty() && self.proof != Some(false)
+    }
+
     /// The names of all coordinates, in order, with those that the space-time adds itself.
     pub fn coordinates(&self) -> Vec<String> {
         self.geometry_text.names()

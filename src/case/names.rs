@@ -13,7 +13,7 @@ const MOST_COORDINATES: usize = 64;
 /// Names of columns and keys that stand beside those of the coordinates.
 const COLUMNS: [&str; 5] = ["gamma", "window", "event", "norm", "solve"];
 /// Prefixes of the columns and keys that are made of names.
-const PREFIXES: [&str; 5] = ["p_", "delta_", "eps_", "error_", "norm_"];
+const PREFIXES: [&str; 6] = ["p_", "delta_", "eps_", "error_", "norm_", "hull_"];
 const IDENTIFIER: &str = "a name is a letter or underscore, then letters, digits and underscores";
 
 /// The names that have a meaning already, and what they mean.

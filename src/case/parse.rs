@@ -85,7 +85,7 @@ impl Case {
             coefficients: scenery.coefficients,
             bodies: scenery.bodies,
             initial: initial.data,
-            intervals: intervals::intervals(&root.table("initial"), &scenery.text.parameters)?,
+            intervals: intervals::intervals(root, &scenery.text.parameters)?,
             continues: initial.from.as_ref().map(|(_, summary)| summary.clone()),
             from: initial.from.map(|(from, _)| from),
             geometry_text: scenery.text.clone(),

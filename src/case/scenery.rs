@@ -20,10 +20,19 @@ use crate::number::Real;
 /// Help lists no more names than this.
 const MOST_NAMED: usize = 12;
 
-/// The meaning of names of the case's own: in words, and as places of formulas.
-type Kind = (&'static str, fn(String) -> Place);
-const PARAMETER: Kind = ("a parameter", Place::Parameter);
-pub(super) const DEFINITION: Kind = ("a definition", Place::Definition);
+/// The meaning of names of the case's own.
+pub(super) struct Kind {
+    /// In words.
+    name: &'static str,
+    /// As places of formulas.
+    place: fn(String) -> Place,
+    read: fn(&Field<'_>) -> Result<String, CaseError>,
+}
+
+const PARAMETER: Kind = Kind { name: "a parameter", place: Place::Parameter, read: |field| field.number_of_start() };
+const FORMER_PARAMETER: Kind = Kind { read: |field| field.formula(), ..PARAMETER };
+pub(super) const DEFINITION: Kind =
+    Kind { name: "a definition", place: Place::Definition, read: |field| field.formula() };
 
 /// Formulas with where they stand. Those of a preset stand nowhere.
 #[derive(Default)]
@@ -45,24 +54,24 @@ impl<'t> Places<'t> {
         taken: &mut NameTable,
         formulas: &mut Vec<(String, String)>,
     ) -> Result<(), CaseError> {
-        let former = FORMER.iter().filter_map(|place| root.find(place));
-        std::iter::once(root.table(PARAMETERS))
-            .chain(former)
-            .try_for_each(|table| self.keep_named(&table, PARAMETER, taken, formulas))
+        self.keep_named(&root.table(PARAMETERS), PARAMETER, taken, formulas)?;
+        let mut former = FORMER.iter().filter_map(|place| root.find(place));
+        former.try_for_each(|table| self.keep_named(&table, FORMER_PARAMETER, taken, formulas))
     }
 
     /// The formulas of a table below names of their own: they replace those of these names, or are appended.
     pub(super) fn keep_named(
         &mut self,
         section: &Field<'t>,
-        (kind, place): Kind,
+        Kind { name: kind, place, read }: Kind,
         taken: &mut NameTable,
         formulas: &mut Vec<(String, String)>,
     ) -> Result<(), CaseError> {
         for field in section.fields() {
             taken.take(&field, kind)?;
             let name = field.key.clone();
-            let formula = self.keep(place(name.clone()), field)?;
+            let formula = read(&field)?;
+            self.0.push((place(name.clone()), field));
             match formulas.iter_mut().find(|(other, _)| *other == name) {
                 Some((_, old)) => *old = formula,
                 None => formulas.push((name, formula)),

@@ -193,6 +193,13 @@ impl Case {
         geometry.expect("a valid case has valid formulas")
     }
 
+    /// True if the formulas of its scene are those of another case, whatever their parameters are.
+    pub(crate) fn is_in_scene_of(&self, other: &Self) -> bool {
+        let without =
+            |of: &Self| GeometryText { parameters: Vec::new(), unknown: Vec::new(), ..of.geometry_text.clone() };
+        without(self) == without(other)
+    }
+
     /// The arguments of abs, sign, step and tables, if there are some, and if each of them can be followed by itself.
     pub(crate) fn arguments(&self) -> Option<Arguments> {
         let all = if self.is_backward() { None } else { geometry::arguments(&self.geometry_text) };

@@ -85,7 +85,7 @@ impl JudgeArgs {
             });
             bar.into_iter().for_each(|bar| bar.finish_and_clear());
         }
-        if !case.intervals.is_empty() && case.proof != Some(false) {
+        if case.has_hull() {
             interrupt::watched(|is_stopped| judged.hull = Some(hull(case, &mut |_| !is_stopped())));
         }
         judged
@@ -128,13 +128,15 @@ pub(super) fn told(proof: &ProofOfRun, case: &Case) -> String {
 }
 
 /// Where the motions from intervals end, or why that is not known.
-pub(super) fn told_hull(hull: &Result<Hull, String>) -> String {
-    let hull = match hull {
-        Ok(hull) => hull,
+pub(super) fn told_hull(hull: &Hull, case: &Case) -> String {
+    let ends = match &hull.ends {
+        Ok(ends) => ends,
         Err(reason) => return format!("the ends from the intervals are not proved: {reason}"),
     };
+    // Where a run ends at a time, this is known.
+    let told = |(name, _): &&(String, [f64; 2])| name != "t" || case.t_f::<f64>().is_none();
     let one = |(name, ends): &(String, [f64; 2])| format!("{name} in {}", within(*ends));
-    format!("from all of the intervals {}", listed(hull.ends.iter().map(one)))
+    format!("from all of the intervals {}", listed(ends.iter().filter(told).map(one)))
 }
 
 /// An interval in few digits, rounded outwards.

@@ -21,7 +21,7 @@ use toml_edit::Value;
 use super::format::FormatArgs;
 use super::judge::{JudgeArgs, NO_ERROR, NO_PROOF, PROOF};
 use super::out::{OutArgs, RESULTS};
-use super::run_tables::{EVENTS, tables, write_table, write_tables};
+use super::run_tables::{EVENTS, HULL, tables, write_table, write_tables};
 use super::samples::SampleArgs;
 use super::share::VaryArgs;
 use super::together::Together;
@@ -29,6 +29,7 @@ use super::told::Told;
 use super::{CaseArgs, complete, memory, out, report};
 
 const UNTIL_FAILURE: &str = "until_failure.csv";
+const PICTURE_OF_HULL: &str = "hull.svg";
 
 #[derive(Debug, Clone, Args)]
 pub(super) struct RunArgs {
@@ -197,10 +198,13 @@ fn execute<S: Real>(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> any
     let target = args.output.target(&args.case, "run")?;
     out::keep_source(case, &target)?;
     let directory = target.folder.clone();
-    let tables = tables(case, !args.samples.samples_only, args.samples.count().is_some());
+    let mut tables = tables(case, !args.samples.samples_only, args.samples.count().is_some());
+    tables.extend(case.has_hull().then_some(HULL));
     let all = [&tables[..], &[UNTIL_FAILURE]].concat();
     let drawn = if args.plot { pictures::names_of_run(case) } else { Vec::new() };
-    let files = OutputSet::open(target, &[&args.format.files(&all)[..], &[SUMMARY, CASE], &drawn].concat())?;
+    let drawn_hull = (args.plot && case.has_hull()).then_some(PICTURE_OF_HULL);
+    let others = [SUMMARY, CASE].into_iter().chain(drawn_hull).collect::<Vec<_>>();
+    let files = OutputSet::open(target, &[&args.format.files(&all)[..], &others, &drawn].concat())?;
     // The expectations hold for the case as it is in its file.
     let is_own = args.case.set.iter().all(|set| [PROOF, NO_PROOF, NO_ERROR].contains(&set.as_str()));
     let effective = if is_own { case.to_toml() } else { case.without_expectations().to_toml() };
@@ -217,7 +221,7 @@ fn execute<S: Real>(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> any
     }
     let start = Instant::now();
     write_tables(&files, &tables, &args.format, &|name, out| {
-        write_table(name, out, case, (&run, judged.proof.as_ref()), args.every)
+        write_table(name, out, case, (&run, Some(&judged)), args.every)
     })?;
     let title = args.case.headed(case.title.as_deref());
     let json = run_summary(case, &run, &judged, [solve_seconds, start.elapsed().as_secs_f64()]);
@@ -225,6 +229,9 @@ fn execute<S: Real>(case: &Case, args: &RunArgs, charts: &mut Vec<Chart>) -> any
     if args.plot {
         *charts = pictures::of_run(&title, case, &run);
         drawn.iter().zip(&*charts).try_for_each(|(name, chart)| files.write_text(name, &chart.to_svg()))?;
+    }
+    if let Some(hull) = judged.hull.as_ref().filter(|_| args.plot) {
+        files.write_text(PICTURE_OF_HULL, &pictures::of_hull(&title, case, hull).to_svg())?;
     }
     let of_failure = args.format.files(&[UNTIL_FAILURE]);
     files.commit(&|name| !of_failure.contains(&name))?;

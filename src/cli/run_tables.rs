@@ -5,13 +5,12 @@ use std::thread::{Builder, scope};
 
 use geodesic_ivp::Case;
 use geodesic_ivp::number::Real;
-use geodesic_ivp::output::OutputSet;
 use geodesic_ivp::output::tables::{
     branches, residuals, trajectory, write_events, write_growth, write_nodes, write_samples, write_sensitivity,
 };
+use geodesic_ivp::output::{OutputSet, write_hull};
 use geodesic_ivp::solve::System;
-use geodesic_ivp::study::proof::ProofOfRun;
-use geodesic_ivp::study::run::Run;
+use geodesic_ivp::study::run::{Judged, Run};
 
 use super::format::FormatArgs;
 
@@ -21,6 +20,7 @@ const BRANCHES: &str = "branches.csv";
 const SAMPLES: &str = "samples.csv";
 const SENSITIVITY: &str = "sensitivity.csv";
 const GROWTH: &str = "growth.csv";
+pub(super) const HULL: &str = "hull.csv";
 pub(super) const EVENTS: &str = "events.csv";
 
 /// The tables of a run, which keeps its nodes or not, and takes samples or not.
@@ -43,10 +43,11 @@ pub(super) fn write_table<S: Real>(
     name: &str,
     out: &File,
     case: &Case,
-    (run, proof): (&Run<S>, Option<&ProofOfRun>),
+    (run, judged): (&Run<S>, Option<&Judged>),
     every: usize,
 ) -> csv::Result<()> {
     let (line, names) = (&run.line, run.line.geometry().names());
+    let proof = judged.and_then(|judged| judged.proof.as_ref());
     match name {
         TRAJECTORY => write_nodes(out, &run.parts(), every, trajectory),
         RESIDUALS => write_nodes(out, &run.parts(), every, residuals),
@@ -57,6 +58,10 @@ pub(super) fn write_table<S: Real>(
         }
         SENSITIVITY => write_sensitivity(out, line),
         GROWTH => write_growth(out, line),
+        HULL => {
+            let hull = judged.and_then(|judged| judged.hull.as_ref());
+            write_hull(out, &names[..line.geometry().results()], hull.map_or(&[], |hull| &hull.way))
+        }
         _ => {
             let format = (line.digits, case.settings.is_judged_on_its_way());
             let radii = proof.map_or(&[][..], |proof| &proof.events);

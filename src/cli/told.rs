@@ -46,7 +46,7 @@ impl<S: Real> Told<'_, S> {
             ("events", self.events()),
             ("between", self.between()),
             (if self.is_unproved() { "no proof" } else { "proved" }, self.proved()),
-            ("hull", self.judged.hull.as_ref().map(judge::told_hull)),
+            ("hull", self.judged.hull.as_ref().map(|hull| judge::told_hull(hull, self.case))),
             ("written", Some(written)),
         ];
         self.verdict() + &rows.into_iter().filter_map(|(name, text)| Some(row(name, &text?))).collect::<String>()

@@ -83,7 +83,8 @@ pub(super) fn vary(args: &RunArgs) -> anyhow::Result<ExitCode> {
 
     let mut summary = RunsSummary::new(runs.first().title.as_deref(), &identity, runs.len());
     let writers = tables.iter().map(|name| (*name, files.writer(name))).collect();
-    let cells = journal.write(writers, &mut summary, column.as_deref())?;
+    let shown: Vec<String> = column.iter().flat_map(|column| shown(runs, &table.1, column)).collect();
+    let cells = journal.write(writers, &mut summary, &shown)?;
     tables.iter().try_for_each(|table| args.format.write_array(&files, table))?;
     if let Some(column) = &column {
         let title = args.case.headed(runs.first().title.as_deref());
@@ -149,13 +150,19 @@ fn draw(
     files: &OutputSet,
     runs: &ManyRuns,
     title: &str,
-    (column, cells): (&str, &[String]),
+    (column, cells): (&str, &[Vec<String>]),
     journal: &mut Journal,
 ) -> anyhow::Result<()> {
     let varied = |axis| pictures::Varied::from(axis);
     match runs.axes.as_slice() {
-        [axis] => files.write_text(LINE, &pictures::line(title, column, varied(axis), cells))?,
-        [x, y] => files.write_text(MAP, &pictures::scan(title, column, [x, y].map(varied), cells).to_svg())?,
+        [axis] => {
+            let svg = match cells {
+                [low, high] => pictures::hulls(title, column, varied(axis), [low, high]).to_svg(),
+                _ => pictures::line(title, column, varied(axis), &cells[0]),
+            };
+            files.write_text(LINE, &svg)?;
+        }
+        [x, y] => files.write_text(MAP, &pictures::scan(title, column, [x, y].map(varied), &cells[0]).to_svg())?,
         _ => {}
     }
     if runs.first().events.is_empty() {
@@ -211,6 +218,14 @@ fn column(args: &VaryArgs, runs: &ManyRuns, columns: &Columns) -> anyhow::Result
     }
     let known = header.join(", ");
     Err(refused(format!("the table has no column '{column}'"), format!("its columns are {known}")))
+}
+
+/// The columns whose cells are drawn: of intervals side by side both ends of the hull.
+fn shown(runs: &ManyRuns, columns: &Columns, column: &str) -> Vec<String> {
+    match (runs.axes.as_slice(), columns.ends_of(column)) {
+        ([axis], Some(ends)) if axis.values.iter().all(|value| pictures::ends_of(value).is_some()) => ends.to_vec(),
+        _ => vec![column.to_owned()],
+    }
 }
 
 /// Refuses combinations of options that make no sense, and keys that are given twice.
@@ -309,7 +324,7 @@ fn varied(runs: &ManyRuns) -> String {
 /// The lines for people: first how many rows have which verdict, then how many have which status. The line `varied` is
 /// between them.
 pub(super) fn summary_text(title: &str, summary: &RunsSummary, varied: &str) -> String {
-    let RunsSummary { rows, solved, doubtful, proved, .. } = summary;
+    let RunsSummary { rows, solved, doubtful, proved, hulls, .. } = summary;
     let (trusted, refused) = (solved - doubtful - proved, rows - solved);
     let proved = if *proved > 0 { format!("{proved} proved, ") } else { String::new() };
     let counts: Vec<String> = summary.statuses.iter().map(|(status, count)| format!("{count} {status}")).collect();
@@ -317,4 +332,13 @@ pub(super) fn summary_text(title: &str, summary: &RunsSummary, varied: &str) -> 
     wrapped(&format!("{title}: {proved}{trusted} trusted, {doubtful} doubtful, {refused} refused"), 2)
         + varied
         + &row("rows", &format!("{rows}{part}: {}", counts.join(", ")))
+        + &hulls.map_or_else(String::new, |hulls| row("hull", &of_hulls(hulls, *rows)))
+}
+
+/// Of how many rows the hull is proved.
+fn of_hulls(hulls: usize, rows: usize) -> String {
+    if hulls == rows {
+        return "all rows have one that is proved".to_owned();
+    }
+    format!("{hulls} of {rows} rows have one that is proved: the column message says why others have none")
 }

@@ -21,7 +21,13 @@ pub(super) struct Expressions {
 impl Expressions {
     pub(super) fn new<S: Real>(parts: &mut Parts<S>, inverse: &Inverse, active: &[usize]) -> Self {
         let mut velocities = velocities(parts, inverse);
-        let forces: Vec<NodeId> = active.iter().map(|&a| rate(parts, a, &velocities)).collect();
+        let zero = parts.graph.constant(S::ZERO);
+        velocities[parts.unknown.clone()].fill(zero);
+        let forces = active.iter().map(|a| match parts.unknown.contains(a) {
+            true => zero,
+            false => rate(parts, *a, &velocities),
+        });
+        let forces: Vec<NodeId> = forces.collect();
         watch(parts, active, &mut velocities, &forces);
         Self { forces, determinants: inverse.blocks.iter().map(|block| block.determinant).collect(), velocities }
     }

@@ -74,6 +74,11 @@ impl<S: Real> Hamiltonian<S> {
         }
     }
 
+    /// The coordinates that are unknown parameters.
+    pub(crate) fn unknown(&self) -> Range<usize> {
+        self.parts.unknown.clone()
+    }
+
     /// The registers of q̇^a of active coordinates.
     pub(crate) fn active_velocities(&self) -> Vec<Register> {
         self.active.iter().map(|&a| self.velocities[a]).collect()

@@ -24,11 +24,13 @@ pub(crate) struct Jets {
     program: Program<Extended>,
     /// The number of coordinates n.
     dimension: usize,
-    /// For each formula the numbers of both ends that it depends on.
+    /// The number of unknown parameters.
+    unknown: usize,
+    /// For each formula the numbers of both ends, and unknown parameters, that it depends on.
     depends: Vec<Vec<bool>>,
 }
 
-/// A value, and the derivatives by q^a and p_a of the end, then of the start.
+/// A value, and the derivatives by q^a and p_a of the end, then of the start, and then by unknown parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Jet {
     pub(crate) value: Ball,
@@ -59,16 +61,17 @@ impl Ends {
     /// [`GeometryError`] with a mistake in a formula of the scene.
     pub(super) fn new(text: &GeometryText, norm: Extended, is_backward: bool) -> Result<Self, GeometryError> {
         let parts = Parts::new(text)?;
-        let mut parts = if is_backward { parts.reversed() } else { parts };
+        let parts = if is_backward { parts.reversed() } else { parts };
+        let mut parts = parts.of_two_ends(text.unknown.len());
         let (fields, roots) = (parts.fields(), parts.roots().into_iter().map(|node| *node).collect());
         let (n, inverse) = (parts.dimension(), Inverse::new(&mut parts)?);
         let active = active_of(&mut parts, &[]);
         let Expressions { velocities, .. } = Expressions::new(&mut parts, &inverse, &active);
-        let mut scope = Scope::new(text)?;
-        scope.graph = std::mem::take(&mut parts.graph);
+        let mut scope = Scope::in_graph(std::mem::take(&mut parts.graph), text, 6 * n)?;
         scope.names.insert("norm".to_owned(), Known::Number(norm));
         scope.define(&text.definitions)?;
         // The end has the first 3n variables, of which velocities stand in none, and the start has as many behind them.
+        // Unknown parameters are the last ones.
         let state = |first: usize, scope: &mut Scope<Extended>| -> Vec<NodeId> {
             let own: Vec<NodeId> = (first..first + 3 * n).map(|variable| scope.graph.variable(variable)).collect();
             let velocities = scope.graph.substitute(&velocities, &own);
@@ -135,20 +138,21 @@ impl Jets {
             let node = parsed(of.end, &all, &mut scope)?;
             nodes.push(scope.graph.substitute(&[node], &[&end[..], &inner].concat())[0]);
         }
-        Ok(Self::of_nodes(scope, n, &nodes))
+        Ok(Self::of_nodes(scope, [n, text.unknown.len()], &nodes))
     }
 
-    /// Compiles nodes of a scene with n coordinates.
-    pub(super) fn of_nodes(mut scope: Scope<Extended>, n: usize, nodes: &[NodeId]) -> Self {
+    /// Compiles nodes of a scene with so many coordinates and unknown parameters.
+    pub(super) fn of_nodes(mut scope: Scope<Extended>, [n, unknown]: [usize; 2], nodes: &[NodeId]) -> Self {
         let (mut outputs, mut depends) = (Vec::new(), Vec::new());
+        let all = 6 * n + unknown;
         for &node in nodes {
-            let of = scope.graph.variables_of(node, 6 * n);
-            depends.push(places(n).map(|variable| of[variable]).collect());
+            let of = scope.graph.variables_of(node, all);
+            depends.push(places(n, unknown).map(|variable| of[variable]).collect());
             outputs.push(node);
-            outputs.extend(places(n).map(|variable| scope.graph.derivative(node, variable)));
+            outputs.extend(places(n, unknown).map(|variable| scope.graph.derivative(node, variable)));
         }
-        let program = Program::new(&mut scope.graph, 6 * n, &outputs);
-        Self { program, dimension: n, depends }
+        let program = Program::new(&mut scope.graph, all, &outputs);
+        Self { program, dimension: n, unknown, depends }
     }
 
     /// True for each formula that depends on positions of the end alone.
@@ -162,12 +166,13 @@ impl Jets {
         self.depends.iter().any(|depends| depends[self.dimension + a])
     }
 
-    /// The formulas over sets of q^a and p_a of the end, then of the start.
+    /// The formulas over sets of q^a and p_a of the end, then of the start, and of unknown parameters.
     pub(crate) fn at(&self, states: &[Ball]) -> Vec<Jet> {
         // A constant of the case is a decimal, or a formula of few of them.
         let mut registers = self.program.registers(|constant| Ball::of(constant, OFF));
-        places(self.dimension).zip(states).for_each(|(register, &value)| registers[register] = value);
-        let each = 1 + 4 * self.dimension;
+        let places = places(self.dimension, self.unknown);
+        places.zip(states).for_each(|(register, &value)| registers[register] = value);
+        let each = 1 + 4 * self.dimension + self.unknown;
         run(&OneBall, self.program.steps_to(each * self.depends.len()), &mut registers);
         let output = |k: usize| registers[self.program.output(k)];
         let jet = |k: usize| Jet {
@@ -181,9 +186,10 @@ impl Jets {
     }
 }
 
-/// The variables of positions and momenta, of the end and then of the start.
-fn places(n: usize) -> impl Iterator<Item = usize> {
-    [0, 3 * n].into_iter().flat_map(move |first| (first..first + n).chain(first + 2 * n..first + 3 * n))
+/// The variables of positions and momenta, of the end and then of the start, and of unknown parameters.
+fn places(n: usize, unknown: usize) -> impl Iterator<Item = usize> {
+    let of_ends = [0, 3 * n].into_iter().flat_map(move |first| (first..first + n).chain(first + 2 * n..first + 3 * n));
+    of_ends.chain(6 * n..6 * n + unknown)
 }
 
 fn parsed(text: &str, names: &[String], scope: &mut Scope<Extended>) -> Result<NodeId, GeometryError> {

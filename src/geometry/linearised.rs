@@ -78,9 +78,10 @@ fn entries<S: Real>(parts: &mut Parts<S>, active: &[usize], of: &Expressions) ->
     for row in 0..rows.len() {
         for column in 0..columns.len() {
             // Without a force q̇ and −ṗ are slopes of one function of q and p, whose second derivatives do not
-            // depend on the order. So about half of the entries are found from other ones.
+            // depend on the order. So about half of the entries are found from other ones. An unknown parameter is no
+            // such coordinate.
             let (of, by, is_opposite) = match (row / m, column / m) {
-                _ if !parts.force.is_empty() => (row, column, false),
+                _ if !parts.force.is_empty() || !parts.unknown.is_empty() => (row, column, false),
                 (0, 1) => (row.min(column - m), row.max(column - m) + m, false),
                 (1, 0) => (column.max(row - m) + m, column.min(row - m), false),
                 (1, 1) => (column - m, row - m, true),

@@ -69,8 +69,8 @@ pub use rates::Rates;
 pub(crate) use resets::{NewRate, Reset};
 pub(crate) use structure::other;
 pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
-pub(crate) use text::uses;
 pub use text::{GeometryError, GeometryText, Law, Place, Potential, Tau};
+pub(crate) use text::{uses, with_dependent};
 pub use watched::Beside;
 pub use written::{WrittenFormulas, WrittenRates};
 
@@ -109,7 +109,7 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// [`GeometryError`] with the place of the mistake.
     pub fn new(text: &GeometryText) -> Result<Self, GeometryError> {
-        Self::keeping(text, &[], false)
+        Self::of_text(text, false)
     }
 
     /// The paper's space-time diag(g00(x), −1) of t and x. x is active without a force, too.
@@ -131,18 +131,14 @@ impl<S: Real> Geometry<S> {
     /// # Errors
     /// As [`Self::new`].
     pub fn backward(text: &GeometryText) -> Result<Self, GeometryError> {
-        Self::keeping(text, &[], true)
+        Self::of_text(text, true)
     }
 
-    /// The scene of `text`, on its way back if `is_backward`, in which these coordinates are active in any case: their
-    /// momenta are no constants of the equations, whose values cannot change.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub(crate) fn keeping(text: &GeometryText, kept: &[usize], is_backward: bool) -> Result<Self, GeometryError> {
+    /// The scene of `text`, on its way back if `is_backward`.
+    fn of_text(text: &GeometryText, is_backward: bool) -> Result<Self, GeometryError> {
         let parts = Parts::new(text)?;
         let parts = if is_backward { parts.reversed() } else { parts };
-        Self::of_parts(parts, kept).map(|geometry| geometry.seen_as(text))
+        Self::of_parts(parts, &[]).map(|geometry| geometry.seen_as(text))
     }
 
     /// The coordinates that are active in any case are `kept`.

@@ -25,6 +25,8 @@ pub(super) struct Parts<S> {
     pub(super) particles: Range<usize>,
     /// Formulas of q, q̇ and p, whose rates are the velocities of the last coordinates.
     pub(super) watched: Vec<NodeId>,
+    /// Coordinates that stay where they are: unknown parameters.
+    pub(super) unknown: Range<usize>,
 }
 
 /// The names that the formulas of a scene may refer to.
@@ -47,7 +49,26 @@ pub(super) fn variables(coordinates: &[String], all: usize, kinds: usize) -> Vec
 impl<S: Real> Scope<S> {
     /// The names of a scene in a graph, without its definitions.
     pub(super) fn new(scene: &GeometryText) -> Result<Self, GeometryError> {
-        let (mut graph, mut names) = (Graph::default(), parameters(&scene.parameters)?);
+        Self::in_graph(Graph::default(), scene, 3 * scene.names().len())
+    }
+
+    /// The same in a graph that has nodes already, with unknown parameters in the place of its variables from `first`
+    /// on.
+    pub(super) fn in_graph(mut graph: Graph<S>, scene: &GeometryText, first: usize) -> Result<Self, GeometryError> {
+        let mut names = parameters(&scene.parameters)?;
+        let mut unknown = scene.unknown.clone();
+        for (j, name) in unknown.iter().enumerate() {
+            names.insert(name.clone(), Known::Node(graph.variable(first + j)));
+        }
+        for k in in_order(&scene.parameters)? {
+            let (name, text) = &scene.parameters[k];
+            if !unknown.contains(name) && unknown.iter().any(|other| uses(text, other)) {
+                let node = formula::parse(text, &[], &names, &mut graph);
+                let node = node.map_err(|error| GeometryError::Formula(Place::Parameter(name.clone()), error))?;
+                names.insert(name.clone(), Known::Node(node));
+                unknown.push(name.clone());
+            }
+        }
         for name in &scene.held {
             if let Some(Known::Number(value)) = names.get(name).copied() {
                 names.insert(name.clone(), Known::Node(graph.held(value)));
@@ -217,6 +238,7 @@ impl<S: Real> Parts<S> {
             force,
             particles: 0..0,
             watched: Vec::new(),
+            unknown: 0..0,
         })
     }
 
@@ -276,8 +298,8 @@ impl<S: Real> Parts<S> {
                 *node = scope.graph.multiply(omega, *node);
             }
         }
-        let one_form = BTreeMap::new();
-        Ok(Self { graph: scope.graph, names, metric, one_form, hamiltonian, force, particles, watched: Vec::new() })
+        let (one_form, watched, unknown) = (BTreeMap::new(), Vec::new(), 0..0);
+        Ok(Self { graph: scope.graph, names, metric, one_form, hamiltonian, force, particles, watched, unknown })
     }
 
     /// The same world-lines on their way back: velocities and momenta have the other sign.
@@ -290,6 +312,22 @@ impl<S: Real> Parts<S> {
             *node = graph.substitute(&[*node], &replacement)[0];
         }
         self
+    }
+
+    /// The same with unknown parameters behind the variables of two states, as many as there are.
+    pub(super) fn of_two_ends(mut self, unknown: usize) -> Self {
+        let n = self.dimension();
+        let place = |k: usize| if k < 3 * n { k } else { k + 3 * n };
+        let moved: Vec<NodeId> = (0..3 * n + unknown).map(|k| self.graph.variable(place(k))).collect();
+        self.renamed(&moved);
+        self
+    }
+
+    /// Puts other nodes in the place of variables of all fields.
+    pub(super) fn renamed(&mut self, variables: &[NodeId]) {
+        let roots: Vec<NodeId> = self.roots().into_iter().map(|node| *node).collect();
+        let roots = self.graph.substitute(&roots, variables);
+        self.roots().into_iter().zip(roots).for_each(|(node, new)| *node = new);
     }
 
     fn without_zeros(mut self) -> Self {

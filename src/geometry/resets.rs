@@ -57,6 +57,6 @@ impl Reset {
         }
         let (changed, nodes): (Vec<usize>, Vec<_>) =
             momenta.iter().enumerate().filter_map(|(a, node)| node.map(|node| (a, node))).unzip();
-        Ok(Self { changed, jets: Jets::of_nodes(ends.scope, n, &nodes) })
+        Ok(Self { changed, jets: Jets::of_nodes(ends.scope, [n, 0], &nodes) })
     }
 }

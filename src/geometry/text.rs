@@ -33,6 +33,8 @@ pub struct GeometryText {
     pub tables: Vec<(String, Table)>,
     /// Parameters that events set, and those that depend on them: no formula is simplified by their values.
     pub held: Vec<String>,
+    /// Parameters that are no numbers, but variables behind all others: a proof is about all of their values.
+    pub unknown: Vec<String>,
 }
 
 /// A potential, and the particle or the particles in it.
@@ -127,13 +129,15 @@ impl GeometryText {
     /// Lets events set what of these names is a parameter.
     pub fn hold(&mut self, mut names: Vec<String>) {
         names.retain(|name| self.parameters.iter().any(|(parameter, _)| parameter == name));
-        let is_next = |text: &str, names: &[String]| names.iter().any(|name| uses(text, name));
-        while let Some((next, _)) =
-            self.parameters.iter().find(|(name, text)| !names.contains(name) && is_next(text, &names))
-        {
-            names.push(next.clone());
-        }
-        self.held = names;
+        self.held = with_dependent(&self.parameters, names);
+    }
+
+    /// Returns true if one of these parameters is in a number of the law itself, which has to be one: in the mass of
+    /// the relativistic law or in c.
+    pub(crate) fn is_law_of(&self, parameters: &[String]) -> bool {
+        let all = with_dependent(&self.parameters, parameters.to_vec());
+        let of_law = self.potential.iter().filter(|of| of.law == Law::Relativistic);
+        of_law.flat_map(|of| [&of.mass, &of.c]).any(|number| all.iter().any(|name| uses(number, name)))
     }
 }
 
@@ -174,6 +178,7 @@ impl GeometryText {
             tau,
             tables,
             held,
+            unknown,
         } = self;
         let number = |all: &[(String, String)], name: &String| all.iter().find(|(other, _)| other == name).cloned();
         *coordinates == other.coordinates
@@ -186,8 +191,18 @@ impl GeometryText {
             && *tau == other.tau
             && *tables == other.tables
             && *held == other.held
+            && *unknown == other.unknown
             && parameters.iter().all(|name| number(own, name) == number(&other.parameters, name))
     }
+}
+
+/// These parameters, and those that depend on them.
+pub(crate) fn with_dependent(parameters: &[(String, String)], mut names: Vec<String>) -> Vec<String> {
+    let is_next = |text: &str, names: &[String]| names.iter().any(|name| uses(text, name));
+    while let Some((next, _)) = parameters.iter().find(|(name, text)| !names.contains(name) && is_next(text, &names)) {
+        names.push(next.clone());
+    }
+    names
 }
 
 /// Returns true if `name` occurs in the text as a word of its own.

@@ -1,5 +1,5 @@
-//! Scenes that watch formulas: each is one more coordinate, on which nothing depends, and which moves as the formula
-//! does.
+//! Scenes with more coordinates for a proof. Formulas that are watched are coordinates on which nothing depends, and
+//! which move as they do. Unknown parameters are coordinates that stay where they are, and on which much may depend.
 //!
 //! Of a formula g(q, q̇, p) of the state, ġ = ∂g/∂q^a q̇^a + ∂g/∂p_a ṗ_a is a function of q and p, as velocities are.
 //! Where g changes its sign the coordinate passes 0, so that whatever is known of coordinates is known of events, too:
@@ -18,7 +18,8 @@ use crate::number::Real;
 pub struct Beside<'t> {
     /// Formulas of the state.
     pub formulas: &'t [&'t str],
-    /// Coordinates that are active in any case.
+    /// Coordinates that are active in any case: their momenta are no constants of the equations, whose values cannot
+    /// change.
     pub also: &'t [usize],
     /// The sides on which the arguments of abs, sign, step and tables are: the scene is that of this side everywhere,
     /// and what is 0 where it ends are formulas behind the others. Without sides it is what it is.
@@ -28,7 +29,7 @@ pub struct Beside<'t> {
 impl<S: Real> Geometry<S> {
     /// The scene of `text`, on its way back if `is_backward`, in which the last coordinates are the values of formulas
     /// of a state, where `norm` is K at the start. Their momenta are 0. What the rates of formulas depend on is active.
-    /// A mistake is reported as one of the potential.
+    /// Before them stand unknown parameters of `text`. A mistake is reported as one of the potential.
     ///
     /// # Errors
     /// [`GeometryError`] with the mistake.
@@ -47,7 +48,7 @@ impl<S: Real> Geometry<S> {
 }
 
 impl<S: Real> Parts<S> {
-    /// The same with a coordinate for each formula.
+    /// The same with a coordinate for each unknown parameter and each formula.
     fn watching(
         self,
         text: &GeometryText,
@@ -57,20 +58,19 @@ impl<S: Real> Parts<S> {
     ) -> Result<Self, GeometryError> {
         let n = self.dimension();
         let (mut this, arguments) = self.on_sides(sides);
-        let all = n + formulas.len() + arguments.len();
-        // Velocities and momenta stand behind so many more variables.
-        let moved: Vec<NodeId> = (0..3 * n).map(|k| this.graph.variable(k / n * all + k % n)).collect();
+        this.unknown = n..n + text.unknown.len();
+        let all = this.unknown.end + formulas.len() + arguments.len();
+        // Velocities and momenta stand behind so many more variables, and unknown parameters before them.
+        let place = |k: usize| if k < 3 * n { k / n * all + k % n } else { k - 2 * n };
+        let moved: Vec<NodeId> = (0..3 * n + text.unknown.len()).map(|k| this.graph.variable(place(k))).collect();
         let arguments = this.graph.substitute(&arguments, &moved);
-        let roots: Vec<NodeId> = this.roots().into_iter().map(|node| *node).collect();
-        let roots = this.graph.substitute(&roots, &moved);
-        this.roots().into_iter().zip(roots).for_each(|(node, new)| *node = new);
+        this.renamed(&moved);
         let one = this.graph.constant(S::ONE);
         for a in n..all {
             this.names.push(String::new());
             this.metric.insert([a, a], one);
         }
-        let mut scope = Scope::new(text)?;
-        scope.graph = std::mem::take(&mut this.graph);
+        let mut scope = Scope::in_graph(std::mem::take(&mut this.graph), text, n)?;
         scope.names.insert("norm".to_owned(), Known::Number(norm));
         scope.define(&text.definitions)?;
         let variables = variables(&text.names(), all, 3);

@@ -11,7 +11,7 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use csv::{Reader, ReaderBuilder, StringRecord};
 
 /// The tables that are also written as arrays, each with the name of its array.
-const ARRAYS: [(&str, &str); 11] = [
+const ARRAYS: [(&str, &str); 12] = [
     ("trajectory.csv", "trajectory.npy"),
     ("residuals.csv", "residuals.npy"),
     ("branches.csv", "branches.npy"),
@@ -19,6 +19,7 @@ const ARRAYS: [(&str, &str); 11] = [
     ("events.csv", "events.npy"),
     ("sensitivity.csv", "sensitivity.npy"),
     ("growth.csv", "growth.npy"),
+    ("hull.csv", "hull.npy"),
     ("until_failure.csv", "until_failure.npy"),
     ("runs.csv", "runs.npy"),
     ("runs-events.csv", "runs-events.npy"),

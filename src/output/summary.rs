@@ -14,7 +14,6 @@ use crate::geometry::Geometry;
 use crate::number::Real;
 use crate::solve::{Continuation, Domain, Iterations, NoSolution, Settings, Status, WorldLine};
 use crate::study::errors::RunError;
-use crate::study::proof::Hull;
 use crate::study::run::{Judged, Run};
 
 /// The summary of a run of `case`, which is judged so. It took these seconds to solve it, and to format and write its
@@ -237,8 +236,8 @@ fn numbers<S: Real>(run: &Run<S>, events: &[Event], error: Option<&RunError>) ->
 
 /// The proof of the end, and that of the ends from the intervals of a case.
 fn proof(Judged { proof, hull, .. }: &Judged) -> Option<Value> {
-    let hull = hull.as_ref().map(|hull| match hull {
-        Ok(Hull { ends, .. }) => {
+    let hull = hull.as_ref().map(|hull| match &hull.ends {
+        Ok(ends) => {
             let ends: ByName = ends.iter().map(|(name, ends)| (name.clone(), json!(ends))).collect();
             json!({"hull": ends})
         }

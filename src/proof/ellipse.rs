@@ -25,7 +25,7 @@ const ROOM: f64 = 8.0;
 pub(super) struct Bounds {
     /// Of the defect d, with no error.
     pub(super) defect: Vec<f64>,
-    /// Of f, of the entries of J, and of the distance of these from a constant.
+    /// Of f, of the entries of J, and of half of what errors change these by.
     pub(super) slope: Vec<f64>,
     pub(super) jacobian: Vec<f64>,
     pub(super) spread: Vec<f64>,
@@ -108,14 +108,14 @@ impl Ellipse {
         }
         let found = |k: usize| &self.of_slopes[equations.slopes[k]];
         let entry = |entry| equations.value(entry, &self.of_jacobian, |constant| Discs::of(Disc::of(number(constant))));
-        let middle = |discs: &Discs| discs.re.iter().sum::<f64>() / LANES as f64;
         let jacobian: Vec<Discs> = equations.entries.iter().map(entry).collect();
         let bounds = Bounds {
             // d is smaller where no error widens f, but interpolation and quadrature hardly see it.
             defect: (slopes.iter().enumerate()).map(|(k, slope)| defect(slope, found(k))).collect(),
             slope: (0..modes.len()).map(|k| found(k).largest(Disc::size)).collect(),
             sides: (0..modes.len()).map(|k| found(k).side()).collect(),
-            spread: jacobian.iter().map(|discs| discs.largest(|disc| disc.from(middle(discs)))).collect(),
+            // With an error and without it J is in one disc; so it is within, by the maximum principle for each error.
+            spread: jacobian.iter().map(|discs| discs.largest(|disc| disc.rad)).collect(),
             jacobian: jacobian.iter().map(|discs| discs.largest(Disc::size)).collect(),
             reach,
         };

@@ -317,7 +317,7 @@ pub(super) fn coordinates(
         radius,
         is_steady: false,
     });
-    let steady = equations.steady.iter().map(|&a| {
+    let steady = equations.steady.iter().filter(|a| **a < results).map(|&a| {
         let (value, radius) = moved(motion.start.q[a], motion.start.q_dot[a], gamma);
         Coordinate { coordinate: a, value, radius: (radius + motion.off_at_start(a)) * UP, is_steady: true }
     });

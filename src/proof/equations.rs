@@ -108,7 +108,7 @@ impl<'g> Equations<'g> {
             steady: (ignorable.into_iter()).filter(|&a| is_steady(a) && unused != Some(a)).collect(),
             unknowns: slopes.len(),
             active: 2 * active.len(),
-            kinds: kinds(&of, &geometry.diagonal(&start.q)[..first_watched]),
+            kinds: kinds(&of, &geometry.diagonal(&start.q)[..results(geometry, watched.len())]),
             of,
             slopes,
             hamiltonian,
@@ -189,8 +189,13 @@ impl<'g> Equations<'g> {
     }
 }
 
+/// The number of coordinates that are neither unknown parameters nor formulas that are watched; they are the first.
+pub(super) fn results(geometry: &Geometry<Extended>, watched: usize) -> usize {
+    geometry.dimension() - watched - geometry.hamiltonian.unknown().len()
+}
+
 /// The first of the unknowns that has the unit of each: those with the same g_aa, of which there is one for each
-/// coordinate that is no formula.
+/// coordinate that is a result.
 fn kinds(of: &[(usize, bool)], diagonal: &[Extended]) -> Vec<usize> {
     let is_alike = |one: &(usize, bool), other: &(usize, bool)| {
         let both = diagonal.get(one.0).zip(diagonal.get(other.0));

@@ -45,7 +45,7 @@ use std::time::Instant;
 
 use crate::geometry::{self, Geometry, Start};
 use crate::number::Extended;
-use equations::Equations;
+use equations::{Equations, results};
 use run::Run;
 use set::sum_of_sizes;
 use tables::UP;
@@ -76,6 +76,8 @@ pub struct Motion<'m> {
     pub samples: &'m [Extended],
     /// The set of starts and of ends, if it is not one of each: see [`Generator`]. The motion ends after a length.
     pub generators: &'m [Generator],
+    /// True if the way of such a set is kept, at the ends of windows that are not long.
+    pub keeps_way: bool,
     /// Where it goes on behind an event, which of the motion before is known: every q^a and then every p_a, with all
     /// columns, of which none is a direction of starts. Else nothing.
     pub behind: &'m [Option<Spread>],
@@ -141,9 +143,9 @@ pub struct Event {
 }
 
 impl Motion<'_> {
-    /// The number of coordinates that are none of these formulas.
+    /// The number of coordinates that are none of these formulas, and no unknown parameters.
     fn results(&self) -> usize {
-        self.geometry.dimension() - self.watched.len()
+        results(self.geometry, self.watched.len())
     }
 
     /// What is known of a coordinate at the start, or of its momentum, where the motion goes on behind an event.
@@ -238,6 +240,8 @@ pub struct Proof {
     pub events: Vec<Event>,
     /// The coordinates at the places that were asked for, as far as it came.
     pub samples: Vec<Vec<Coordinate>>,
+    /// γ − γ_i at the ends of windows with the coordinates there, if they are kept, with the start.
+    pub way: Vec<(f64, Vec<Coordinate>)>,
     /// γ − γ_i until where windows are proved.
     pub reached: f64,
     /// The number of windows.
@@ -263,8 +267,8 @@ fn proved(motion: &Motion<'_>, is_finer: bool, goes_on: &mut dyn FnMut(Progress)
     let (q, p) = (motion.start.q.clone(), motion.start.p.clone());
     let failed = |reason| {
         let seconds = begun.elapsed().as_secs_f64();
-        let (state, events, samples) = Default::default();
-        Proof { end: Err(reason), state, ended_by: None, events, samples, reached: 0.0, windows: 0, seconds }
+        let (state, events, samples, way) = Default::default();
+        Proof { end: Err(reason), state, ended_by: None, events, samples, way, reached: 0.0, windows: 0, seconds }
     };
     let Ok(q_dot) = motion.geometry.velocities(&q, &p) else { return failed(Reason::Lost) };
     let motion = &Motion { start: &Start { q, q_dot, p }, ..*motion };

@@ -11,7 +11,7 @@ use super::samples::Samples;
 use super::set::Set;
 use super::watch::{Met, Watches};
 use super::window::{Prover, Refused, Window};
-use super::{Event, Motion, Progress, Proof, Reason, spread};
+use super::{Coordinate, Event, Motion, Progress, Proof, Reason, spread};
 use crate::number::Extended;
 use crate::number::ball::two_sum;
 use crate::number::vector::Level;
@@ -39,6 +39,7 @@ pub(super) struct Run<'m, 'g> {
     set: Set,
     watches: Watches,
     samples: Samples<'m>,
+    way: Vec<(f64, Vec<Coordinate>)>,
     /// The formula that ended it, once it has, and all that were met.
     ended_by: Option<usize>,
     events: Vec<Event>,
@@ -73,6 +74,7 @@ impl<'m, 'g> Run<'m, 'g> {
         Ok(Self {
             watches: Watches::new(motion, &equations, &set)?,
             samples: Samples::new(motion),
+            way: Vec::new(),
             motion,
             set,
             ended_by: None,
@@ -112,6 +114,7 @@ impl<'m, 'g> Run<'m, 'g> {
             ended_by: self.ended_by,
             events: self.events,
             samples: self.samples.found,
+            way: self.way,
             reached: self.reached,
             windows: self.windows,
             seconds: 0.0,
@@ -125,6 +128,8 @@ impl<'m, 'g> Run<'m, 'g> {
         }
         let first = goal.length() * FIRST;
         let unit = (first.log2().floor() - 40.0).exp2();
+        let most = if self.motion.keeps_way { first } else { f64::INFINITY };
+        self.keep_way();
         let (mut h, mut longest, mut short, mut refused) = (on_grid(first, unit), 0.0_f64, 0, Reason::Short);
         let of_window = self.prover.equations.operations();
         loop {
@@ -172,7 +177,7 @@ impl<'m, 'g> Run<'m, 'g> {
                     if longest > 0.0 { SHORTER } else { 0.5 }
                 }
             };
-            h = on_grid(step * factor, unit);
+            h = on_grid((step * factor).min(most), unit);
         }
     }
 
@@ -245,7 +250,20 @@ impl<'m, 'g> Run<'m, 'g> {
         self.reached += proved.h;
         self.windows += 1;
         self.prover.approximate.keep(proved.h, proved.modes);
+        self.keep_way();
         Ok(proved.bounds)
+    }
+
+    /// Keeps where the motions are, if that is wanted.
+    fn keep_way(&mut self) {
+        if !self.motion.keeps_way {
+            return;
+        }
+        let Set { start, centre, .. } = &self.set;
+        let middles = start.iter().zip(centre).map(|(start, centre)| Extended::from(*start) + Extended::from(*centre));
+        let here: Vec<(Extended, f64)> = middles.zip(self.set.radii()).collect();
+        let gamma = (Extended::from(self.reached), 0.0);
+        self.way.push((self.reached, end::coordinates(self.motion, &self.prover.equations, gamma, &here)));
     }
 
     /// True if a bound says nothing any more. Before the end that stops no proof: what hardly moves yet may have larger

@@ -41,6 +41,7 @@ impl Scene {
                 behind: &[],
                 late: 0.0,
                 leaves: None,
+                keeps_way: false,
                 geometry: &geometry,
                 start: &start,
                 unused: None,

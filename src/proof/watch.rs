@@ -59,7 +59,7 @@ pub(super) struct Met {
 impl Watches {
     /// Those of a motion.
     pub(super) fn new(motion: &Motion<'_>, equations: &Equations<'_>, set: &Set) -> Result<Self, Reason> {
-        let first = motion.results();
+        let first = motion.geometry.dimension() - motion.watched.len();
         let watch = |(k, watched): (usize, &Watched)| {
             let unknown = equations.of.iter().position(|of| *of == (first + k, false)).ok_or(Reason::Grazed)?;
             let value = set.start[unknown] + set.centre[unknown];

@@ -11,7 +11,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::algebras::{LANES, Obstacle};
+use super::algebras::{Discs, LANES, Obstacle};
 use super::approximate::Approximate;
 use super::defect::{Defect, Found};
 use super::ellipse::{Bounds, Ellipse};
@@ -20,12 +20,15 @@ use super::matrices::{Matrices, applied};
 use super::proved::{Added, Proved};
 use super::set::Set;
 use super::tables::{LEBESGUE, TABLES, UP};
+use crate::number::ball::Disc;
 use crate::number::norm::larger;
 
 /// What a window may add to the error besides rounding, relative to sizes.
 const AIM: f64 = 1e-22;
 /// The size of E over a window that is worth its length.
 const ADJOINT: f64 = 1e-6;
+/// The same of sets of starts, whose errors are no roundings: what it adds to them is in no column of the start.
+const OF_SETS: f64 = 1e-10;
 /// A window that adds so many times more than it may is tried again with a shorter one.
 const TOO_MUCH: f64 = 1e3;
 /// More than underflow takes away from products of bounds.
@@ -55,11 +58,11 @@ impl Prover<'_> {
         let start = &set.start;
         let modes = approximate.slopes(equations, start, h).ok_or(Refused::Unbounded)?;
         let e_0 = set.sizes();
-        let bounds = ellipse.bounds(equations, (start, h), &e_0, &modes);
-        let bounds = bounds.map_err(|obstacle| obstacle.map_or(Refused::Unbounded, Refused::Obstacle))?;
-        let coefficients = approximate.adjoint(equations, start, h, &modes).ok_or(Refused::Unbounded)?;
         let found = defect.at_nodes(equations, start, h, &modes);
         let jacobian = ellipse.jacobian_at(equations, &found.places);
+        let bounds = ellipse.bounds(equations, (start, h), &grown(equations, &jacobian, h, &e_0), &modes);
+        let bounds = bounds.map_err(|obstacle| obstacle.map_or(Refused::Unbounded, Refused::Obstacle))?;
+        let coefficients = approximate.adjoint(equations, start, h, &modes).ok_or(Refused::Unbounded)?;
         let matrices = Matrices::new(equations, h, &coefficients, &jacobian, &bounds).ok_or(Refused::Unbounded)?;
         let closing =
             Closing { equations, h, bounds: &bounds, matrices: &matrices, defect: defect_most(&found, &bounds) };
@@ -94,6 +97,22 @@ impl WithSimd for Window<'_, '_> {
     fn with_simd<S: Simd>(self, _: S) -> Self::Output {
         self.prover.window(self.set, self.h)
     }
+}
+
+/// About what errors become of these on the way: (1 + h |J| + ½ h² |J|²) e. A velocity that is known has an error as
+/// soon as the place has one, and polydiscs need room for it.
+fn grown(equations: &Equations<'_>, jacobian: &[Discs], h: f64, e_0: &[f64]) -> Vec<f64> {
+    let sizes: Vec<f64> = jacobian.iter().map(|discs| discs.largest(Disc::size)).collect();
+    let (mut all, mut term) = (e_0.to_vec(), e_0.to_vec());
+    for part in [h, 0.5 * h] {
+        let mut next = vec![0.0; e_0.len()];
+        for (entry, size) in equations.entries.iter().zip(&sizes) {
+            next[entry.row] += part * size * term[entry.column];
+        }
+        all.iter_mut().zip(&next).for_each(|(sum, next)| *sum += next);
+        term = next;
+    }
+    all
 }
 
 /// δ, with what underflows.
@@ -131,8 +150,8 @@ struct Closing<'w, 'g> {
 
 impl Closing<'_, '_> {
     /// A bound of |Q| for |e| ≤ ε. With s = max ε_k/R_k < ½, by Schwarz' lemma on the disc of all ζ e′, |ζ| < 1, where
-    /// e = s e′ has |e′_k| ≤ R_k: |J(y + θe) − J(y)| ≤ 2 S θ s, if J is no further than S from a constant. Then
-    /// |Q| ≤ ∫_0^1 2 S θ s dθ ε = S s ε.
+    /// e = s e′ has |e′_k| ≤ R_k: |J(y + θe) − J(y)| ≤ 2 S θ s, if no error within the polydisc changes J by more than
+    /// 2 S. Then |Q| ≤ ∫_0^1 2 S θ s dθ ε = S s ε.
     fn remainder(&self, epsilon: &[f64]) -> Option<Vec<f64>> {
         Some(self.spread(self.share(epsilon)?, epsilon))
     }
@@ -247,7 +266,8 @@ impl Closing<'_, '_> {
         });
         let e = e.fold(0.0, larger);
         // E falls like h^16, the rest like h^64.
-        Some(larger(worst, (e / ADJOINT).powi(4)))
+        let adjoint = if set.differences.is_some() { OF_SETS } else { ADJOINT };
+        Some(larger(worst, (e / adjoint).powi(4)))
     }
 }
 

@@ -11,7 +11,7 @@ mod pieces;
 mod starts;
 
 pub use decimal::decimal;
-pub use hull::{Hull, hull};
+pub use hull::{Hull, OnWay, hull};
 pub(crate) use starts::Starts;
 
 use std::collections::BTreeMap;
@@ -183,6 +183,7 @@ pub fn prove_run<S: Real>(
                 behind: &[],
                 late: 0.0,
                 leaves: None,
+                keeps_way: false,
             };
             let mut is_costly = false;
             let goes_on = &mut |progress| {

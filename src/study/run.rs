@@ -109,7 +109,7 @@ pub struct Judged {
     /// The proof of its end, if one was asked for.
     pub proof: Option<ProofOfRun>,
     /// The ends of all motions from the intervals of the case, or why they are not known, if it has some.
-    pub hull: Option<Result<Hull, String>>,
+    pub hull: Option<Hull>,
     /// The verdict.
     pub verdict: Verdict,
     /// The warnings.

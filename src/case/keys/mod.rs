@@ -260,7 +260,7 @@ impl Key {
 impl Kind {
     /// Returns true if it is made for formulas.
     fn is_formula(self) -> bool {
-        matches!(self, Self::Formula | Self::Formulas | Self::Expression | Self::Named(Self::Formula))
+        matches!(self, Self::Formula | Self::Formulas | Self::Expression | Self::Named(Self::Formula | Self::Start))
     }
 
     /// Returns true if a string in it may have names of parameters in it.
@@ -291,6 +291,7 @@ impl Kind {
             Self::Norm => "number or word",
             Self::Column => "numbers, or a name",
             Self::Table => "table",
+            Self::Named(Self::Start) => "table of formulas or intervals",
             Self::Named(each) => return format!("table of {}s", each.in_words()),
         };
         words.to_owned()

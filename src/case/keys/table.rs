@@ -26,7 +26,7 @@ pub static KEYS: &[Key] = table! {
     /// A name for people. It heads the output and the pictures.
     ("title", Line, "none", All);
     /// named numbers, or formulas in each other, for all formulas of the case
-    ("parameters", Named(&Formula), "none", All);
+    ("parameters", Named(&Start), "none", All);
 
     /// the names of the coordinates, in the order of the columns
     ("metric.coordinates", Names, "", MakesScene);

@@ -63,12 +63,6 @@ impl Disc {
         (self.far() + self.rad) * UP
     }
 
-    /// A bound of the distance of every number in it from another number, whose difference is a fifth rounding.
-    #[inline(always)]
-    pub(crate) fn from(self, middle: f64) -> f64 {
-        (Self { re: self.re - middle, ..self }.far() + self.rad) * UP
-    }
-
     /// Half of the plane on whose side all of it is: 1, −1, or 0 if it may meet the imaginary axis.
     #[inline(always)]
     pub(crate) fn side(self) -> f64 {

@@ -3,6 +3,7 @@
 mod convergence;
 mod family;
 mod fit;
+mod hull;
 mod look;
 mod of_x;
 mod run;
@@ -14,6 +15,7 @@ mod work_precision;
 pub use convergence::errors;
 pub use family::family;
 pub use fit::fit;
+pub use hull::{ends_of, hulls, of_hull};
 pub use run::{MOST_COLOURS, names_of_run, of_run, places_of_events, section_of_runs};
 pub use scan::{Varied, line, scan};
 pub use stability::{last_node, sawtooth_onset, stability_map};

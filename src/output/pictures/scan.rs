@@ -42,7 +42,7 @@ pub struct Varied<'a> {
 
 impl Varied<'_> {
     /// The key as a person would say it.
-    fn name(&self) -> String {
+    pub(super) fn name(&self) -> String {
         match self.key.split_once('.') {
             Some(("initial", name)) if !name.contains('.') => format!("{name} at the start"),
             Some(("parameters", name)) => name.to_owned(),

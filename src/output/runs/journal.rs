@@ -182,8 +182,8 @@ impl Journal {
         Ok(())
     }
 
-    /// Writes its rows in their order to the tables, and counts them. Returns the cells of a column, if one is wanted,
-    /// in their order.
+    /// Writes its rows in their order to the tables, and counts them. Returns the cells of each of some columns, in this
+    /// order.
     ///
     /// # Errors
     /// If a row cannot be read, or a table cannot be written.
@@ -191,10 +191,10 @@ impl Journal {
         &mut self,
         tables: Vec<(&str, W)>,
         summary: &mut RunsSummary,
-        column: Option<&str>,
-    ) -> anyhow::Result<Vec<String>> {
+        columns: &[String],
+    ) -> anyhow::Result<Vec<Vec<String>>> {
         let order: Vec<(usize, usize)> = self.tables[0].numbers().map(|row| (row, 0)).collect();
-        rows::write(&mut [&mut self.tables], order.into_iter(), tables, summary, column)
+        rows::write(&mut [&mut self.tables], order.into_iter(), tables, summary, columns)
     }
 
     /// The events of its rows in their order: the number of the run, which counts from 0, and their records.

@@ -137,7 +137,7 @@ pub fn join<W: Write>(parts: &mut [Part], tables: Vec<(&str, W)>, summary: &mut 
         return Err(refused(message, "compute it with --part, and name all parts"));
     }
     let mut sources: Vec<&mut Vec<RowFile>> = parts.iter_mut().map(|part| &mut part.tables).collect();
-    rows::write(&mut sources, order.into_iter(), tables, summary, None).map(drop)
+    rows::write(&mut sources, order.into_iter(), tables, summary, &[]).map(drop)
 }
 
 /// The missing parts in words, if all tables are parts of one division, or else the missing rows.

@@ -4,6 +4,7 @@ use super::rows::{line_of, write_line};
 use super::{RUNS, RUNS_EVENTS, RUNS_SAMPLES};
 use crate::diagnostics::verdict::{Grade, Reason};
 use crate::number::{Extended, Real};
+use crate::output::hull::hull_header;
 use crate::output::tables::{event_header, radius_cells, radius_of, state_header};
 use crate::solve::Status;
 use crate::study::many::{End, ManyRuns};
@@ -36,6 +37,8 @@ pub struct Columns {
     /// `runs.csv` and, if there are such, the tables of events and of samples.
     pub tables: Vec<RowTable>,
     maxima: Vec<String>,
+    /// The coordinates whose ends from intervals are columns.
+    spread: Vec<String>,
 }
 
 impl Columns {
@@ -48,8 +51,11 @@ impl Columns {
         let ending = texts(&["status", "exit_code", "ended_by"]);
         let estimate = first.settings.accuracy.map(|_| "error_estimate".to_owned()).into_iter().collect();
         let proof = if first.proof == Some(true) { texts(&["proof_status", "proof_radius"]) } else { Vec::new() };
+        let many = if first.intervals.is_empty() { 0 } else { first.geometry::<f64>().results() };
+        let spread: Vec<String> = first.coordinates().into_iter().take(many).collect();
+        let hull = hull_header(&spread).collect();
         let verdict = texts(&["verdict", "message"]);
-        let row = [texts(&["row"]), keys, ending, state, maxima.clone(), estimate, proof, verdict].concat();
+        let row = [texts(&["row"]), keys, ending, state, maxima.clone(), estimate, proof, hull, verdict].concat();
         let of_event = || event_header(&first.coordinates(), first.settings.is_judged_on_its_way());
         let event = (!first.events.is_empty()).then(|| [texts(&["row", "event"]), of_event()].concat());
         let radii = first.coordinates().into_iter().filter(|_| first.proof == Some(true));
@@ -58,12 +64,24 @@ impl Columns {
         let sample = runs.samples.is_some().then(of_sample);
         let all = [(RUNS, Some(row)), (RUNS_EVENTS, event), (RUNS_SAMPLES, sample)];
         let tables = all.into_iter().filter_map(|(name, header)| Some(RowTable { name, header: header? }));
-        Self { tables: tables.collect(), maxima }
+        Self { tables: tables.collect(), maxima, spread }
+    }
+
+    /// The cells of the ends of these coordinates.
+    fn of_hull(&self, ends: &[(String, [f64; 2])]) -> impl Iterator<Item = String> {
+        let of = |name: &String| ends.iter().find(|(other, _)| other == name).map_or([f64::NAN; 2], |(_, ends)| *ends);
+        self.spread.iter().flat_map(move |name| of(name).map(|end| end.to_decimal(f64::MOST_DIGITS)))
     }
 
     /// The columns of `runs.csv`.
     pub fn header(&self) -> &[String] {
         &self.tables[0].header
+    }
+
+    /// The columns between which that of a coordinate lies for all starts and parameters, if it has such.
+    pub fn ends_of(&self, column: &str) -> Option<[String; 2]> {
+        let name = self.spread.iter().find(|name| *name == column)?;
+        hull_header(std::slice::from_ref(name)).collect::<Vec<_>>().try_into().ok()
     }
 
     /// These as a line.
@@ -90,12 +108,16 @@ impl Columns {
                 let radius = proof.radius.map_or_else(String::new, |radius| radius.to_decimal(f64::MOST_DIGITS));
                 [proof.status.as_str().to_owned(), radius]
             }));
+            let ends = end.hull.as_ref().and_then(|hull| hull.ends.as_ref().ok());
+            cells.extend(ends.into_iter().flat_map(|ends| self.of_hull(ends)));
         }
         // What is not there is empty, and what only this run has is not in the table.
         cells.resize(self.header().len() - 2, String::new());
         let (verdict, message) = match end {
-            Some(End { verdict, unsampled, .. }) => {
-                let reasons = verdict.reasons.iter().map(Reason::to_string).chain(unsampled.clone());
+            Some(End { verdict, unsampled, hull, .. }) => {
+                let unknown = hull.as_ref().and_then(|hull| hull.ends.as_ref().err());
+                let unknown = unknown.map(|reason| format!("the ends from the intervals are not proved: {reason}"));
+                let reasons = verdict.reasons.iter().map(Reason::to_string).chain(unsampled.clone()).chain(unknown);
                 (verdict.grade, reasons.collect::<Vec<_>>().join("; "))
             }
             None => (Grade::Refused, message.to_owned()),

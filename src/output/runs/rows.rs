@@ -153,14 +153,14 @@ pub(super) fn write_line<'c>(cells: impl IntoIterator<Item = &'c str>, lines: &m
 
 /// Writes the rows of `order`, each with the place of its source, to tables, which have names: the first has the rows,
 /// and the others what a row has several of. A source has a file for each. The rows are counted in the summary. Returns
-/// the cells of a column, if one is wanted, in their order.
+/// the cells of each of some columns, in their order.
 pub(super) fn write<W: Write>(
     sources: &mut [&mut Vec<RowFile>],
     order: impl Iterator<Item = (usize, usize)>,
     tables: Vec<(&str, W)>,
     summary: &mut RunsSummary,
-    column: Option<&str>,
-) -> anyhow::Result<Vec<String>> {
+    columns: &[String],
+) -> anyhow::Result<Vec<Vec<String>>> {
     let cannot = |name: &str| format!("cannot write {name}");
     let tables = tables.into_iter().map(|(name, table)| (name, BufWriter::with_capacity(BUFFER, table)));
     let mut tables: Vec<_> = tables.collect();
@@ -168,12 +168,12 @@ pub(super) fn write<W: Write>(
         out.write_all(&line_of(&table.header)).with_context(|| cannot(name))?;
     }
     let header = sources[0][0].header.clone();
-    let place = column.map(|name| header.iter().position(|cell| cell == name));
-    let (mut wanted, mut lines) = (Vec::new(), Vec::new());
+    let places: Vec<_> = columns.iter().map(|name| header.iter().position(|cell| cell == name)).collect();
+    let (mut wanted, mut lines) = (vec![Vec::new(); columns.len()], Vec::new());
     let mut count = |lines: &mut Vec<u8>| {
         summary.see(&header, lines, |cells| {
             let cell = |place: Option<usize>| place.and_then(|place| cells.get(place)).unwrap_or_default().to_owned();
-            wanted.extend(place.map(cell));
+            wanted.iter_mut().zip(&places).for_each(|(cells, place)| cells.push(cell(*place)));
         });
         lines.clear();
     };

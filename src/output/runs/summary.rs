@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use csv::{ReaderBuilder, StringRecord};
 use serde::{Deserialize, Serialize};
 
+use super::super::hull::HULL;
 use super::super::json::json;
 use super::Identity;
 use crate::diagnostics::verdict::Grade;
@@ -39,6 +40,9 @@ pub struct RunsSummary {
     /// The number of those whose end is proved; absent if there is none.
     #[serde(default, skip_serializing_if = "is_none")]
     pub proved: usize,
+    /// The number of those of which it is proved where all motions from their intervals end; absent without intervals.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hulls: Option<usize>,
     /// The number of rows with each status.
     pub statuses: BTreeMap<String, usize>,
 }
@@ -62,6 +66,7 @@ impl RunsSummary {
             solved: 0,
             doubtful: 0,
             proved: 0,
+            hulls: None,
             statuses: BTreeMap::new(),
         }
     }
@@ -73,7 +78,7 @@ impl RunsSummary {
 
     /// The same table without rows.
     pub(super) fn without_rows(&self) -> Self {
-        Self { rows: 0, solved: 0, doubtful: 0, proved: 0, statuses: BTreeMap::new(), ..self.clone() }
+        Self { rows: 0, solved: 0, doubtful: 0, proved: 0, hulls: None, statuses: BTreeMap::new(), ..self.clone() }
     }
 
     /// Counts rows, which are lines of the table with this header, and shows the cells of each.
@@ -81,11 +86,15 @@ impl RunsSummary {
         // Coordinates, whose columns are between these two, may have any names.
         let status = header.iter().position(|cell| cell == "status");
         let verdict = header.iter().enumerate().filter(|(_, cell)| *cell == "verdict").map(|(place, _)| place).last();
+        let hull = header.iter().position(|cell| cell.starts_with(HULL[0]));
         let mut cells = StringRecord::new();
         let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(lines);
         while reader.read_record(&mut cells).unwrap_or(false) {
             let cell = |place: Option<usize>| place.and_then(|place| cells.get(place)).unwrap_or_default();
             self.count(cell(status), cell(verdict));
+            if hull.is_some() {
+                *self.hulls.get_or_insert(0) += usize::from(!cell(hull).is_empty());
+            }
             each(&cells);
         }
     }

@@ -131,10 +131,8 @@ impl<'p> Set<'p> {
             return Err(format!("it needs as many conditions as unknowns: there are {many} for {}", unknowns.len()));
         }
         for unknown in unknowns {
-            let name = unknown.key.rsplit('.').next().unwrap_or_default();
-            let is_in_conditions = || conditions.iter().any(|condition| condition.uses(name));
-            if unknown.is_in_equations || unknown.key.starts_with("parameters.") && is_in_conditions() {
-                return Err(format!("{} is in the equations of motion or in what is to be met", unknown.key));
+            if unknown.is_in_equations && !unknown.key.starts_with("parameters.") {
+                return Err(format!("{} is in the equations of motion, and no parameter", unknown.key));
             }
         }
         if conditions.iter().any(|condition| condition.uses("norm")) {
@@ -172,17 +170,18 @@ impl<'p> Set<'p> {
 
     /// The residuals over the cube.
     fn residuals(&self, end: &[Option<Spread>], generators: &[Generator]) -> Vec<Residual> {
-        let Starts { case, setup, .. } = &self.starts;
-        let start = &setup.place.start;
-        let n = start.q.len();
+        let Starts { case, setup, start, .. } = &self.starts;
+        let (n, all) = (setup.place.start.q.len(), start.q.len());
         let own = |a: usize, values: &[Extended], of: fn(&Generator) -> &Vec<f64>| {
             let columns: Vec<f64> = generators.iter().map(|generator| of(generator)[a]).collect();
             let radius = f64::EPSILON * columns.iter().map(|column| column.abs()).sum::<f64>() * UP;
             Some(Spread { value: values[a], columns, radius, slack: radius })
         };
         let of_start = (0..n).map(|a| own(a, &start.q, |of| &of.q)).chain((0..n).map(|a| own(a, &start.p, |of| &of.p)));
+        let parameters = (n..all).map(|a| own(a, &start.q, |of| &of.q));
         let is_known = |spread: &Spread| spread.columns.iter().all(|column| !column.is_nan());
-        let states = end.iter().cloned().chain(of_start).map(|spread| spread.filter(is_known));
+        let end = [0, all].into_iter().flat_map(|first| end[first..first + n].iter().cloned());
+        let states = end.chain(of_start).chain(parameters).map(|spread| spread.filter(is_known));
         let mut states: Vec<Option<Spread>> = states.collect();
         for first in [0, 2 * n] {
             for (a, spread) in states[first..first + n].iter_mut().enumerate() {

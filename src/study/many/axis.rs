@@ -9,12 +9,18 @@ use crate::number::{Extended, Real};
 const MOST_VALUES: usize = 10_000_000;
 
 const EXPECTED: &str = "expected KEY=VALUE,VALUE,… or KEY=START:STOP:COUNT, for example initial.x=0.1:0.9:9";
+/// Between the ends of an interval.
+const TO: &str = "..";
 
-/// A key of a case with the values that it takes, read from `KEY=VALUE,VALUE,…` or `KEY=START:STOP:COUNT`.
+/// A key of a case with the values that it takes, read from `KEY=VALUE,VALUE,…`, `KEY=START:STOP:COUNT` or
+/// `KEY=START..STOP:COUNT`.
 ///
 /// The values of a list are kept as they are written. Those of a range are equidistant, START and STOP among them:
 /// START + k (STOP − START)/(COUNT − 1), computed from the decimals that were written and rounded once to `f64`.
 /// `0.1:0.3:3` has 0.2 and not a neighbour of it. Between whole ends whole values stay whole numbers.
+///
+/// With two points between START and STOP the values are COUNT intervals, `[LOW, HIGH]`, which cover all between both:
+/// each begins where the one before ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Axis {
     /// The text that it was read from.
@@ -74,9 +80,29 @@ fn split(list: &str) -> Vec<String> {
 
 fn range(text: &str) -> Result<Vec<String>, String> {
     let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+    if let &[ends, count] = parts.as_slice()
+        && let Some((first, last)) = ends.split_once(TO)
+    {
+        return intervals([first.trim(), last.trim()], count);
+    }
     let &[first, last, count] = parts.as_slice() else {
         return Err(format!("{text} is no range: expected START:STOP:COUNT, for example 0.1:0.9:9"));
     };
+    values([first, last], count)
+}
+
+/// So many intervals side by side.
+fn intervals(ends: [&str; 2], count: &str) -> Result<Vec<String>, String> {
+    let many: usize = match count.parse() {
+        Ok(many) if (1..MOST_VALUES).contains(&many) => many,
+        _ => return Err(format!("'{count}' is not a number of intervals: expected START..STOP:COUNT")),
+    };
+    let places = values(ends, &(many + 1).to_string())?;
+    Ok(places.windows(2).map(|pair| format!("[{}, {}]", pair[0], pair[1])).collect())
+}
+
+/// So many values between two ends.
+fn values([first, last]: [&str; 2], count: &str) -> Result<Vec<String>, String> {
     let number = |text: &str| {
         let is_finite = text.parse::<f64>().is_ok_and(f64::is_finite);
         let number = is_finite.then(|| Extended::from_decimal(text)).flatten();
@@ -127,6 +153,8 @@ mod tests {
             ("a.b=1, 2.50 ,SBP21", "1 2.50 SBP21"),
             ("a=\"x, y\",[1, 2],[3]", "\"x, y\" [1, 2] [3]"),
             ("a=\"b:c\"", "\"b:c\""),
+            ("a=0.1..0.3:2", "[0.1, 0.2] [0.2, 0.3]"),
+            ("a = -1 .. 1 : 1", "[-1, 1]"),
         ] {
             assert_eq!(text.parse::<Axis>().unwrap().values.join(" "), values);
         }
@@ -146,6 +174,9 @@ mod tests {
             ("a=0:1:0", "at least one value"),
             ("a=0:1:10000001", "more than 10000000"),
             ("a=1,2:3:4", "2:3:4 is a range"),
+            ("a=1..2:0", "'0' is not a number of intervals"),
+            ("a=1..1:2", "are the same"),
+            ("a=1..x:2", "'x' is not a finite number"),
         ] {
             let error = text.parse::<Axis>().unwrap_err();
             assert!(error.contains(message), "{text}: {error}");

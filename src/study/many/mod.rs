@@ -31,7 +31,7 @@ use crate::engine::Sensitivity;
 use crate::geometry::Geometry;
 use crate::number::{Extended, Real};
 use crate::solve::{NoSolution, WorldLine};
-use crate::study::proof::{ProofOfRun, prove_run};
+use crate::study::proof::{Hull, ProofOfRun, hull, prove_run};
 use crate::study::run::{NoRun, Run, Wanted, run};
 use crate::study::sampling::Sampling;
 use crate::trajectory::{Crossing, NoSamples, OutsideRun};
@@ -164,6 +164,8 @@ pub struct End {
     pub error_estimate: Option<f64>,
     /// The proof of it, if one was asked for.
     pub proof: Option<ProofOfRun>,
+    /// Where all motions from the intervals of the case end, if it has such.
+    pub hull: Option<Hull>,
     /// The verdict on the result.
     pub verdict: Verdict,
     /// The events of the case, in the order of γ: the name, then the state and its errors, if these are columns.
@@ -222,6 +224,7 @@ fn outcome<S: Real>(case: &Case, samples: Option<&Sampling>) -> Result<End, NoSo
         maxima: maxima(case, line, &found.diagnostics),
         error_estimate: line.error_estimate,
         proof: judged.proof,
+        hull: case.has_hull().then(|| hull(case, &mut |_| true)),
         verdict: judged.verdict,
         events: events.collect(),
         digits: line.digits,

@@ -1,26 +1,38 @@
-//! Where the motions end whose starts lie in intervals.
+//! Where the motions are, and where they end, whose starts and parameters lie in intervals.
 
 use super::starts::Starts;
 use crate::case::Case;
 use crate::geometry::value_of;
 use crate::number::{Extended, Real};
-use crate::proof::{Until, prove};
+use crate::proof::{Coordinate, Motion, Proof, Until, prove};
 
-/// The set of the ends, between two numbers for each coordinate.
+/// What is proved of a set of motions: the hulls of the places where they are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hull {
-    /// The coordinates, with the least and the largest value that they may have.
-    pub ends: Vec<(String, [f64; 2])>,
+    /// The coordinates, with the least and the largest value that they may have at the end; or why these are not known.
+    pub ends: Result<Vec<(String, [f64; 2])>, String>,
+    /// The same on the way, as far as it is proved.
+    pub way: Vec<OnWay>,
     /// The number of windows of the proof.
     pub windows: usize,
 }
 
-/// Proves where the motions of a case with intervals end. `goes_on` hears after every window which part of the motion
+/// The hull at some γ.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OnWay {
+    /// γ.
+    pub gamma: f64,
+    /// The least and the largest value of every coordinate, `None` if they are not known.
+    pub ends: Vec<Option<[f64; 2]>>,
+}
+
+/// Proves where the motions of a case with intervals are. `goes_on` hears after every window which part of the motion
 /// is done, and may stop the proof.
-///
-/// # Errors
-/// The reason why there is no proof.
-pub fn hull(case: &Case, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, String> {
+pub fn hull(case: &Case, goes_on: &mut dyn FnMut(f64) -> bool) -> Hull {
+    proved(case, goes_on).unwrap_or_else(|reason| Hull { ends: Err(reason), way: Vec::new(), windows: 0 })
+}
+
+fn proved(case: &Case, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, String> {
     let parameters = &case.geometry_text.parameters;
     let end = |text: &String| value_of::<Extended>(text, parameters).map_err(|error| error.to_string());
     let (mut keys, mut middles, mut radii) = (Vec::new(), Vec::new(), Vec::new());
@@ -39,15 +51,40 @@ pub fn hull(case: &Case, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, S
         Until::Length(length) => length.to_f64(),
         Until::Value(..) => f64::NAN,
     };
-    let proof = prove(&motion, &mut |progress| goes_on(progress.reached / length));
-    proof.end.map_err(|reason| reason.to_string())?;
-    let of = |(a, name): (usize, &String)| {
-        let spread = proof.state[a].as_ref()?;
-        let value = spread.value + starts.setup.origin_of(a);
-        let reach = Extended::from(spread.reach().next_up());
-        // Both are rounded outwards.
-        let [low, high] = [value - reach, value + reach].map(Extended::to_f64);
-        Some((name.clone(), [low.next_down().next_down(), high.next_up().next_up()]))
+    // All of the motions are there as long as the shortest is.
+    let late: f64 = generators.iter().map(|generator| generator.length.abs()).sum();
+    let shortest = if late > 0.0 { (length - late).next_down() } else { f64::INFINITY };
+    let motion = Motion { keeps_way: true, ..motion };
+    let Proof { end, state, way, windows, .. } = prove(&motion, &mut |progress| goes_on(progress.reached / length));
+    let names = starts.case.coordinates();
+    let of_end = |(a, name): (usize, &String)| {
+        let spread = state[a].as_ref()?;
+        Some((name.clone(), within(spread.value + starts.setup.origin_of(a), spread.reach())))
     };
-    Ok(Hull { ends: geometry.names().iter().enumerate().filter_map(of).collect(), windows: proof.windows })
+    let of_way = |(length, found): &(f64, Vec<Coordinate>)| {
+        let of = |a: usize| {
+            let found = found.iter().find(|found| found.coordinate == a)?;
+            // What moves at a constant velocity is as far apart as it was at the start.
+            let columns = generators.iter().filter(|_| found.is_steady).map(|generator| generator.q[a].abs());
+            let reach = (found.radius + columns.sum::<f64>()).next_up() * (1.0 + 8.0 * f64::EPSILON);
+            Some(within(found.value + starts.setup.origin_of(a), reach))
+        };
+        let length = Extended::from(if starts.setup.is_backward { -length } else { *length });
+        OnWay { gamma: (starts.setup.gamma_i + length).to_f64(), ends: (0..names.len()).map(of).collect() }
+    };
+    Ok(Hull {
+        ends: match end {
+            Ok(_) => Ok(names.iter().enumerate().filter_map(of_end).collect()),
+            Err(reason) => Err(reason.to_string()),
+        },
+        way: way.iter().filter(|(length, _)| *length <= shortest).map(of_way).collect(),
+        windows,
+    })
+}
+
+/// The least and the largest of numbers that are no further than `reach` from a value, both rounded outwards.
+fn within(value: Extended, reach: f64) -> [f64; 2] {
+    let reach = Extended::from(reach.next_up());
+    let [low, high] = [value - reach, value + reach].map(Extended::to_f64);
+    [low.next_down().next_down(), high.next_up().next_up()]
 }

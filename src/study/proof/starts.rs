@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::case::Case;
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, Start};
 use crate::number::{Extended, Real};
 use crate::proof::{Generator, Motion, Until};
 use crate::solve::{Limit, Setup};
@@ -14,15 +14,24 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// What is left of a linear number, beside its size.
 const LINEAR: f64 = 1e-55;
 
-/// A case with some of its numbers, by their keys, around which others are looked at.
+/// The keys of parameters are in this table.
+const PARAMETERS: &str = "parameters.";
+
+/// A case with some of its numbers, by their keys, around which others are looked at. Parameters among them are
+/// unknown: they are coordinates of the proof behind those of the case, which stay where they are.
 pub(crate) struct Starts {
     /// The text that gives the case once these numbers are set.
     text: String,
     keys: Vec<String>,
     /// Their values in the middle.
     pub(crate) middles: Vec<Extended>,
+    /// The places of parameters among them.
+    parameters: Vec<usize>,
+    /// The case, with its unknown parameters.
     pub(crate) case: Case,
     pub(crate) setup: Setup<Extended>,
+    /// The start in the middle, with unknown parameters behind its coordinates.
+    pub(crate) start: Start<Extended>,
 }
 
 /// The start and the length of a run.
@@ -32,15 +41,19 @@ struct Ends {
     length: Extended,
 }
 
-fn ends(setup: &Setup<Extended>) -> Ends {
-    let start = &setup.place.start;
-    let length = match setup.limit {
-        Limit::Length(length) => length,
-        Limit::Value { coordinate, value } => {
-            (value - setup.origin_of(coordinate) - start.q[coordinate]) / start.q_dot[coordinate]
-        }
-    };
-    Ends { q: start.q.clone(), p: start.p.clone(), length }
+impl Ends {
+    /// Those of a run with these values of unknown parameters.
+    fn new(setup: &Setup<Extended>, parameters: &[Extended]) -> Self {
+        let start = &setup.place.start;
+        let length = match setup.limit {
+            Limit::Length(length) => length,
+            Limit::Value { coordinate, value } => {
+                (value - setup.origin_of(coordinate) - start.q[coordinate]) / start.q_dot[coordinate]
+            }
+        };
+        let p = start.p.iter().copied().chain(parameters.iter().map(|_| Extended::ZERO));
+        Self { q: [&start.q, parameters].concat(), p: p.collect(), length }
+    }
 }
 
 impl Starts {
@@ -49,14 +62,43 @@ impl Starts {
     /// # Errors
     /// The reason why a proof says nothing of it.
     pub(crate) fn new(text: String, keys: Vec<String>, middles: Vec<Extended>) -> Result<Self, String> {
-        let case = parsed(&text, &keys, &middles)?;
+        let mut case = parsed(&text, &keys, &middles)?;
         if case.has_acting_events() || case.grid.until.is_some() || case.events.iter().any(|event| event.until) {
             return Err("an event may end the run, or acts".to_owned());
         }
         if !case.is_determined() {
             return Err("a rate at the start is not known to all digits".to_owned());
         }
-        Ok(Self { setup: case.setup(), text, keys, middles, case })
+        let setup: Setup<Extended> = case.setup();
+        let parameters: Vec<usize> = (0..keys.len()).filter(|&j| keys[j].starts_with(PARAMETERS)).collect();
+        let unknown: Vec<String> = parameters.iter().map(|&j| keys[j][PARAMETERS.len()..].to_owned()).collect();
+        if case.geometry_text.is_law_of(&unknown) {
+            return Err("the mass of the relativistic law, or c, is not known".to_owned());
+        }
+        case.geometry_text.unknown = unknown;
+        let Ends { q, p, .. } = Ends::new(&setup, &at(&parameters, &middles));
+        let mut q_dot = setup.place.start.q_dot.clone();
+        q_dot.resize(q.len(), Extended::ZERO);
+        Ok(Self { start: Start { q, q_dot, p }, setup, parameters, text, keys, middles, case })
+    }
+
+    /// The start and the length with these numbers.
+    fn ends(&self, values: &[Extended]) -> Result<Ends, String> {
+        let case = parsed(&self.text, &self.keys, values)?;
+        if !case.is_in_scene_of(&self.case) {
+            return Err(format!("with other values of {} it is another scene", self.keys.join(" and ")));
+        }
+        let setup: Setup<Extended> = case.setup();
+        let is_moved = (0..setup.place.start.q.len()).any(|a| setup.origin_of(a) != self.setup.origin_of(a));
+        if is_moved {
+            return Err(format!("{} is where the run counts from", self.keys.join(" or ")));
+        }
+        Ok(Ends::new(&setup, &at(&self.parameters, values)))
+    }
+
+    /// Those in the middle.
+    fn middle(&self) -> Ends {
+        Ends::new(&self.setup, &at(&self.parameters, &self.middles))
     }
 
     /// The direction of the starts in which the number `j` changes by its radius.
@@ -65,11 +107,9 @@ impl Starts {
         let at = |times: f64| {
             let mut values = self.middles.clone();
             values[j] += Extended::from(times) * Extended::from(radius);
-            let setup: Setup<Extended> = parsed(&self.text, &self.keys, &values)?.setup();
-            let is_moved = (0..setup.place.start.q.len()).any(|a| setup.origin_of(a) != self.setup.origin_of(a));
-            if is_moved { Err(format!("{key} is where the run counts from")) } else { Ok(ends(&setup)) }
+            self.ends(&values)
         };
-        let (here, [one, other]) = (ends(&self.setup), [at(1.0)?, at(-0.75)?]);
+        let (here, [one, other]) = (self.middle(), [at(1.0)?, at(-0.75)?]);
         let linear = |here: Extended, one: Extended, other: Extended| {
             let column = one - here;
             let left = (other - here + Extended::from(0.75) * column).abs().to_f64();
@@ -120,7 +160,7 @@ impl Starts {
         for ((value, radius), part) in values.iter_mut().zip(radii).zip(parts) {
             *value += Extended::from(*part) * Extended::from(*radius);
         }
-        let (here, there) = (ends(&self.setup), ends(&parsed(&self.text, &self.keys, &values)?.setup()));
+        let (here, there) = (self.middle(), self.ends(&values)?);
         let is_sum = |here: Extended, there: Extended, columns: &dyn Fn(&Generator) -> f64| {
             let (mut sum, mut size) = (here, (here.abs() + there.abs()).to_f64() * LINEAR);
             for (generator, part) in generators.iter().zip(parts) {
@@ -145,16 +185,19 @@ impl Starts {
         let plain = &self.setup.place.geometry;
         let changes = |a: &usize| generators.iter().any(|of| of.p[*a] != 0.0 && !of.p[*a].is_nan());
         let kept: Vec<usize> = plain.ignorable().filter(changes).collect();
-        if kept.is_empty() { Arc::clone(plain) } else { Arc::new(self.case.keeping(&kept)) }
+        if kept.is_empty() && self.parameters.is_empty() {
+            return Arc::clone(plain);
+        }
+        // K is in no formula that is watched, as none is.
+        Arc::new(self.case.watching(&[], (&kept, &[]), Extended::ZERO))
     }
 
     /// The motions of the set.
     pub(crate) fn motion<'m>(&'m self, geometry: &'m Geometry<Extended>, generators: &'m [Generator]) -> Motion<'m> {
-        let start = &*self.setup.place.start;
         Motion {
             geometry,
-            start,
-            unused: self.case.is_lifted().then(|| start.q.len() - 1),
+            start: &self.start,
+            unused: self.case.is_lifted().then(|| self.setup.place.start.q.len() - 1),
             until: match self.setup.limit {
                 Limit::Length(length) => Until::Length(length),
                 Limit::Value { coordinate, value } => {
@@ -167,8 +210,14 @@ impl Starts {
             behind: &[],
             late: 0.0,
             leaves: None,
+            keeps_way: false,
         }
     }
+}
+
+/// The values in these places.
+fn at(places: &[usize], values: &[Extended]) -> Vec<Extended> {
+    places.iter().map(|&j| values[j]).collect()
 }
 
 /// The case of a text with these numbers.

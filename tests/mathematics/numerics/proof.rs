@@ -101,6 +101,7 @@ impl Tally {
             behind: &[],
             late: 0.0,
             leaves: None,
+            keeps_way: false,
         };
         let is_proved = self.compare(what, &motion, &reference.at(length), own);
         self.draws += 1;
@@ -153,6 +154,7 @@ pub(super) fn end_of(text: &str, name: &str) -> (Extended, f64) {
             behind: &[],
             late: 0.0,
             leaves: None,
+            keeps_way: false,
         },
         &mut |_| true,
     );

@@ -144,6 +144,7 @@ impl Tally {
             behind: &[],
             late: 0.0,
             leaves: None,
+            keeps_way: false,
         };
         let what = format!("{what}: {}, {direction:?}", looked.text);
         let mut met = looked.met(&reference, length, norm);

@@ -1,4 +1,4 @@
-//! Starts between two numbers: the proved hull has the ends of all motions from there, and not much more.
+//! Starts and parameters between two numbers: the proved hull has the ends of all motions from there, and not much more.
 
 use geodesic_ivp::study::proof::{Hull, hull};
 
@@ -13,11 +13,12 @@ solver.accuracy = 1e-10
 "#;
 
 fn found(text: &str, set: &[&str]) -> Result<Hull, String> {
-    hull(&parsed(text, set), &mut |_| true)
+    let hull = hull(&parsed(text, set), &mut |_| true);
+    hull.ends.clone().map(|_| hull)
 }
 
 fn ends_of(hull: &Hull, name: &str) -> [f64; 2] {
-    hull.ends.iter().find(|(own, _)| own == name).unwrap().1
+    hull.ends.as_ref().unwrap().iter().find(|(own, _)| own == name).unwrap().1
 }
 
 /// x = x₀ cos t + ẋ₀ sin t is linear, so that the hull is that of its corners, but for what a window is not exact by: a

@@ -108,6 +108,7 @@ impl Tally {
             behind: &[],
             late: 0.0,
             leaves: None,
+            keeps_way: false,
         };
         let set = prove(&motion, &mut |_| true);
         match &set.end {

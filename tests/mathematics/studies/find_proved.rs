@@ -118,8 +118,10 @@ fn a_search_without_a_proof_says_why() {
     let many = reason(STONE, &format!("{x_dot}\nmeet = [\"x - 3\", \"2*x - 6\"]"));
     assert!(many.contains("2 for 1"), "{many}");
     let oscillator = STONE.replace("9.81*y", "v*x^2/2");
-    let parameter = reason(&oscillator, "unknowns = [\"parameters.v\"]\nmeet = [\"x - 0.5\"]");
-    assert!(parameter.contains("parameters.v is in the equations"), "{parameter}");
+    let oscillator =
+        oscillator.replace("particle.law = \"newtonian\"", "particle = { law = \"newtonian\", mass = 1.0 }");
+    let mass = reason(&oscillator, "unknowns = [\"particle.mass\"]\nmeet = [\"x - 0.5\"]");
+    assert!(mass.contains("particle.mass is in the equations"), "{mass}");
     let square = STONE.replace("x_dot = 1.0", "x_dot = \"v^2\"");
     let bent = reason(&square, "unknowns = [\"parameters.v\"]\nmeet = [\"x - 3\"]");
     assert!(bent.contains("not linear in parameters.v"), "{bent}");

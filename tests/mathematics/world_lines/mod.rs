@@ -30,6 +30,7 @@ mod promises;
 mod proved;
 mod proved_acting;
 mod proved_kinks;
+mod proved_parameters;
 mod reasons;
 mod rest;
 mod roundings;
