@@ -269,12 +269,11 @@ pub(super) fn acting(case: &Case, events: &Field<'_>) -> Result<(), CaseError> {
             }
             Quantity::Parameter(_) => false,
         };
+        let saltation = || case.settings.sensitivity.then(|| case.saltation(event, Extended::ZERO).err()).flatten();
         let (message, help) = if case.settings.accuracy.is_none() {
             ("an event acts where windows end, and here they are given", "give solver.accuracy or solver.tolerance")
         } else if case.is_backward() {
             ("an event that acts cannot be undone, and the run goes backward", "begin at the other end")
-        } else if case.settings.sensitivity {
-            ("no sensitivity is carried through an event that acts", "leave solver.sensitivity out")
         } else if case.geometry_text.conformal.is_some() {
             ("no event acts in a scene with a conformal factor, which changes the pace of gamma", "leave conformal out")
         } else if case.from.is_some() && sets(&|quantity| matches!(quantity, Quantity::Parameter(_))) {
@@ -284,6 +283,9 @@ pub(super) fn acting(case: &Case, events: &Field<'_>) -> Result<(), CaseError> {
             ("with Newton's law t runs by itself, and s follows from the energy", "set the other coordinates")
         } else if case.grid.t_f.is_some() && sets(&|it| matches!(it, Quantity::Position(a) if names[a] == "t")) {
             ("an event sets t, by which the run ends", "end it at gamma_f")
+        } else if let Some(reason) = saltation() {
+            let message = format!("no sensitivity is carried through the event '{}': {reason}", event.name);
+            return Err(field.key_error(message).with_help("leave solver.sensitivity out"));
         } else {
             continue;
         };

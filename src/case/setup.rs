@@ -8,8 +8,8 @@ use super::start_data::{Rate, StartData};
 use super::{Case, Event};
 use crate::engine::{Handed, Marched};
 use crate::geometry::{
-    self, Arguments, Beside, Direction, Geometry, GeometryText, Law, NewRate, Observable, Place as FormulaPlace, Reset,
-    Side,
+    self, Arguments, Beside, Direction, Geometry, GeometryText, Law, NewValue, Observable, OfEnds,
+    Place as FormulaPlace, Reset, Saltation, Setting, Side,
 };
 use crate::number::{Extended, Real};
 use crate::solve::{Change, Continuation, Limit, Place, Quantity, Setup, Until};
@@ -216,16 +216,35 @@ impl Case {
         })
     }
 
-    /// The momenta behind an event that acts, as functions of the state before, where K is `norm` at the start.
-    pub(crate) fn reset(&self, event: &Event, norm: Extended) -> Result<Reset, &'static str> {
-        let set = event.set.iter().map(|(quantity, formula)| match quantity {
-            Quantity::Velocity(a) => Ok(NewRate { coordinate: *a, is_momentum: false, formula }),
-            Quantity::Momentum(a) => Ok(NewRate { coordinate: *a, is_momentum: true, formula }),
-            Quantity::Position(_) | Quantity::Parameter(_) => Err("an event that sets a position or a parameter"),
+    /// The state behind an event that acts, but for parameters that it sets, as functions of the state before, where K
+    /// is `norm` at the start.
+    pub(crate) fn reset(&self, event: &Event, norm: Extended) -> Reset {
+        let set = event.set.iter().filter_map(|(quantity, formula)| {
+            let (coordinate, setting) = match quantity {
+                Quantity::Position(a) => (*a, Setting::Position),
+                Quantity::Velocity(a) => (*a, Setting::Velocity),
+                Quantity::Momentum(a) => (*a, Setting::Momentum),
+                Quantity::Parameter(_) => return None,
+            };
+            Some(NewValue { coordinate, setting, formula })
         });
-        let set: Vec<NewRate<'_>> = set.collect::<Result<_, _>>()?;
         let left_out = self.is_lifted().then_some(0);
-        Ok(Reset::new(&self.geometry_text, &set, (norm, left_out)).expect("a valid case has valid formulas"))
+        let set: Vec<NewValue<'_>> = set.collect();
+        Reset::new(&self.geometry_text, &set, (norm, left_out)).expect("a valid case has valid formulas")
+    }
+
+    /// What an event that acts does to small changes, where K is `norm` at the start.
+    ///
+    /// # Errors
+    /// The reason why that is not known.
+    pub(crate) fn saltation(&self, event: &Event, norm: Extended) -> Result<Saltation, &'static str> {
+        let of = |end: &'_ str| self.jets_of(&[OfEnds { end, starts: &[] }], norm);
+        let parameters: Vec<OfEnds<'_>> = (event.set.iter())
+            .filter(|(quantity, _)| matches!(quantity, Quantity::Parameter(_)))
+            .map(|(_, end)| OfEnds { end, starts: &[] })
+            .collect();
+        let parameters = self.jets_of(&parameters, norm);
+        Saltation::new(&self.geometry(), of(&event.when), self.reset(event, norm), &parameters)
     }
 
     /// True if it is not seen that a formula of the state is continuous.

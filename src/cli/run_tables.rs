@@ -47,6 +47,7 @@ pub(super) fn write_table<S: Real>(
     every: usize,
 ) -> csv::Result<()> {
     let (line, names) = (&run.line, run.line.geometry().names());
+    let pieces = || run.parts().into_iter().map(|(line, _)| line).collect::<Vec<_>>();
     let proof = judged.and_then(|judged| judged.proof.as_ref());
     match name {
         TRAJECTORY => write_nodes(out, &run.parts(), every, trajectory),
@@ -56,8 +57,8 @@ pub(super) fn write_table<S: Real>(
             let radii = proof.map_or(&[][..], |proof| &proof.samples);
             write_samples(out, names, (&run.samples, radii), line.digits)
         }
-        SENSITIVITY => write_sensitivity(out, line),
-        GROWTH => write_growth(out, line),
+        SENSITIVITY => write_sensitivity(out, &pieces()),
+        GROWTH => write_growth(out, &pieces()),
         HULL => {
             let hull = judged.and_then(|judged| judged.hull.as_ref());
             write_hull(out, &names[..line.geometry().results()], hull.map_or(&[], |hull| &hull.way))

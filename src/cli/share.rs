@@ -12,7 +12,8 @@ pub(super) struct VaryArgs {
     /// Run for each value of a key: one table, with a row for each run
     ///
     /// VALUES is a list (scheme.sbp=SBP21,SBP42), or START:STOP:COUNT for equidistant values with both ends among them
-    /// (initial.x=0.1:0.9:9). Given several times, every combination is run.
+    /// (initial.x=0.1:0.9:9), or START..STOP:COUNT for intervals side by side (parameters.k=0.9..1.1:10), with a proof
+    /// of where all motions from each end. Given several times, every combination is run.
     #[arg(
         long,
         value_name = "KEY=VALUES",

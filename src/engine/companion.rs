@@ -50,6 +50,8 @@ struct Seen {
     place: usize,
     /// True once the coarse march has gone on behind the end of the run.
     is_beyond: bool,
+    /// True once the coarse march has failed where the finer one has passed.
+    is_lost: bool,
     /// The largest distance in a coordinate, relative to its size, and absolute.
     largest: f64,
     most: Vec<f64>,
@@ -96,9 +98,14 @@ impl<'g> Companion<'g> {
     /// false if that has gone on by a window, and true once all is compared.
     ///
     /// # Errors
-    /// If they differ by more than the accuracy, or if the coarse one fails.
+    /// If they differ by more than the accuracy.
     fn follow(&mut self) -> Result<bool, Failure> {
         let Self { finer, coarser, seen, .. } = self;
+        if seen.is_lost {
+            (seen.place, seen.is_followed) = (0, true);
+            let is_refused = finer.attempt.accepted.is_last && !self.round.allows(f64::INFINITY);
+            return if is_refused { Err(Failure::Accuracy) } else { Ok(true) };
+        }
         let (is_last, has_landed) = (finer.attempt.accepted.is_last, finer.has_landed());
         finer.lent.solver.know(Known::Ways);
         while let Some(&node) = PLACES.get(seen.place) {
@@ -106,8 +113,10 @@ impl<'g> Companion<'g> {
             let is_end = has_landed && node == POINTS - 1;
             let gamma = if is_end { f64::INFINITY } else { finer.gamma_at(node) };
             if gamma > coarser.come_to() && !coarser.is_over() {
-                coarser.next().map_err(|failure| finer.reason(failure))?;
-                return Ok(false);
+                return match coarser.next() {
+                    Ok(_) => Ok(false),
+                    Err(_) => self.lose().map(|()| true),
+                };
             }
             // To a value the coarse march may be shorter, and else by a rounding of the sum of its windows.
             if is_end || gamma <= coarser.come_to() || finer.target.is_none() {
@@ -143,6 +152,18 @@ impl<'g> Companion<'g> {
             self.finer.forgive();
         }
         if is_last || self.seen.too_large > PATIENCE { self.refuse(is_last).map(|()| true) } else { Ok(true) }
+    }
+
+    /// Goes on without the coarse march, which has failed where the finer one has passed: they differ by anything. With
+    /// smaller tolerances they may both pass.
+    fn lose(&mut self) -> Result<(), Failure> {
+        self.seen.largest = f64::INFINITY;
+        self.seen.most.fill(f64::INFINITY);
+        if !self.round.allows(f64::INFINITY) && self.round.next(f64::INFINITY).is_some() {
+            return Err(Failure::BeginAgain);
+        }
+        self.seen.is_lost = true;
+        self.follow().map(drop)
     }
 
     /// Stops where the marches differ by more than the accuracy, if they can do so again with smaller tolerances. If
@@ -223,7 +244,8 @@ impl Windows for Companion<'_> {
             return Ok(Some(self.coarser.window()));
         }
         // Where an event has ended the run, the coarse march may meet it a little later.
-        if self.finer.attempt.accepted.is_last && !self.coarser.is_over() && !self.seen.is_beyond {
+        let is_there = self.coarser.is_over() || self.seen.is_beyond || self.seen.is_lost;
+        if self.finer.attempt.accepted.is_last && !is_there {
             self.seen.is_beyond = true;
             // Behind the event there may be nothing.
             return Ok(self.coarser.next().unwrap_or(None));

@@ -34,6 +34,10 @@ pub struct Sensitivity {
     /// The matrices of all joints by rows, the unit matrix of the start first, or that of the last joint alone.
     joints: Vec<f64>,
     keeps_all: bool,
+    /// True once a number of them has left the range of numbers.
+    is_lost: bool,
+    /// What it begins with behind an event.
+    first: Option<Box<Self>>,
     /// δ/|δ|, and 1/size of each unknown, which is known from the first window on.
     pub(super) tangent: Vec<f64>,
     pub(super) inverse_sizes: Vec<f64>,
@@ -62,6 +66,8 @@ impl Sensitivity {
             unknowns,
             joints,
             keeps_all,
+            is_lost: false,
+            first: None,
             tangent,
             inverse_sizes,
             measures,
@@ -74,9 +80,24 @@ impl Sensitivity {
         }
     }
 
-    /// Goes back to the start.
+    /// Goes back to the start, or to the event behind which it began.
     pub(super) fn begin(&mut self) {
-        *self = Self::new(self.unknowns / 2, self.keeps_all);
+        let first = self.first.take();
+        *self = first.as_deref().cloned().unwrap_or_else(|| Self::new(self.unknowns / 2, self.keeps_all));
+        self.first = first;
+    }
+
+    /// That of a run which goes on behind an event with this matrix, by rows: positions, then momenta. Its first joint
+    /// is there.
+    pub(crate) fn behind(&self, saltation: &[f64]) -> Self {
+        let mut next = Self { first: None, ..self.clone() };
+        if !next.is_empty() {
+            next.append(saltation);
+        }
+        let of_one = if next.is_lost { 0 } else { self.unknowns.pow(2) };
+        next.joints.drain(..next.joints.len() - of_one);
+        next.growths.drain(..next.growths.len() - 1);
+        Self { first: Some(Box::new(next.clone())), ..next }
     }
 
     /// The matrices at the start and at the ends of windows, by rows: positions, then momenta. They end before a number
@@ -128,6 +149,9 @@ impl Sensitivity {
         if !self.keeps_all {
             self.growths.remove(0);
         }
+        if self.is_lost {
+            return;
+        }
         let last = self.joints.len() - n * n;
         for row in window.chunks_exact(n) {
             for column in last..last + n {
@@ -138,6 +162,7 @@ impl Sensitivity {
         }
         if self.joints[last + n * n..].iter().any(|entry| !entry.is_finite()) {
             self.joints.truncate(last + n * n);
+            self.is_lost = true;
         } else if !self.keeps_all {
             self.joints.drain(..n * n);
         }

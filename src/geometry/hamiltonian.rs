@@ -79,6 +79,13 @@ impl<S: Real> Hamiltonian<S> {
         self.parts.unknown.clone()
     }
 
+    /// Returns true if a coordinate moves at a velocity that no active coordinate or momentum changes.
+    pub(crate) fn is_steady(&self, a: usize) -> bool {
+        let n = self.velocities.len();
+        let is_variable = |register: Register| self.active.iter().any(|&b| register == b || register == 2 * n + b);
+        !self.program.depends_on(is_variable)[self.velocities[a]]
+    }
+
     /// The registers of q̇^a of active coordinates.
     pub(crate) fn active_velocities(&self) -> Vec<Register> {
         self.active.iter().map(|&a| self.velocities[a]).collect()

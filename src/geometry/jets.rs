@@ -42,6 +42,8 @@ pub(super) struct Ends {
     pub(super) scope: Scope<Extended>,
     /// g_ab of the end.
     pub(super) metric: BTreeMap<[usize; 2], NodeId>,
+    /// A_a of the end.
+    pub(super) one_form: BTreeMap<usize, NodeId>,
     /// Everything of which the motion follows, in positions and velocities.
     pub(super) roots: Vec<NodeId>,
     /// Those of them that are no force.
@@ -88,6 +90,7 @@ impl Ends {
         let velocities = scope.graph.substitute(&velocities, &own);
         Ok(Self {
             metric: parts.metric,
+            one_form: parts.one_form,
             roots,
             fields,
             velocities,
@@ -153,6 +156,11 @@ impl Jets {
         }
         let program = Program::new(&mut scope.graph, all, &outputs);
         Self { program, dimension: n, unknown, depends }
+    }
+
+    /// For each formula whether it depends on each q^a and p_a of the end, and then of the start.
+    pub(crate) fn depends(&self) -> impl Iterator<Item = &[bool]> {
+        self.depends.iter().map(Vec::as_slice)
     }
 
     /// True for each formula that depends on positions of the end alone.

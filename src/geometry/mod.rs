@@ -44,6 +44,7 @@ mod points;
 mod presets;
 mod rates;
 mod resets;
+mod saltation;
 mod structure;
 mod text;
 mod watched;
@@ -66,7 +67,8 @@ pub use observable::{Direction, Observable, observed};
 pub use parts::value_of;
 pub use presets::{PRESETS, Preset};
 pub use rates::Rates;
-pub(crate) use resets::{NewRate, Reset};
+pub(crate) use resets::{NewValue, Reset, Setting};
+pub(crate) use saltation::Saltation;
 pub(crate) use structure::other;
 pub use structure::{ForceTerm, Samples, Source, Start, Structure, Term};
 pub use text::{GeometryError, GeometryText, Law, Place, Potential, Tau};
@@ -251,6 +253,11 @@ impl<S: Real> Geometry<S> {
     /// Returns true if an active coordinate goes as it does in every motion, as t does under Newton's law.
     pub(crate) fn is_clock(&self, place: usize) -> bool {
         !self.is_separable() && self.hamiltonian.linearised().entries.iter().all(|entry| entry.row != place)
+    }
+
+    /// Returns true if a coordinate moves at a velocity that no active coordinate or momentum changes.
+    pub(crate) fn is_steady(&self, a: usize) -> bool {
+        self.hamiltonian.is_steady(a)
     }
 
     /// The function by which the equations of motion jump where motions pass that differ in more than time, if there is

@@ -117,17 +117,17 @@ pub fn write_events<S: Real>(
 }
 
 /// Writes `sensitivity.csv`: gamma, and for all active coordinates and momenta `A` and `B` in the columns `d_A_d_B` by
-/// how much A changes there with B at the start. The rows are the joints of windows. A run without a sensitivity has no
-/// rows.
+/// how much A changes there with B at the start. The rows are the joints of windows, of which two have the same gamma if
+/// an event has acted between them. A run without a sensitivity has no rows.
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_sensitivity<S: Real>(out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
+pub fn write_sensitivity<S: Real>(out: impl Write, pieces: &[&WorldLine<S>]) -> csv::Result<()> {
+    let Some(run) = pieces.first() else { return Ok(()) };
     let (names, active) = (run.geometry().names(), run.geometry().active());
     let positions = active.iter().map(|&a| names[a].clone());
     let unknowns: Vec<String> = positions.chain(active.iter().map(|&a| format!("p_{}", names[a]))).collect();
     let cells = unknowns.iter().flat_map(|a| unknowns.iter().map(move |b| format!("d_{a}_d_{b}")));
-    let matrices = run.sensitivity.iter().flat_map(Sensitivity::joints);
     let (m, n) = (active.len(), unknowns.len());
     // Momenta of the reversed motion have the other sign, and those that a user sees may have.
     let shown = |k: usize, value: S| match k.checked_sub(m) {
@@ -137,7 +137,10 @@ pub fn write_sensitivity<S: Real>(out: impl Write, run: &WorldLine<S>) -> csv::R
     // The sum with 0 takes the sign away from a zero.
     let entry = |(at, &value): (usize, &f64)| S::ZERO + shown(at / n, shown(at % n, S::from(value)));
     let header = std::iter::once("gamma".to_owned()).chain(cells);
-    let rows = joints(run).zip(matrices);
+    let rows = pieces.iter().flat_map(|run| {
+        let matrices = run.sensitivity.iter().flat_map(Sensitivity::joints);
+        joints(run).zip(matrices)
+    });
     let rows = rows.map(|(gamma, row)| std::iter::once(gamma).chain(row.iter().enumerate().map(entry)));
     write_rows(out, run.digits, header, rows)
 }
@@ -152,11 +155,14 @@ fn joints<S: Real>(run: &WorldLine<S>) -> impl Iterator<Item = S> {
 ///
 /// # Errors
 /// If `out` cannot be written.
-pub fn write_growth<S: Real>(out: impl Write, run: &WorldLine<S>) -> csv::Result<()> {
-    let growths = run.sensitivity.iter().flat_map(Sensitivity::growths);
-    let rows = joints(run)
-        .zip(growths)
-        .map(|(gamma, Growth { lyapunov, megno, .. })| [gamma, S::from(*lyapunov), S::from(*megno)].into_iter());
+pub fn write_growth<S: Real>(out: impl Write, pieces: &[&WorldLine<S>]) -> csv::Result<()> {
+    let Some(run) = pieces.first() else { return Ok(()) };
+    let rows = pieces.iter().flat_map(|run| {
+        let growths = run.sensitivity.iter().flat_map(Sensitivity::growths);
+        joints(run).zip(growths)
+    });
+    let rows =
+        rows.map(|(gamma, Growth { lyapunov, megno, .. })| [gamma, S::from(*lyapunov), S::from(*megno)].into_iter());
     write_rows(out, run.digits, ["gamma", "lyapunov", "megno"].map(str::to_owned), rows)
 }
 

@@ -117,10 +117,7 @@ impl<'g> Equations<'g> {
 
     /// Returns true if a coordinate moves at a constant velocity, whether something depends on it or not.
     pub(super) fn is_steady(&self, a: usize) -> bool {
-        let n = self.hamiltonian.velocities.len();
-        let active = &self.hamiltonian.active;
-        let is_variable = |register: Register| active.iter().any(|&b| register == b || register == 2 * n + b);
-        !self.hamiltonian.program.depends_on(is_variable)[self.hamiltonian.velocities[a]]
+        self.hamiltonian.is_steady(a)
     }
 
     /// Registers of the program of f, or of J, with constants in place.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::world_line::WorldLine;
-use crate::engine::{Handed, Marched};
+use crate::engine::{Handed, Marched, Sensitivity};
 use crate::geometry::{Geometry, Start};
 use crate::number::{Compensated, Real};
 
@@ -172,7 +172,7 @@ impl Continuation {
         };
         let start = Start { q: high(&q), q_dot: high(&q_dot), p: high(&p) };
         let error = self.off(names, is_backward);
-        Some((start, Carried { sums: q.iter().map(|q| q.low).collect(), handed, error }))
+        Some((start, Carried { sums: q.iter().map(|q| q.low).collect(), handed, error, sensitivity: None }))
     }
 
     /// By how much the state is off, with the momenta of the reversed motion if that `is_backward`.
@@ -195,4 +195,6 @@ pub struct Carried<S = f64> {
     pub handed: Handed,
     /// By how much the start is off, if the run that it is the end of knows.
     pub error: Option<Off>,
+    /// What small changes have grown to, behind an event.
+    pub sensitivity: Option<Box<Sensitivity>>,
 }

@@ -56,7 +56,10 @@ impl<'o, S: Real> Run<'o, S> {
             errors: Vec::new(),
             sizes: Vec::new(),
             windows_unproved: None,
-            sensitivity: is_sensitive.then(|| Sensitivity::new(m, observer.is_none())),
+            sensitivity: is_sensitive.then(|| {
+                let behind = setup.carried.as_ref().and_then(|carried| carried.sensitivity.as_deref().cloned());
+                behind.unwrap_or_else(|| Sensitivity::new(m, observer.is_none()))
+            }),
             accuracy: settings.accuracy,
             good_until: [0.0; GOOD_DIGITS.len()],
             ended_by: None,

@@ -161,10 +161,11 @@ impl<S: Real> Setup<S> {
             direction: *direction,
             change: change.clone(),
         };
-        let carried = |Carried { sums, handed, error }: &Carried<S>| Carried {
+        let carried = |Carried { sums, handed, error, sensitivity }: &Carried<S>| Carried {
             sums: sums.iter().map(|low| low.to_f64()).collect(),
             handed: handed.clone(),
             error: error.clone(),
+            sensitivity: sensitivity.clone(),
         };
         Setup {
             place: self.rough.clone(),

@@ -10,7 +10,8 @@ use std::sync::Arc;
 use super::errors::{RunError, chain_error, sizes_of};
 use crate::case::Case;
 use crate::engine::{Accuracy, Handed, Rounds};
-use crate::geometry::{Direction, Start};
+use crate::geometry::{Direction, Saltation, Start};
+use crate::number::Extended;
 use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::{
@@ -138,6 +139,8 @@ pub(super) fn chain(
 ) -> Result<Vec<Piece>, Box<Stopped>> {
     let (mut pieces, mut here): (Vec<Piece>, _) = (Vec::new(), setup.clone());
     here.settings.accuracy = Some(accuracy);
+    here.settings.sensitivity &= !is_shaken;
+    let saltations = saltations(case, &here);
     here.sides = sides_at(setup, &setup.place.start, setup.reach(), &[]).iter().map(Beginning::known).collect();
     let (mut unresolved, mut count) = (0, 0);
     loop {
@@ -172,9 +175,35 @@ pub(super) fn chain(
                 return Err(Box::new(Stopped { failure, pieces, next: None }));
             }
         };
-        let next = going_on(behind, start, &line, limit, is_shaken);
+        let mut next = going_on(behind, start, &line, limit, is_shaken);
+        let saltation = saltations.iter().find(|(place, _)| acted == [*place]).map(|(_, saltation)| saltation);
+        carry(&mut next, (&here, &line), saltation);
         count += acted.len();
         pieces.push(Piece { line, setup: std::mem::replace(&mut here, next), acted });
+    }
+}
+
+/// What the events of a setup do to small changes, by their places there; none if that is not asked for.
+fn saltations(case: &Case, setup: &Setup) -> Vec<(usize, Saltation)> {
+    if !setup.settings.sensitivity {
+        return Vec::new();
+    }
+    let Place { geometry, start } = &setup.place;
+    let norm = Extended::from(geometry.norm(&start.q, &start.q_dot));
+    let first = setup.until.iter().position(|until| until.change.is_some()).unwrap_or(setup.until.len());
+    let of = |(k, event)| Some((first + k, case.saltation(event, norm).ok()?));
+    case.events.iter().filter(|event| !event.set.is_empty()).enumerate().filter_map(of).collect()
+}
+
+/// Carries small changes from the end of a piece behind what has acted there. Several events at one place are met one
+/// after the other in neighbouring motions, and nothing is carried behind them.
+fn carry(next: &mut Setup, (here, line): (&Setup, &WorldLine), saltation: Option<&Saltation>) {
+    let before = (&*here.place.geometry, &line.end_inside());
+    let matrix = saltation.map(|saltation| saltation.matrix(before, (&next.place.geometry, &next.place.start)));
+    let behind = line.sensitivity.as_ref().zip(matrix).map(|(before, matrix)| Box::new(before.behind(&matrix)));
+    next.settings.sensitivity = behind.is_some();
+    if let Some(carried) = &mut next.carried {
+        carried.sensitivity = behind;
     }
 }
 

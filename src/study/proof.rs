@@ -170,7 +170,8 @@ pub fn prove_run<S: Real>(
         let (acting, arguments) = (Acting::new(case, &setup)?, case.arguments());
         let mut attempt = |finds: bool| -> Result<Attempt<'_>, &'static str> {
             let of = (&acting.changed()[..], arguments.as_ref());
-            let Watching { sides, geometry, start, watched, formulas } = Watching::new(case, &setup, finds, of)?;
+            let Watching { sides, geometry, start, watched, formulas, leaves } =
+                Watching::new(case, &setup, finds, of)?;
             let unused = case.is_lifted().then(|| setup.place.start.q.len() - 1);
             let motion = Motion {
                 geometry: &geometry,
@@ -182,7 +183,7 @@ pub fn prove_run<S: Real>(
                 generators: &[],
                 behind: &[],
                 late: 0.0,
-                leaves: None,
+                leaves,
                 keeps_way: false,
             };
             let mut is_costly = false;

@@ -362,6 +362,10 @@ impl<S: Real> Run<S> {
                 format!("the run begins where the event {name} acts, and goes on beyond: it does not act there");
             verdict.doubt(Reason::new(finding, "begin before it, or with the state behind it").remaining());
         }
+        if setup.settings.sensitivity && line.sensitivity.is_none() {
+            let finding = "solver.sensitivity ends where several events act at one place".to_owned();
+            verdict.doubt(Reason::new(finding, "compare runs from neighbouring starts, with --vary").remaining());
+        }
         if let Some(function) = line.sensitivity.as_ref().and_then(|_| setup.place.geometry.jump()) {
             let finding = format!("solver.sensitivity leaves out what jumps of the equations do to it ({function})");
             verdict.doubt(Reason::new(finding, "compare runs from neighbouring starts, with --vary").remaining());

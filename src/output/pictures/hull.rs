@@ -2,7 +2,9 @@
 
 use super::scan::Varied;
 use crate::case::Case;
+use crate::diagnostics::Extent;
 use crate::geometry::Geometry;
+use crate::number::norm::larger;
 use crate::output::chart::{Chart, Mark, Series, Shape, Style};
 use crate::study::proof::{Hull, OnWay};
 
@@ -10,6 +12,8 @@ use crate::study::proof::{Hull, OnWay};
 type Box = ([f64; 2], [f64; 2]);
 
 const BOX: Style = Style { colour: [20, 140, 225], shape: Shape::Circle };
+/// Boxes are drawn that are at most so many times as large as the way of their middles, or the first box.
+const LARGEST: f64 = 1.0;
 const MIDDLE: Style = Style { colour: [0, 0, 0], shape: Shape::Circle };
 
 /// The ends of a value that is an interval of two numbers.
@@ -29,6 +33,10 @@ pub fn hulls(of: &str, column: &str, varied: Varied<'_>, [low, high]: [&[String]
     Chart::new(title, of, [&varied.name(), column], vec![series])
 }
 
+fn middle_of(([left, right], [low, high]): &Box) -> (f64, f64) {
+    (0.5 * (left + right), 0.5 * (low + high))
+}
+
 /// A point that is no number ends the line around a box.
 fn around(([left, right], [low, high]): &Box) -> [(f64, f64); 6] {
     [(*left, *low), (*right, *low), (*right, *high), (*left, *high), (*left, *low), (f64::NAN, f64::NAN)]
@@ -46,12 +54,18 @@ pub fn of_hull(of: &str, case: &Case, hull: &Hull) -> Chart {
         let ends = |a: usize| at.ends[a].unwrap_or([f64::NAN; 2]);
         (x.map_or([at.gamma; 2], ends), ends(y))
     };
-    let boxes: Vec<Box> = hull.way.iter().map(on).collect();
-    let middle = |([left, right], [low, high]): &Box| (0.5 * (left + right), 0.5 * (low + high));
+    let mut boxes: Vec<Box> = hull.way.iter().map(on).collect();
+    // Where a proof is lost boxes become larger than all of the motion, which could not be seen any more.
+    let most = |side: fn(&Box) -> [f64; 2], middle: fn((f64, f64)) -> f64| {
+        let way = Extent::of(boxes.iter().map(|one| middle(middle_of(one)))).range();
+        boxes.first().map_or(0.0, |first| LARGEST * larger(way, side(first)[1] - side(first)[0]))
+    };
+    let [wide, high] = [most(|of| of.0, |at| at.0), most(|of| of.1, |at| at.1)];
+    boxes.retain(|([left, right], [low, top])| right - left <= wide && top - low <= high);
     let series = vec![
         Series::new("all motions are in these boxes", Mark::LINE, boxes.iter().flat_map(around).collect())
             .with_look(BOX),
-        Series::new("their middles", Mark::LINE, boxes.iter().map(middle).collect()).with_look(MIDDLE),
+        Series::new("their middles", Mark::LINE, boxes.iter().map(middle_of).collect()).with_look(MIDDLE),
     ];
     let x_label = x.map_or("gamma", |x| &names[x]);
     Chart::new("Where all motions from the intervals are", of, [x_label, &names[y]], series)

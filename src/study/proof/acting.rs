@@ -8,12 +8,12 @@
 //!
 //! so that columns are multiplied by the middles of J, and what these leave is added to the radius.
 
-use crate::case::{Case, WatchedFormula};
+use crate::case::{Case, Event, WatchedFormula};
 use crate::geometry::{Jet, Jets, OfEnds, Reset};
 use crate::number::Extended;
 use crate::number::ball::{Ball, OFF};
 use crate::proof::Spread;
-use crate::solve::Setup;
+use crate::solve::{Quantity, Setup};
 
 /// More than the roundings of sums of few terms.
 pub(super) const UP: f64 = 1.0 + 1e-12;
@@ -35,9 +35,12 @@ impl Acting {
         }
         let start = &setup.place.start;
         let norm = setup.place.geometry.norm(&start.q, &start.q_dot);
-        let reset = |event| case.reset(event, norm);
-        let resets = case.events.iter().map(|event| (!event.set.is_empty()).then(|| reset(event)).transpose());
-        let resets: Vec<Option<Reset>> = resets.collect::<Result<_, _>>()?;
+        let sets_parameter = |event: &Event| event.set.iter().any(|(it, _)| matches!(it, Quantity::Parameter(_)));
+        if case.events.iter().any(sets_parameter) {
+            return Err("an event that sets a parameter");
+        }
+        let resets = case.events.iter().map(|event| (!event.set.is_empty()).then(|| case.reset(event, norm)));
+        let resets: Vec<Option<Reset>> = resets.collect();
         let formulas: Vec<&str> = case.watched_formulas().chain(case.acting_formulas()).map(|of| of.formula).collect();
         let of: Vec<OfEnds<'_>> = formulas.iter().map(|end| OfEnds { end, starts: &[] }).collect();
         // By Newton's law that is the energy, which is not followed through an event.
@@ -51,7 +54,8 @@ impl Acting {
 
     /// The coordinates whose momenta they change.
     pub(super) fn changed(&self) -> Vec<usize> {
-        self.resets.iter().flatten().flat_map(|reset| reset.changed.iter().copied()).collect()
+        let of_momenta = |(a, is_momentum): &(usize, bool)| is_momentum.then_some(*a);
+        self.resets.iter().flatten().flat_map(|reset| reset.changed.iter().filter_map(of_momenta)).collect()
     }
 
     /// What the event of a formula makes of momenta, if it acts.

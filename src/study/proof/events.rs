@@ -26,6 +26,8 @@ pub(super) struct Watching<'c> {
     pub(super) start: Arc<Start<Extended>>,
     pub(super) watched: Vec<Watched>,
     pub(super) formulas: Vec<WatchedFormula<'c>>,
+    /// The place of an argument that is 0 at the start, and the side to which the motion leaves.
+    pub(super) leaves: Option<(usize, f64)>,
 }
 
 impl<'c> Watching<'c> {
@@ -48,7 +50,7 @@ impl<'c> Watching<'c> {
         }
         if formulas.is_empty() && arguments.is_none() {
             let (geometry, start) = (geometry.clone(), start.clone());
-            return Ok(Self { sides: Vec::new(), geometry, start, watched: Vec::new(), formulas });
+            return Ok(Self { sides: Vec::new(), geometry, start, watched: Vec::new(), formulas, leaves: None });
         }
         let norm = geometry.norm(&start.q, &start.q_dot);
         let mut with = (**start).clone();
@@ -61,7 +63,7 @@ impl<'c> Watching<'c> {
             with.p.push(Extended::ZERO);
             watched.push(Watched { direction: of.direction, off, ends: of.ends });
         }
-        let mut sides = Vec::new();
+        let (mut sides, mut at_zero) = (Vec::new(), None);
         let unknown = "a start at which abs, sign, step or a table changes";
         let at_start = arguments.map(|arguments| at_start(arguments, start).ok_or(unknown)).transpose()?;
         for (argument, &table) in at_start.iter().flatten().zip(arguments.iter().flat_map(|of| &of.tables)) {
@@ -71,7 +73,14 @@ impl<'c> Watching<'c> {
             if table.is_some_and(is_off) {
                 return Err("a start beyond the ends of a table");
             }
-            let (side, ends) = side_of(argument, table).ok_or(unknown)?;
+            let (side, ends) = match (side_of(argument, table), table, at_zero) {
+                (Some(known), ..) => known,
+                (None, None, None) => {
+                    at_zero = Some((sides.len(), watched.len()));
+                    (Side::Positive, vec![argument.clone()])
+                }
+                _ => return Err(unknown),
+            };
             sides.push(side);
             for end in ends {
                 with.q.push(end.value);
@@ -80,13 +89,38 @@ impl<'c> Watching<'c> {
                 watched.push(Watched { direction: Direction::Both, off: end.radius, ends: true });
             }
         }
-        Ok(Self {
-            geometry: case.watching(&formulas, (changed, &sides), norm).into(),
-            start: with.into(),
-            watched,
-            formulas,
-            sides,
-        })
+        let scene = |sides: &[Side]| case.watching(&formulas, (changed, sides), norm);
+        let mut leaves = None;
+        if let Some((argument, place)) = at_zero {
+            let (side, out) = left(&mut sides, argument, (&with, start.q.len() + place), scene).ok_or(unknown)?;
+            sides[argument] = side;
+            leaves = Some((place, out));
+        }
+        Ok(Self { geometry: scene(&sides).into(), start: with.into(), leaves, watched, sides, formulas })
+    }
+}
+
+/// Rates that are smaller than this part of those on both sides may be 0.
+const ROUNDED: f64 = 1e-40;
+
+/// The side to which a motion leaves from where an argument is 0: that to which its rates on both sides lead. `None` if
+/// these are not two of one sign: it stays there, as a body that friction holds, or may leave to either side.
+fn left(
+    sides: &mut [Side],
+    argument: usize,
+    (start, coordinate): (&Start<Extended>, usize),
+    scene: impl Fn(&[Side]) -> Geometry<Extended>,
+) -> Option<(Side, f64)> {
+    let mut rate = |side: Side| {
+        sides[argument] = side;
+        Some(scene(sides).velocities(&start.q, &start.p).ok()?[coordinate])
+    };
+    let [above, below] = [rate(Side::Positive)?, rate(Side::Negative)?];
+    let least = Extended::from(ROUNDED) * (above.abs() + below.abs());
+    match above.abs() > least && below.abs() > least && above.signum() == below.signum() {
+        true if above > Extended::ZERO => Some((Side::Positive, 1.0)),
+        true => Some((Side::Negative, -1.0)),
+        false => None,
     }
 }
 

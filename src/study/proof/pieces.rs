@@ -147,7 +147,7 @@ impl<'a> Through<'a> {
         let of_positions = self.watched.are_of_positions();
         let is_at_zero = |k: usize| match leaves {
             Some((at, _)) => k == at,
-            None => k == place && of_positions[k],
+            None => k == place && of_positions[k] && !reset.is_some_and(Reset::moves),
         };
         let is_known = |value: &Spread| value.value.abs().to_f64() > value.reach() * UP;
         if !(0..all - n).all(|k| is_at_zero(k) || state[n + k].as_ref().is_some_and(is_known)) {
@@ -160,8 +160,8 @@ impl<'a> Through<'a> {
         Ok(Behind { start: Start { q_dot: vec![Extended::ZERO; all], q, p }, state, sides, leaves })
     }
 
-    /// Lets an event act where the formula `place` is met: it changes momenta, and with them formulas and sides. What
-    /// depends on positions alone is what it was.
+    /// Lets an event act where the formula `place` is met: it changes positions and momenta, and with them formulas and
+    /// sides. What depends on positions alone is what it was if these are.
     fn act(
         &self,
         reset: &Reset,
@@ -169,11 +169,13 @@ impl<'a> Through<'a> {
         state: &mut [Option<Spread>],
         [n, all]: [usize; 2],
     ) -> Result<(), Reason> {
-        let momenta = spreads(&reset.jets, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
-        reset.changed.iter().zip(momenta).for_each(|(&a, momentum)| state[all + a] = Some(momentum));
+        let changed = spreads(&reset.jets, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
+        for ((a, is_momentum), value) in reset.changed.iter().zip(changed) {
+            state[if *is_momentum { all + a } else { *a }] = Some(value);
+        }
         let values = spreads(&self.watched, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
         let changed = values.into_iter().zip(self.watched.are_of_positions()).enumerate();
-        for (k, (value, _)) in changed.filter(|(_, (_, is_of_positions))| !is_of_positions) {
+        for (k, (value, _)) in changed.filter(|(_, (_, is_of_positions))| reset.moves() || !is_of_positions) {
             state[n + k] = Some(value);
         }
         let Some(Arguments { jets, tables }) = self.arguments else { return Ok(()) };
@@ -181,7 +183,7 @@ impl<'a> Through<'a> {
         let mut at = n + self.formulas.len();
         for (k, (value, is_kept)) in values.iter().zip(jets.are_of_positions()).enumerate() {
             let ends = if let Side::Piece(_) = sides[k] { 2 } else { 1 };
-            if !is_kept {
+            if reset.moves() || !is_kept {
                 let (side, values) = side_of(value, tables[k]).ok_or(Reason::Left)?;
                 sides[k] = side;
                 values.into_iter().enumerate().for_each(|(end, value)| state[at + end] = Some(value));

@@ -63,6 +63,35 @@ fn dry_friction_takes_the_same_from_every_half_turn() {
     assert!(most <= 1.0 && most > 1e-6, "{most}");
 }
 
+/// From rest the velocity is 0, where friction jumps: the motion leaves to the side to which it is driven on both sides.
+/// Where it is held there is no proof.
+#[test]
+fn a_body_is_released_where_friction_does_not_hold_it() {
+    let case = |x: &str, f: &str| {
+        let text = format!(
+            "potential = {{ formula = \"x^2/2\", force = {{ x = \"-{f}*sign(x_dot)\" }} }}\n\
+             particle.law = \"newtonian\"\ninitial = {{ x = {x}, x_dot = 0.0 }}\ngrid.t_f = 20.0\n\
+             solver.accuracy = 1e-9"
+        );
+        parsed(&text, &[])
+    };
+    let most = largest(|random| {
+        let [x, f] = [number(random, 1.0, 2.0), number(random, 0.01, 0.05)];
+        let case = case(&x, &f);
+        let [mut turn, f] = [x, f].map(|text| decimal(&text));
+        let (mut left, mut sign) = (decimal("20"), Extended::ONE);
+        while left > Extended::PI {
+            left -= Extended::PI;
+            turn -= Extended::from(2.0) * f;
+            sign = -sign;
+        }
+        off(&proved(&case)?, "x", sign * (f + (turn - f) * left.cos()))
+    });
+    assert!(most <= 1.0 && most > 1e-6, "{most}");
+    let held = proved(&case("0.01", "0.02"));
+    assert!(held.is_none_or(|proof| proof.ends.is_empty()));
+}
+
 /// A pulse of steps in time, and one in space.
 #[test]
 fn pulses_of_steps_give_their_momentum() {

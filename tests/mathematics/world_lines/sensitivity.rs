@@ -83,7 +83,7 @@ fn matrices_of_an_oscillator_are_rotations() {
 fn table_of_a_run_backward_is_that_of_the_motion() {
     let line = run("oscillator", &[SENSITIVE[0], SENSITIVE[1], "grid.gamma_f=-2"]);
     let mut table = Vec::new();
-    write_sensitivity(&mut table, &line).unwrap();
+    write_sensitivity(&mut table, &[&line]).unwrap();
     let table = String::from_utf8(table).unwrap();
     let mut lines = table.lines();
     assert_eq!(lines.next(), Some("gamma,d_x_d_x,d_x_d_p_x,d_p_x_d_x,d_p_x_d_p_x"));

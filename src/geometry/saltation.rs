@@ -1,0 +1,84 @@
+//! What an event that acts does to small changes of the motion.
+//!
+//! A neighbouring motion meets the event a little earlier or later, by δτ = −∇g·δ/(∇g·f), where g is the formula that
+//! changes its sign and f the rates before. With the state R(x) that the event makes of x, and the rates f⁺ behind it,
+//!
+//! ```text
+//! δ⁺ = S δ,      S = DR − (DR f − f⁺) ∇gᵀ/(∇g·f)
+//! ```
+//!
+//! is the change behind it at equal γ (M. A. Aizerman and F. R. Gantmacher, Q. J. Mech. Appl. Math. 11 (1958) 525).
+
+use super::jets::{Jet, Jets};
+use super::resets::Reset;
+use super::{Geometry, Start};
+use crate::number::ball::Ball;
+
+/// The derivatives of an event that acts.
+#[derive(Debug)]
+pub(crate) struct Saltation {
+    when: Jets,
+    reset: Reset,
+}
+
+impl Saltation {
+    /// That of an event with this formula, which makes the state that `reset` says, and sets `parameters`.
+    ///
+    /// # Errors
+    /// The reason why the changes of active coordinates and momenta do not tell what becomes of them.
+    pub(crate) fn new(geometry: &Geometry, when: Jets, reset: Reset, parameters: &Jets) -> Result<Self, &'static str> {
+        let n = geometry.dimension();
+        let is_active = |a: usize| geometry.active().contains(&a);
+        let changes = |a: usize| reset.changed.iter().any(|(b, _)| *b == a);
+        // The position of t under Newton's law is the same in all motions.
+        let moves = |a: usize| !is_active(a) && (changes(a) || !geometry.is_steady(a));
+        let of_change = |depends: &[bool]| (0..2 * n).any(|k| depends[k] && is_active(k % n));
+        let of_place = |depends: &[bool]| (0..n).any(|a| depends[a] && moves(a));
+        let all = [&when, &reset.jets, parameters];
+        if all.into_iter().flat_map(Jets::depends).any(|depends| of_place(depends)) {
+            return Err("its formulas depend on the place of an ignorable coordinate");
+        }
+        let of_constants = reset.changed.iter().zip(reset.jets.depends()).filter(|((a, _), _)| !is_active(*a));
+        if of_constants.into_iter().any(|(_, depends)| of_change(depends)) {
+            return Err("it makes a conserved momentum depend on what changes");
+        }
+        if parameters.depends().any(of_change) {
+            return Err("it makes a parameter depend on what changes");
+        }
+        Ok(Self { when, reset })
+    }
+
+    /// S, by rows: positions of active coordinates, then their momenta. It acts on a state in one geometry, and leaves
+    /// another one in that behind it. Its entries are not finite where the motion grazes the surface.
+    pub(crate) fn matrix(&self, before: (&Geometry, &Start), behind: (&Geometry, &Start)) -> Vec<f64> {
+        let (n, active) = (before.0.dimension(), before.0.active());
+        let [rates, behind] = [before, behind].map(|(geometry, start)| rates(geometry, start));
+        let state: Vec<Ball> = before.1.q.iter().chain(&before.1.p).map(|&value| Ball::exact(value)).collect();
+        let at = |jets: &Jets| jets.at(&[&state[..], &vec![Ball::exact(0.0); 2 * n]].concat());
+        let gradient = |jet: &Jet| jet.gradient[..2 * n].iter().map(|slope| slope.hi).collect::<Vec<f64>>();
+        let along = |row: &[f64]| row.iter().zip(&rates).map(|(slope, rate)| slope * rate).sum::<f64>();
+        let when = gradient(&at(&self.when)[0]);
+        let resets = at(&self.reset.jets);
+        let unknowns: Vec<usize> = active.iter().copied().chain(active.iter().map(|a| n + a)).collect();
+        let row = |&unknown: &usize| {
+            let place =
+                self.reset.changed.iter().position(|&(a, is_momentum)| a + n * usize::from(is_momentum) == unknown);
+            let row = match place {
+                Some(place) => gradient(&resets[place]),
+                None => (0..2 * n).map(|k| f64::from(u8::from(k == unknown))).collect(),
+            };
+            let late = (along(&row) - behind[unknown]) / along(&when);
+            unknowns.iter().map(|&k| row[k] - late * when[k]).collect::<Vec<f64>>()
+        };
+        unknowns.iter().flat_map(row).collect()
+    }
+}
+
+/// The rates of all positions and momenta.
+fn rates(geometry: &Geometry, Start { q, p, .. }: &Start) -> Vec<f64> {
+    let state = [&q[..], p].concat();
+    let mut rates = vec![f64::NAN; state.len()];
+    // A point outside of the domain has none.
+    let _ = geometry.point().slopes(&state, &mut rates);
+    rates
+}
