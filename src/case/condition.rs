@@ -1,11 +1,11 @@
 //! Formulas that a search makes zero: of the state at the end of a run and, in `start(…)`, of that at its start.
 
-use super::Case;
 use super::observables::Formulas;
 use super::scenery::known;
 use super::setup::observable;
+use super::{Case, Grid, Rate};
 use crate::formula::FormulaError;
-use crate::geometry::{Jets, OfEnds, Start, observed, uses};
+use crate::geometry::{Degrees, GeometryText, Jets, OfEnds, Start, StartTexts, observed, uses};
 use crate::number::{Extended, Real};
 
 /// The word that a formula of the start stands behind.
@@ -65,6 +65,30 @@ impl Condition {
 }
 
 impl Case {
+    /// The degrees of the start in the unknown parameters of the scene, and of the first and the last γ or t.
+    pub(crate) fn start_degrees(&self) -> Degrees {
+        let rates = &self.initial.rates;
+        let given = |rate: &'_ Rate| match rate {
+            Rate::Velocity(text) => (Some(text.clone()), None),
+            Rate::Momentum(text) => (None, Some(text.clone())),
+            _ => (None, None),
+        };
+        let (velocities, momenta) = rates.iter().map(given).unzip();
+        let Grid { gamma_i, gamma_f, t_f, .. } = &self.grid;
+        // The data are those without a factor of the metric, but by Newton's law.
+        let text = match self.is_lifted() {
+            true => self.geometry_text.clone(),
+            false => GeometryText { conformal: None, ..self.geometry_text.clone() },
+        };
+        let start = StartTexts {
+            q: self.initial.q.clone(),
+            velocities,
+            momenta,
+            others: [gamma_i].into_iter().chain(gamma_f).chain(t_f).cloned().collect(),
+        };
+        Degrees::new(&text, &start).expect("a valid case has valid formulas")
+    }
+
     /// Conditions with their derivatives by the states at both ends of a run, where K is `norm` at its start.
     pub(crate) fn jets(&self, conditions: &[Condition], norm: Extended) -> Jets {
         let of: Vec<OfEnds<'_>> =

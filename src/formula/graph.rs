@@ -307,6 +307,33 @@ impl<S: Real> Graph<S> {
         (0..variables).map(|variable| is_used(Node::Variable(variable))).collect()
     }
 
+    /// The degree of an expression as a polynomial in all variables; `None` if it is none, or has a function of them.
+    pub(crate) fn degree(&self, root: NodeId) -> Option<u32> {
+        let uses = self.uses(&[root]);
+        let mut degrees: Vec<Option<u32>> = Vec::with_capacity(root + 1);
+        for id in 0..=root {
+            let of = |operand: NodeId| degrees[operand];
+            let both = |a: NodeId, b: NodeId| of(a).zip(of(b));
+            let degree = match self.nodes[id] {
+                _ if uses[id] == 0 => None,
+                Node::Variable(_) => Some(1),
+                Node::Constant(_) => Some(0),
+                Node::PowerInteger(base, exponent) => match (of(base), u32::try_from(exponent)) {
+                    (Some(0), _) => Some(0),
+                    (Some(degree), Ok(exponent)) => degree.checked_mul(exponent),
+                    _ => None,
+                },
+                Node::Apply(Operation::Add(a, b) | Operation::Subtract(a, b)) => both(a, b).map(|(a, b)| a.max(b)),
+                Node::Apply(Operation::Multiply(a, b)) => both(a, b).and_then(|(a, b)| a.checked_add(b)),
+                Node::Apply(Operation::Negate(a)) => of(a),
+                Node::Apply(Operation::Divide(a, b)) => of(a).filter(|_| of(b) == Some(0)),
+                Node::Apply(operation) => operation.operands().all(|operand| of(operand) == Some(0)).then_some(0),
+            };
+            degrees.push(degree);
+        }
+        degrees[root]
+    }
+
     /// Writes every integer power out as products, by repeated squaring. Powers of one base share their squares. The
     /// nodes that take the place of `roots`.
     pub(super) fn expand_powers(&mut self, roots: &[NodeId]) -> Vec<NodeId> {

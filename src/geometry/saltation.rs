@@ -35,7 +35,7 @@ impl Saltation {
         let of_change = |depends: &[bool]| (0..2 * n).any(|k| depends[k] && is_active(k % n));
         let of_place = |depends: &[bool]| (0..n).any(|a| depends[a] && moves(a));
         let all = [&when, &reset.jets, parameters];
-        if all.into_iter().flat_map(Jets::depends).any(|depends| of_place(depends)) {
+        if all.into_iter().flat_map(Jets::depends).any(of_place) {
             return Err("its formulas depend on the place of an ignorable coordinate");
         }
         let of_constants = reset.changed.iter().zip(reset.jets.depends()).filter(|((a, _), _)| !is_active(*a));

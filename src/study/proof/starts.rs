@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::case::Case;
-use crate::geometry::{Geometry, Start};
+use crate::geometry::{Degrees, Geometry, Start};
 use crate::number::{Extended, Real};
 use crate::proof::{Generator, Motion, Until};
 use crate::solve::{Limit, Setup};
@@ -32,6 +32,8 @@ pub(crate) struct Starts {
     pub(crate) setup: Setup<Extended>,
     /// The start in the middle, with unknown parameters behind its coordinates.
     pub(crate) start: Start<Extended>,
+    /// True if formulas show that the start and the length of the run are linear in these numbers.
+    is_linear: bool,
 }
 
 /// The start and the length of a run.
@@ -79,7 +81,8 @@ impl Starts {
         let Ends { q, p, .. } = Ends::new(&setup, &at(&parameters, &middles));
         let mut q_dot = setup.place.start.q_dot.clone();
         q_dot.resize(q.len(), Extended::ZERO);
-        Ok(Self { start: Start { q, q_dot, p }, setup, parameters, text, keys, middles, case })
+        let is_linear = is_linear(&text, &keys, &middles)?;
+        Ok(Self { start: Start { q, q_dot, p }, setup, parameters, text, keys, middles, case, is_linear })
     }
 
     /// The start and the length with these numbers.
@@ -151,6 +154,11 @@ impl Starts {
                 self.check_together(radii, &generators, &(0..radii.len()).map(part).collect::<Vec<f64>>())?;
             }
         }
+        if !self.is_linear {
+            // Between the places that were looked at it may do anything.
+            let keys = self.keys.join(" and ");
+            return Err(format!("the start or the end of the run is not seen to be linear in {keys}"));
+        }
         Ok(generators)
     }
 
@@ -213,6 +221,46 @@ impl Starts {
             keeps_way: false,
         }
     }
+}
+
+/// True if formulas show that the start and the length of a run are linear in the numbers with these keys.
+fn is_linear(text: &str, keys: &[String], values: &[Extended]) -> Result<bool, String> {
+    // Each stands for a parameter of its own, under a name that the text does not have.
+    let own = |j: usize| {
+        let mut name = format!("unknown_{j}");
+        while text.contains(&name) {
+            name.push('_');
+        }
+        name
+    };
+    let (mut set, mut unknown) = (Vec::new(), Vec::new());
+    for (j, (key, value)) in keys.iter().zip(values).enumerate() {
+        let value = value.to_decimal(Extended::MOST_DIGITS);
+        match key.strip_prefix(PARAMETERS) {
+            Some(name) => {
+                set.push(format!("{key}={value}"));
+                unknown.push(name.to_owned());
+            }
+            None => {
+                set.extend([format!("{PARAMETERS}{}={value}", own(j)), format!("{key}={}", own(j))]);
+                unknown.push(own(j));
+            }
+        }
+    }
+    let mut case = Case::parse("the case", text, &set).map_err(|error| error.to_string())?;
+    case.geometry_text.unknown = unknown;
+    let Degrees { q, q_dot, p, others } = case.start_degrees();
+    let is_linear = |degree: &Option<u32>| degree.is_some_and(|degree| degree <= 1);
+    let is_constant = |degree: &Option<u32>| *degree == Some(0);
+    // No motion depends on the energy, which is the momentum of t by Newton's law.
+    let first = usize::from(case.is_lifted());
+    let ends_at_t = case.grid.t_f.is_some();
+    let rate_of_t = case.coordinates().iter().position(|name| name == "t").and_then(|t| q_dot.get(t));
+    Ok(q.iter().all(is_linear)
+        && p[first..].iter().all(is_linear)
+        && others.iter().all(is_linear)
+        && others.first().is_none_or(is_constant)
+        && (!ends_at_t || rate_of_t.is_some_and(is_constant)))
 }
 
 /// The values in these places.

@@ -83,6 +83,30 @@ fn motions_from_inside_end_within() {
     assert!(high - low < 1.5 * (most - least), "{low} {least} {most} {high}");
 }
 
+/// A start may be linear at every place that is looked at, and leap or swell between them: formulas tell.
+#[test]
+fn starts_that_are_linear_at_some_places_alone_have_no_hull() {
+    let of = |x: &str, grid: &str| {
+        let text = format!(
+            "parameters.k = [0.0, 1.0]\npotential.formula = \"x^2/2\"\nparticle.law = \"newtonian\"\n\
+             initial = {{ x = \"{x}\", x_dot = 0.3 }}\ngrid = {{ {grid} }}\nsolver.accuracy = 1e-10"
+        );
+        found(&text, &[]).map(|_| ())
+    };
+    let end = "t_f = 1.0";
+    for (x, grid) in [
+        ("k + exp(-(1e4*(k - 0.3))^2)", end),
+        ("k + step(abs(k - 0.3) - 0.01)", end),
+        ("k + (k - 0.5)*(k - 1)*k*(k - 1/8)", end),
+        ("k", "gamma_i = \"k\", gamma_f = 3.0"),
+        ("k", "t_f = \"1 + exp(-(1e4*(k - 0.3))^2)\""),
+    ] {
+        let reason = of(x, grid).unwrap_err();
+        assert!(reason.contains("linear in parameters.k"), "{x}, {grid}: {reason}");
+    }
+    assert!(of("2*(k/3 - 1)", end).is_ok() && of("k/5", "t_f = \"1 + k/10\"").is_ok());
+}
+
 #[test]
 fn what_is_no_set_of_linear_starts_is_said() {
     let bent = OSCILLATOR.replace("x_dot = [\"-1/10\", 0.2]", "x_dot = 0.1, t_dot = 1.0, norm = 0.5");
