@@ -117,8 +117,8 @@ pub fn write_events<S: Real>(
 }
 
 /// Writes `sensitivity.csv`: gamma, and for all active coordinates and momenta `A` and `B` in the columns `d_A_d_B` by
-/// how much A changes there with B at the start. The rows are the joints of windows, of which two have the same gamma if
-/// an event has acted between them. A run without a sensitivity has no rows.
+/// how much A changes there with B at the start. The rows are the joints of windows; two of them have the same gamma
+/// where an event has acted. A run without a sensitivity has no rows.
 ///
 /// # Errors
 /// If `out` cannot be written.

@@ -194,7 +194,7 @@ impl fmt::Display for Reason {
             Self::Short => f.write_str("steps that become ever shorter"),
             Self::Lost => f.write_str("a bound that has become too large"),
             Self::NotMonotone => f.write_str("a coordinate that is to reach a value and turns back"),
-            Self::Grazed => f.write_str("an event that the motion may graze"),
+            Self::Grazed => f.write_str("an event or a kink that the motion may graze"),
             Self::Together => f.write_str("two events, or one and the end, that are too close together"),
             Self::NoLength => f.write_str("an end at a value of a coordinate whose velocity changes"),
             Self::Constant => f.write_str("an unknown that changes a conserved momentum"),

@@ -176,7 +176,12 @@ impl<'g> Adaptive<'g> {
             Failure::Accuracy => (self.gamma_at_end(), &self.lent.solver.end),
             _ => (self.attempt.gamma.high, &self.lent.solver.start),
         };
-        let rest = if self.target.is_some() { f64::INFINITY } else { self.length - gamma };
+        // Behind the end of the run there may be anything.
+        let rest = match failure {
+            Failure::Accuracy if self.attempt.accepted.is_last => 0.0,
+            _ if self.target.is_some() => f64::INFINITY,
+            _ => self.length - gamma,
+        };
         let edge = AHEAD.into_iter().find_map(|windows| {
             let ahead = rest.min(windows * self.ladder.length(0));
             edge(self.lent.solver.geometry, state, &self.lent.solver.initial.p, ahead, gamma)

@@ -182,8 +182,8 @@ impl Journal {
         Ok(())
     }
 
-    /// Writes its rows in their order to the tables, and counts them. Returns the cells of each of some columns, in this
-    /// order.
+    /// Writes its rows in their order to the tables, and counts them. Returns the cells of each of some columns, in
+    /// their order.
     ///
     /// # Errors
     /// If a row cannot be read, or a table cannot be written.

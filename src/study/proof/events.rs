@@ -58,9 +58,7 @@ impl<'c> Watching<'c> {
         for of in &formulas {
             let formula = case.observable(of.formula);
             let (value, off) = formula.enclosed([&start.q, &start.q_dot, &start.p], norm, OFF);
-            with.q.push(value);
-            with.q_dot.push(Extended::ZERO);
-            with.p.push(Extended::ZERO);
+            append(&mut with, value);
             watched.push(Watched { direction: of.direction, off, ends: of.ends });
         }
         let (mut sides, mut at_zero) = (Vec::new(), None);
@@ -83,9 +81,7 @@ impl<'c> Watching<'c> {
             };
             sides.push(side);
             for end in ends {
-                with.q.push(end.value);
-                with.q_dot.push(Extended::ZERO);
-                with.p.push(Extended::ZERO);
+                append(&mut with, end.value);
                 watched.push(Watched { direction: Direction::Both, off: end.radius, ends: true });
             }
         }
@@ -98,6 +94,13 @@ impl<'c> Watching<'c> {
         }
         Ok(Self { geometry: scene(&sides).into(), start: with.into(), leaves, watched, sides, formulas })
     }
+}
+
+/// Appends a formula with this value to a start.
+fn append(start: &mut Start<Extended>, value: Extended) {
+    start.q.push(value);
+    start.q_dot.push(Extended::ZERO);
+    start.p.push(Extended::ZERO);
 }
 
 /// Rates that are smaller than this part of those on both sides may be 0.
