@@ -126,7 +126,10 @@ fn unknown(root: &Field<'_>, key: &str, formulas: &Formulas<'_>) -> Result<Unkno
         return Err((format!("the case gives {key} no number"), "give it the value that the search begins with"));
     };
     let is_in_equations = match parameter {
-        Some(name) => is_in_equations(&root.source.text, name),
+        // The text has no formulas of a preset.
+        Some(name) => {
+            is_in_equations(&root.source.text, name) || formulas.scene.parameters_in_use().iter().any(|it| it == name)
+        }
         None => !["initial", "grid"].contains(&top),
     };
     Ok(Unknown { key: key.to_owned(), value, is_in_equations })

@@ -139,10 +139,18 @@ pub(super) fn told_hull(hull: &Hull, case: &Case) -> String {
     format!("from all of the intervals {}", listed(ends.iter().filter(told).map(one)))
 }
 
+/// An end of an interval is written with at most so many digits behind the point.
+const MOST_PLACES: usize = 30;
+
 /// An interval in few digits, rounded outwards.
 fn within([low, high]: [f64; 2]) -> String {
     let width = (high - low).max(1e-15 * larger(low.abs(), high.abs()));
     let places = if width > 0.0 { (2.0 - width.log10().floor()).clamp(0.0, 300.0) as usize } else { 0 };
+    if places > MOST_PLACES {
+        // Two digits are off by half of the last one, which is 5 % at most.
+        let [low, high] = [low - 0.06 * low.abs(), high + 0.06 * high.abs()];
+        return format!("[{low:.1e}, {high:.1e}]");
+    }
     let unit = 10.0_f64.powi(places as i32);
     // A hundredth of a unit is more than products are rounded by.
     let [low, high] = [(low * unit - 0.01).floor() / unit, (high * unit + 0.01).ceil() / unit];
@@ -169,6 +177,7 @@ mod tests {
     fn intervals_are_rounded_outwards() {
         assert_eq!(within([0.123_456, 0.123_999]), "[0.123455, 0.124000]");
         assert_eq!(within([-2.5, 31.0]), "[-2.6, 31.1]");
+        assert_eq!(within([-1.04e-200, 1.0e-200]), "[-1.1e-200, 1.1e-200]");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::scan::Varied;
 use crate::case::Case;
 use crate::diagnostics::Extent;
 use crate::geometry::Geometry;
+use crate::number::Real;
 use crate::number::norm::larger;
 use crate::output::chart::{Chart, Mark, Series, Shape, Style};
 use crate::study::proof::{Hull, OnWay};
@@ -52,7 +53,7 @@ pub fn of_hull(of: &str, case: &Case, hull: &Hull) -> Chart {
     let (x, y) = of_orbit.unwrap_or((None, geometry.active().first().copied().unwrap_or(0)));
     let on = |at: &OnWay| {
         let ends = |a: usize| at.ends[a].unwrap_or([f64::NAN; 2]);
-        (x.map_or([at.gamma; 2], ends), ends(y))
+        (x.map_or([at.gamma.to_f64(); 2], ends), ends(y))
     };
     let mut boxes: Vec<Box> = hull.way.iter().map(on).collect();
     // Where a proof is lost boxes become larger than all of the motion, which could not be seen any more.

@@ -20,8 +20,8 @@ pub struct Hull {
 /// The hull at some γ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OnWay {
-    /// γ.
-    pub gamma: f64,
+    /// γ, which doubles may be too few digits for.
+    pub gamma: Extended,
     /// The least and the largest value of every coordinate, `None` if they are not known.
     pub ends: Vec<Option<[f64; 2]>>,
 }
@@ -70,7 +70,7 @@ fn proved(case: &Case, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, Str
             Some(within(found.value + starts.setup.origin_of(a), reach))
         };
         let length = Extended::from(if starts.setup.is_backward { -length } else { *length });
-        OnWay { gamma: (starts.setup.gamma_i + length).to_f64(), ends: (0..names.len()).map(of).collect() }
+        OnWay { gamma: starts.setup.gamma_i + length, ends: (0..names.len()).map(of).collect() }
     };
     Ok(Hull {
         ends: match end {
