@@ -22,6 +22,9 @@ use crate::number::{Extended, Real};
 /// A value is looked for up to this share of a window behind its end, so that no window is left in front of it.
 const BEHIND: f64 = 1e-6;
 
+/// The last window of a set begins so many times as far from the value as its motions may be apart.
+const APART: f64 = 12.0;
+
 /// Where a proof ends.
 pub(super) enum Goal {
     /// After a length of γ, which may be shorter or longer by so much.
@@ -94,9 +97,19 @@ impl Goal {
         (if Extended::from(near) <= left { near.next_up() } else { near }, true)
     }
 
-    /// The length of the window until just behind the value, if this window passes it.
+    /// The length of the window until just behind the value, if this window passes it. Motions of a set pass it one
+    /// after the other, and all of them in one window: if it ends a little before that, it has to be longer.
     pub(super) fn passed(&self, set: &Set, proved: &Proved) -> Option<f64> {
-        self.passed_within(set, proved, [0.0, proved.h * (1.0 + BEHIND)])
+        let h = proved.h;
+        self.passed_within(set, proved, [0.0, h * (1.0 + BEHIND)]).or_else(|| {
+            let Self::Value { unknown: k, value, sign, .. } = *self else { return None };
+            let left = (value - Extended::from(set.start[k]) - Extended::from(set.centre[k])).to_f64();
+            let on_way = |h| sign * way(&proved.modes[k], proved.h, h);
+            let (missing, rate) = (sign * left - on_way(h), (on_way(h) - on_way(0.99 * h)) / (0.01 * h));
+            let apart = proved.added.epsilon[k];
+            let is_near = set.differences.is_some() && rate > 0.0 && missing < APART * apart;
+            is_near.then(|| h + (missing + 4.0 * apart) / rate)
+        })
     }
 
     /// The same, if it is passed between these two places.
@@ -138,12 +151,14 @@ pub(super) struct End {
     /// The unknowns at the ends of the motions of a set.
     pub(super) spreads: Vec<Spread>,
     pub(super) gamma: (Extended, f64),
+    /// True if it is where an unknown has a value.
+    pub(super) is_at_value: bool,
 }
 
 impl End {
     /// The end of a motion without unknowns, after a length of γ.
     pub(super) fn after(gamma: (Extended, f64)) -> Self {
-        Self { unknowns: Vec::new(), spreads: Vec::new(), gamma }
+        Self { unknowns: Vec::new(), spreads: Vec::new(), gamma, is_at_value: false }
     }
 
     /// From the set at the end of the last window, which ends after `reached` and has these bounds on its ellipse.
@@ -162,22 +177,30 @@ impl End {
         let unknowns: Vec<(Extended, f64)> =
             (0..set.start.len()).map(|k| back.unknown(set, k, &slopes, &bends)).collect();
         let gamma = back.gamma(set, reached, &slopes, &bends);
+        let at_value = || (0..set.start.len()).filter_map(|k| back.at_value(set, k, &slopes, &bends));
         let spreads = match &set.differences {
+            Some(_) if back.along.is_some() => at_value().map(|spread| of_starts(spread, generators.len())).collect(),
             Some(differences) => {
                 let growths = growths(&prover.equations, bounds, &differences.within);
                 let spread =
                     |k: usize| back.spread((set, differences), k, (slopes[k], bends[k], growths[k]), generators);
                 (0..set.start.len()).map(spread).collect()
             }
-            None => (0..set.start.len()).filter_map(|k| back.at_value(set, k, &slopes, &bends)).collect(),
+            None => at_value().collect(),
         };
         let is_known = |(value, radius): &(Extended, f64)| value.is_finite() && radius.is_finite();
         if unknowns.iter().chain([&gamma]).all(is_known) {
-            Ok(Self { unknowns, spreads, gamma })
+            Ok(Self { unknowns, spreads, gamma, is_at_value: back.along.is_some() })
         } else {
             Err(Reason::Lost)
         }
     }
+}
+
+/// A number with the columns of so many directions of starts alone: the others are in its radius.
+fn of_starts(Spread { value, mut columns, radius, slack }: Spread, many: usize) -> Spread {
+    let others = columns.split_off(many.min(columns.len()));
+    Spread { value, columns, radius: (radius + sum_of_sizes(&others)) * UP, slack }
 }
 
 /// Bounds of |J z| where z is within these.

@@ -74,7 +74,7 @@ pub struct Motion<'m> {
     pub watched: &'m [Watched],
     /// γ − γ_i of places on the way, ascending, at which the motion is asked for.
     pub samples: &'m [Extended],
-    /// The set of starts and of ends, if it is not one of each: see [`Generator`]. The motion ends after a length.
+    /// The set of starts and of ends, if it is not one of each: see [`Generator`].
     pub generators: &'m [Generator],
     /// True if the way of such a set is kept, at the ends of windows that are not long.
     pub keeps_way: bool,
@@ -89,7 +89,7 @@ pub struct Motion<'m> {
 }
 
 /// A direction in which starts are spread: those are at q + Σ β q_k and p + Σ β p_k for all |β_k| ≤ 1, and their
-/// motions end after the length and Σ β length_k.
+/// motions end after the length and Σ β length_k, or where a coordinate has its value in all of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Generator {
     /// The change of each q^a.
@@ -173,8 +173,6 @@ pub enum Reason {
     NotMonotone,
     /// It is not known whether a formula changes its sign.
     Grazed,
-    /// A set of motions ends at a value of a coordinate that does not move at a constant velocity.
-    NoLength,
     /// A direction changes a constant of the motion on which that depends, such as a momentum.
     Constant,
     /// Two events, or one and the end, are so close together that it is not known which comes first.
@@ -196,7 +194,6 @@ impl fmt::Display for Reason {
             Self::NotMonotone => f.write_str("a coordinate that is to reach a value and turns back"),
             Self::Grazed => f.write_str("an event or a kink that the motion may graze"),
             Self::Together => f.write_str("two events, or one and the end, that are too close together"),
-            Self::NoLength => f.write_str("an end at a value of a coordinate whose velocity changes"),
             Self::Constant => f.write_str("an unknown that changes a conserved momentum"),
             Self::Left => f.write_str("an event behind which another formula is 0"),
             Self::Rough => f.write_str("an event that sets what is not smooth there"),

@@ -98,9 +98,7 @@ impl<'m, 'g> Run<'m, 'g> {
         let is_set = !self.motion.generators.is_empty();
         let length = goal.exact_length();
         let mut state = Vec::new();
-        let is_length = matches!(goal, Goal::Length(..));
-        let end = if is_set && !is_length { Err(Reason::NoLength) } else { self.to(goal, goes_on) };
-        let end = end.map(|end| {
+        let end = self.to(goal, goes_on).map(|end| {
             // Where nothing varies there is no window.
             let end = end.unwrap_or_else(|| End::after(length));
             if is_set || self.ended_by.is_some() {

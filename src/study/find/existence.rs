@@ -145,7 +145,7 @@ impl<'p> Set<'p> {
     fn proved(&self, radii: &[f64]) -> Result<Existence, None> {
         let starts = &self.starts;
         let generators = starts.generators(radii).map_err(|reason| None { reason, is_final: true })?;
-        let geometry = starts.geometry(&generators);
+        let geometry = starts.geometry(&generators).map_err(|reason| None { reason, is_final: true })?;
         let motion = starts.motion(&geometry, &generators);
         let proof = prove(&motion, &mut |_| true);
         if let Err(reason) = proof.end {

@@ -4,7 +4,7 @@ use super::starts::Starts;
 use crate::case::Case;
 use crate::geometry::value_of;
 use crate::number::{Extended, Real};
-use crate::proof::{Coordinate, Motion, Proof, Until, prove};
+use crate::proof::{Coordinate, Motion, Proof, Reason, Until, prove};
 
 /// What is proved of a set of motions: the hulls of the places where they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,15 +45,16 @@ fn proved(case: &Case, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, Str
     }
     let starts = Starts::new(case.text_of_run(), keys, middles)?;
     let generators = starts.generators(&radii)?;
-    let geometry = starts.geometry(&generators);
+    let geometry = starts.geometry(&generators)?;
     let motion = starts.motion(&geometry, &generators);
-    let length = match motion.until {
-        Until::Length(length) => length.to_f64(),
-        Until::Value(..) => f64::NAN,
+    let length = starts.length().to_f64();
+    let is_length = match motion.until {
+        Until::Length(_) => true,
+        Until::Value(coordinate, _) => geometry.is_steady(coordinate),
     };
-    // All of the motions are there as long as the shortest is.
+    // All of the motions are there as long as the shortest is. Those to a value end in the last window.
     let late: f64 = generators.iter().map(|generator| generator.length.abs()).sum();
-    let shortest = if late > 0.0 { (length - late).next_down() } else { f64::INFINITY };
+    let shortest = if late > 0.0 && is_length { (length - late).next_down() } else { f64::INFINITY };
     let motion = Motion { keeps_way: true, ..motion };
     let Proof { end, state, way, windows, .. } = prove(&motion, &mut |progress| goes_on(progress.reached / length));
     let names = starts.case.coordinates();
@@ -75,7 +76,10 @@ fn proved(case: &Case, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, Str
     Ok(Hull {
         ends: match end {
             Ok(_) => Ok(names.iter().enumerate().filter_map(of_end).collect()),
-            Err(reason) => Err(reason.to_string()),
+            Err(reason @ (Reason::Stopped | Reason::Constant)) => Err(reason.to_string()),
+            Err(reason) => {
+                Err(format!("{reason}; smaller intervals may have a proof, as of --vary KEY=START..STOP:COUNT"))
+            }
         },
         way: way.iter().filter(|(length, _)| *length <= shortest).map(of_way).collect(),
         windows,

@@ -34,6 +34,8 @@ pub(crate) struct Starts {
     pub(crate) start: Start<Extended>,
     /// True if formulas show that the start and the length of the run are linear in these numbers.
     is_linear: bool,
+    /// True if the value at which the run ends, if it does, is the same for all of them.
+    ends_alike: bool,
 }
 
 /// The start and the length of a run.
@@ -81,8 +83,8 @@ impl Starts {
         let Ends { q, p, .. } = Ends::new(&setup, &at(&parameters, &middles));
         let mut q_dot = setup.place.start.q_dot.clone();
         q_dot.resize(q.len(), Extended::ZERO);
-        let is_linear = is_linear(&text, &keys, &middles)?;
-        Ok(Self { start: Start { q, q_dot, p }, setup, parameters, text, keys, middles, case, is_linear })
+        let [is_linear, ends_alike] = is_linear(&text, &keys, &middles)?;
+        Ok(Self { start: Start { q, q_dot, p }, setup, parameters, text, keys, middles, case, is_linear, ends_alike })
     }
 
     /// The start and the length with these numbers.
@@ -97,6 +99,11 @@ impl Starts {
             return Err(format!("{} is where the run counts from", self.keys.join(" or ")));
         }
         Ok(Ends::new(&setup, &at(&self.parameters, values)))
+    }
+
+    /// About how long the run is, and as long in the middle if it ends after a length.
+    pub(crate) fn length(&self) -> Extended {
+        self.middle().length
     }
 
     /// Those in the middle.
@@ -189,7 +196,23 @@ impl Starts {
     }
 
     /// The space-time of a proof. A momentum that is not the same for all starts is no constant of it.
-    pub(crate) fn geometry(&self, generators: &[Generator]) -> Arc<Geometry<Extended>> {
+    ///
+    /// # Errors
+    /// The reason why motions of it end in no way that is known.
+    pub(crate) fn geometry(&self, generators: &[Generator]) -> Result<Arc<Geometry<Extended>>, String> {
+        let geometry = self.scene(generators);
+        let is_steady = match self.setup.limit {
+            Limit::Length(_) => true,
+            Limit::Value { coordinate, .. } => geometry.is_steady(coordinate),
+        };
+        // The length of the run is linear in these numbers where t moves at a constant velocity.
+        if is_steady || self.ends_alike {
+            return Ok(geometry);
+        }
+        Err("the time at which a run ends depends on them, and its velocity changes".to_owned())
+    }
+
+    fn scene(&self, generators: &[Generator]) -> Arc<Geometry<Extended>> {
         let plain = &self.setup.place.geometry;
         let changes = |a: &usize| generators.iter().any(|of| of.p[*a] != 0.0 && !of.p[*a].is_nan());
         let kept: Vec<usize> = plain.ignorable().filter(changes).collect();
@@ -223,8 +246,9 @@ impl Starts {
     }
 }
 
-/// True if formulas show that the start and the length of a run are linear in the numbers with these keys.
-fn is_linear(text: &str, keys: &[String], values: &[Extended]) -> Result<bool, String> {
+/// True if formulas show that the start and the length of a run are linear in the numbers with these keys, and true if
+/// they show that t at its end does not depend on them.
+fn is_linear(text: &str, keys: &[String], values: &[Extended]) -> Result<[bool; 2], String> {
     // Each stands for a parameter of its own, under a name that the text does not have.
     let own = |j: usize| {
         let mut name = format!("unknown_{j}");
@@ -256,11 +280,12 @@ fn is_linear(text: &str, keys: &[String], values: &[Extended]) -> Result<bool, S
     let first = usize::from(case.is_lifted());
     let ends_at_t = case.grid.t_f.is_some();
     let rate_of_t = case.coordinates().iter().position(|name| name == "t").and_then(|t| q_dot.get(t));
-    Ok(q.iter().all(is_linear)
+    let is_linear = q.iter().all(is_linear)
         && p[first..].iter().all(is_linear)
         && others.iter().all(is_linear)
         && others.first().is_none_or(is_constant)
-        && (!ends_at_t || rate_of_t.is_some_and(is_constant)))
+        && (!ends_at_t || rate_of_t.is_some_and(is_constant));
+    Ok([is_linear, others.last().is_none_or(is_constant)])
 }
 
 /// The values in these places.

@@ -146,6 +146,33 @@ fn motions_with_parameters_of_the_intervals_end_in_the_hull() {
     }
 }
 
+/// The relativistic law, to a time: t is no parameter of the motion, and γ is another one at the end of each.
+#[test]
+fn sets_end_at_a_time_that_is_no_length() {
+    let text = |k: &str, v: &str| {
+        format!(
+            "parameters.k = {k}\npotential = {{ coordinates = [\"x\"], formula = \"k*x^2/2\" }}\nparticle.c = 2.0\n\
+             initial = {{ t = 0.0, x = 0.3, t_dot = 1.0, x_dot = {v} }}\ngrid.t_f = 2.5\nsolver.accuracy = 1e-9"
+        )
+    };
+    for width in [1e-3, 1e-5] {
+        let interval = |middle: f64| format!("[{}, {}]", middle - width, middle + width);
+        let hull = found(&text(&interval(1.0), &interval(0.5)));
+        let [low, high] = hull.ends.as_ref().unwrap_or_else(|reason| panic!("{reason}"))[1].1;
+        let mut seen = [f64::INFINITY, f64::NEG_INFINITY];
+        for [k, v] in [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0], [0.2, -0.7]] {
+            let [k, v] = [1.0 + 0.999_999 * k * width, 0.5 + 0.999_999 * v * width].map(|number| number.to_string());
+            let proof = proved(&parsed(&text(&k, &v), &[])).unwrap();
+            let x = decimal(&proof.ends.iter().find(|end| end.name == "x").unwrap().end).to_f64();
+            assert!(low <= x && x <= high, "{width:e}: {x} {low} {high}");
+            seen = [seen[0].min(x), seen[1].max(x)];
+        }
+        assert!(high - low < 1.2 * (seen[1] - seen[0]), "{width:e}: {low} {high} {seen:?}");
+    }
+    let later = text("[0.99, 1.01]", "0.5").replace("t_f = 2.5", "t_f = \"2 + k/2\"");
+    assert!(found(&later).ends.unwrap_err().contains("its velocity changes"));
+}
+
 /// On the way every oscillator x″ = −k x is in the boxes, of which there are many.
 #[test]
 fn motions_are_in_the_hull_on_their_way() {
