@@ -11,7 +11,7 @@ use crate::engine::{Dense, Engine, Window};
 use crate::geometry::{Geometry, Motion, OnNodes, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
-use crate::solve::{Setup, WorldLine};
+use crate::solve::{Place, Setup, WorldLine};
 
 /// So many points are looked at, spread evenly over the run.
 pub(super) const PROBES: usize = 8192;
@@ -132,18 +132,23 @@ impl<'g> Between<'g> {
 /// run. Rounding takes `lost` from K.
 pub(super) fn own_windows<S: Real>(setup: &Setup<S>, line: &WorldLine<S>, lost: f64) -> f64 {
     let Some(accuracy) = line.accuracy.filter(|_| line.windows_unproved != Some(0)) else { return 0.0 };
-    let (geometry, start) = (&*setup.rough.geometry, &*setup.rough.start);
-    let length = line.length.to_f64();
-    let mut between = Between::new(geometry, start, length, lost);
-    let Ok(mut engine) = Engine::accurate(geometry, start, length, accuracy) else { return 0.0 };
+    let (place, length) = (&setup.rough, line.length.to_f64());
+    let Ok(mut engine) = Engine::accurate(&place.geometry, &place.start, length, accuracy) else { return 0.0 };
     engine.set_floors(&setup.floors);
-    // It has the windows of the run, but for the last digit of its length, and does not fail where that did not.
+    share_of(&mut engine, (place, length, lost), MOST_WINDOWS)
+}
+
+/// The share of its way by which the march of `engine` may be off, which goes from a place over this length, and is
+/// looked at in so many windows at most. Rounding takes `lost` from K.
+pub(super) fn share_of(engine: &mut Engine<'_>, (place, length, lost): (&Place, f64, f64), most: usize) -> f64 {
+    let mut between = Between::new(&place.geometry, &place.start, length, lost);
+    // It has the windows of a run that was solved, but for the last digit of its length, and fails where that did.
     let _ = engine.run(|window| {
         if window.index == 0 {
             (between.drift, between.seen, between.motion) = (0.0, 0.0, 0.0);
         }
         between.see(&window, &window.dense());
-        if window.index >= MOST_WINDOWS { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if window.index >= most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     between.share()
 }

@@ -1,7 +1,7 @@
 //! The comparison of a run with a second and cheaper solve, and with the Taylor series of [`crate::reference`]; and
 //! that of a run with events that act with a second one.
 
-use super::between::{Between, PROBES, middles, own_windows};
+use super::between::{Between, PROBES, middles, own_windows, share_of};
 use super::ends::{End, rates_of_momenta};
 use super::{Judge, RunError};
 use crate::diagnostics::{Extent, origin};
@@ -101,10 +101,12 @@ impl<'l, S: Real> Points<'l, S> {
         let (geometry, start) = (&*place.geometry, &*place.start);
         let (most, last) = (WINDOWS.1.max(WINDOWS.0 * self.gamma.len()), self.gamma.len() - 1);
         let length = self.gamma[last].to_f64();
-        let mut engine = Engine::accurate(geometry, start, length, Accuracy::Estimated(accuracy)).ok()?;
-        engine.resume(handed);
-        let (mut found, mut next) = (RunError::none(start.q.len()), 0);
-        let mut between = Between::new(geometry, start, length, lost);
+        let march = || {
+            let mut engine = Engine::accurate(geometry, start, length, Accuracy::Estimated(accuracy)).ok()?;
+            engine.resume(handed);
+            Some(engine)
+        };
+        let (mut engine, mut found, mut next) = (march()?, RunError::none(start.q.len()), 0);
         let (mut q, mut p) = (vec![Vec::new(); start.q.len()], vec![Vec::new(); geometry.active().len()]);
         let (mut end, mut end_p) = (start.q.clone(), start.p.clone());
         // Windows that may add up to anything are never begun again.
@@ -119,7 +121,6 @@ impl<'l, S: Real> Points<'l, S> {
                 found.see(self.rows.iter().zip(&q).map(|(row, q)| row[k].to_f64() - q[k - next]));
             }
             next = here.end;
-            between.see(&window, &dense);
             end.clone_from(&window.end().positions());
             geometry.active().iter().zip(window.end().momenta()).for_each(|(&a, p)| end_p[a] = p);
             if window.index >= most {
@@ -135,7 +136,10 @@ impl<'l, S: Real> Points<'l, S> {
         found.see(at_end);
         let (estimate, sizes) = (engine.error_estimate()?, engine.sizes());
         let (own, judge) = (self.own(estimate, &sizes), Judge::SecondSolve(estimate));
-        Some(RunError { own, end_p: Some(off_p), judge, stepped_over: between.share(), ..found })
+        // As those of a run to an accuracy, its windows are proved to see everything, as a rule.
+        let is_proved = engine.unresolved() == 0;
+        let stepped_over = if is_proved { 0.0 } else { share_of(&mut march()?, (place, length, lost), most) };
+        Some(RunError { own, end_p: Some(off_p), judge, stepped_over, ..found })
     }
 
     /// Compares with a Taylor reference of as many digits, with that from `place` in `f64`. `None` if that does not
