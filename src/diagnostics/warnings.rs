@@ -8,7 +8,7 @@ use super::{Diagnostics, Extent, NEGLIGIBLE, OfX, Sawtooth};
 use crate::engine::Accuracy;
 use crate::number::Real;
 use crate::number::norm::{larger, max_abs};
-use crate::sbp::symbol::largest_symbol;
+use crate::sbp::symbol::{largest_symbol, symbol};
 use crate::solve::WorldLine;
 
 /// A drift of K by more than this share of the largest ẋ² means that x is not resolved. K = g00 ṫ² − ẋ² determines the
@@ -154,12 +154,17 @@ impl<S: Real> OfX<S> {
 
     fn step_warning(&self, line: &WorldLine<S>) -> Option<Reason> {
         let (step, sbp) = (self.step(), line.sbp_name);
+        // With an accuracy the program has chosen the windows by the error, so this warning is not needed. And a value
+        // of the symbol, which is no more than the largest one, is known at less cost.
+        let is_short = |table| step <= NEAR_THE_LIMIT * symbol(table, FRAC_PI_2);
+        if line.error_estimate.is_some() || sbp.coefficients().is_some_and(is_short) {
+            return None;
+        }
         let (allowed, what) = match sbp.coefficients() {
             Some(table) => (NEAR_THE_LIMIT * largest_symbol(table), format!("half the limit of {sbp}")),
             None => (FRAC_PI_2, "fewer than four nodes a turn".to_owned()),
         };
-        // With an accuracy the program has chosen the windows by the error, so this warning is not needed.
-        (step > allowed && line.error_estimate.is_none()).then(|| {
+        (step > allowed).then(|| {
             let finding =
                 format!("delta_gamma times the largest local frequency is {step:.2}, above {allowed:.2}, {what}");
             let remedy = format!("raise n_gamma or windows by a factor of {:.1} or more", step / allowed);

@@ -61,6 +61,17 @@ pub fn facts_of_run<S: Real>(
     error: Option<&RunError>,
     reference: Option<&RunError>,
 ) -> VerdictInput {
+    let suspicions = suspicions(line, diagnostics, error, &[]);
+    VerdictInput { suspicions, ..facts_of_errors(line, diagnostics, error, reference) }
+}
+
+/// The same without the reasons to doubt the run that its witnesses give.
+pub(super) fn facts_of_errors<S: Real>(
+    line: &WorldLine<S>,
+    diagnostics: &Diagnostics<S>,
+    error: Option<&RunError>,
+    reference: Option<&RunError>,
+) -> VerdictInput {
     let errors = error.map(|error| coordinate_errors(line, diagnostics, error));
     let relative = |error: &RunError| {
         let shares = error.largest.iter().zip(&line.sizes).filter(|(_, size)| **size > 0.0);
@@ -73,7 +84,7 @@ pub fn facts_of_run<S: Real>(
         reference: reference.map(relative),
         stepped_over: error.map_or(0.0, |error| error.stepped_over),
         digits: line.digits,
-        suspicions: suspicions(line, diagnostics, error, &[]),
+        suspicions: Vec::new(),
         is_unjudged: false,
     }
 }

@@ -13,7 +13,7 @@ use crate::study::acting::{Chains, Piece, Stopped, begins_beyond};
 use crate::study::errors::{
     Further, OfRun, Paired, RunError, Sights, first_unseen, lost_to, own_error, paired, passed, reference_error,
 };
-use crate::study::facts::{coordinate_errors, facts_of_run, suspicions};
+use crate::study::facts::{coordinate_errors, facts_of_errors, suspicions};
 use crate::study::proof::{Hull, ProofOfRun};
 use crate::study::solved::{EveryWindow, solved};
 use crate::study::subject::timed;
@@ -327,12 +327,11 @@ impl<S: Real> Run<S> {
         let estimate = of_chain().or_else(|| if is_estimated { of_line() } else { None });
         let contradiction = reference.as_ref().filter(|_| estimate.is_some());
         let known = estimate.as_ref().or(reference.as_ref());
-        let facts = facts_of_run(line, diagnostics, known, contradiction);
+        let facts = facts_of_errors(line, diagnostics, known, contradiction);
         // What the run does not make itself may explain what its witnesses see.
         let all = known.map(|error| self.further.added(error));
         let suspicions = suspicions(line, diagnostics, all.as_ref(), &self.further.of_certificate());
-        let facts = VerdictInput { suspicions, ..facts };
-        let facts = VerdictInput { is_unjudged: !setup.settings.is_judged, ..facts };
+        let facts = VerdictInput { suspicions, is_unjudged: !setup.settings.is_judged, ..facts };
         let mut verdict = Verdict::new(&facts);
         let newtonian = diagnostics.of_x.as_ref().and_then(OfX::newtonian_warning);
         let told = facts.suspicions.iter().filter(|reason| verdict.reasons.contains(reason)).map(Reason::to_string);
