@@ -171,22 +171,33 @@ impl Largest {
         }
     }
 
-    fn see(&mut self, here: &mut Evaluated, seen: &Seen) {
-        let (n, far) = (seen.q.len(), far(&seen.q, &self.ranges));
-        // A place that is no state in 70 digits shows nothing.
-        let Some(found) = here.losses(seen, far) else { return };
+    /// Takes the losses at a place into account. Returns the rates that lose more than is ordinary beside what they
+    /// are, of which `count` coordinates are results: not s of Newton's law.
+    fn take(&mut self, count: usize, found: &Losses) -> Vec<usize> {
         self.is_seen = true;
-        let (losses, Losses { exact, certified, .. }) = (found.largest(), &found);
+        let (losses, Losses { exact, certified, .. }, n) = (found.largest(), found, self.ranges.len());
         self.certified.iter_mut().zip(certified).for_each(|(most, off)| *most = larger(*most, *off));
-        let mut numbers: Vec<f64> = seen.q.iter().chain(&seen.p).copied().collect();
         let sizes = self.sizes.iter_mut().zip(exact);
         sizes.for_each(|(size, rate)| *size = size.max(rate.to_f64().abs()));
-        // s of Newton's law is no result.
-        let is_more = |k: &usize| k % n < here.count && losses[*k] > ORDINARY * self.sizes[*k];
-        let large: Vec<usize> = (0..2 * n).filter(is_more).collect();
+        let is_more = |k: &usize| k % n < count && losses[*k] > ORDINARY * self.sizes[*k];
+        (0..2 * n).filter(is_more).collect()
+    }
+
+    fn see(&mut self, here: &mut Evaluated, seen: &Seen) {
+        let (n, far) = (seen.q.len(), far(&seen.q, &self.ranges));
+        // Balls of 32 digits tell of most formulas that they lose no more than is ordinary.
+        let in_balls = if far.is_none() { here.losses_in_balls(seen, &self.sizes) } else { None };
+        if in_balls.is_some_and(|found| self.take(here.count, &found).is_empty()) {
+            return;
+        }
+        // A place that is no state in 70 digits shows nothing.
+        let Some(found) = here.losses(seen, far) else { return };
+        let large = self.take(here.count, &found);
         if large.is_empty() {
             return;
         }
+        let (losses, Losses { exact, .. }) = (found.largest(), &found);
+        let mut numbers: Vec<f64> = seen.q.iter().chain(&seen.p).copied().collect();
         let of_values = here.scales(seen, exact, &numbers);
         let of_motion = far.map(|a| {
             numbers[a] = self.ranges[a];

@@ -18,6 +18,10 @@ const CHANGE: f64 = 1.0 / (1_u128 << 80) as f64;
 pub(super) const PATTERNS: u32 = 8;
 /// Rounding moves a number by this share of it at most.
 pub(super) const ROUNDING: f64 = 0.5 * f64::EPSILON;
+/// A ball is narrow if its radius is no more than this share of a rate, a billionth of a rounding. So small a radius as
+/// the second number is nothing: underflow leaves one of a rate that is 0.
+const NARROW: f64 = 1e-9 * ROUNDING;
+const NOTHING: f64 = 1e-150;
 
 /// The losses of rates to rounding at a place: of q̇^a and then of ṗ_a.
 pub(super) struct Losses {
@@ -139,19 +143,43 @@ impl Evaluated {
         if !exact.iter().all(|rate| rate.is_finite()) {
             return None;
         }
-        let off = |(rate, exact): (f64, &Extended)| {
-            let off = (Extended::from(rate) - *exact).to_f64();
-            // A rate that is not a number has lost all.
-            if off.is_nan() { exact.to_f64().abs() } else { off }
+        let rounded = far.map_or_else(|| vec![0.0; exact.len()], |a| self.rounded(seen, &exact, a));
+        let off = |k: usize, rate: f64| (Extended::from(rate) - exact[k]).to_f64();
+        let (computed, certified) = self.lost(seen, &exact, off);
+        Some(Losses { exact, computed, certified, rounded })
+    }
+
+    /// Bounds of the same from balls, at a small part of the costs, if these are narrow beside rates of these `sizes`.
+    pub(super) fn losses_in_balls(&mut self, seen: &Seen, sizes: &[f64]) -> Option<Losses> {
+        let balls: Vec<Ball> = self.exact.in_balls(&seen.q, &seen.p).collect();
+        let is_narrow = |(ball, size): (&Ball, &f64)| ball.rad <= (NARROW * size.max(ball.hi.abs())).max(NOTHING);
+        if !balls.iter().zip(sizes).all(is_narrow) {
+            return None;
+        }
+        let exact: Vec<Extended> = balls.iter().map(|ball| Extended::from(ball.hi) + Extended::from(ball.lo)).collect();
+        let off = |k: usize, rate: f64| {
+            let Ball { hi, lo, rad } = balls[k];
+            (rate - hi - lo).abs() + if rad > NOTHING { rad } else { 0.0 }
         };
-        let mut computed: Vec<Vec<f64>> =
-            self.computed(seen).into_iter().map(|rates| rates.into_iter().zip(&exact).map(off).collect()).collect();
+        let (computed, certified) = self.lost(seen, &exact, off);
+        Some(Losses { rounded: vec![0.0; exact.len()], exact, computed, certified })
+    }
+
+    /// What the run loses of rates at a place, in each way in which it computes them, and of what it is certified with,
+    /// where a computed rate, by its place, is `off` by so much from the exact one.
+    fn lost(&mut self, seen: &Seen, exact: &[Extended], off: impl Fn(usize, f64) -> f64) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let off = |(k, rate): (usize, f64)| {
+            let off = off(k, rate);
+            // A rate that is not a number has lost all.
+            if off.is_nan() { exact[k].to_f64().abs() } else { off }
+        };
+        let ways = self.computed(seen).into_iter();
+        let mut computed: Vec<Vec<f64>> = ways.map(|rates| rates.into_iter().enumerate().map(off).collect()).collect();
         let n = seen.q.len();
         let norm = computed[1][..n].iter().zip(&seen.p).map(|(off, p)| (off * p).abs()).sum();
         let certified = computed[2][n..].iter().map(|off| off.abs()).chain([norm]).collect();
         computed.truncate(if self.is_given { 3 } else { 2 });
-        let rounded = far.map_or_else(|| vec![0.0; exact.len()], |a| self.rounded(seen, &exact, a));
-        Some(Losses { exact, computed, certified, rounded })
+        (computed, certified)
     }
 
     /// By how much the rounding of a coordinate changes each rate: by its derivative, as a jump that is next to the
