@@ -37,7 +37,7 @@ pub use crate::number::Function;
 pub(crate) use algebra::{Algebra, BLOCK, MOST_LOST, run, run_at};
 pub(crate) use grammar::{Known, Names, parse};
 pub(crate) use graph::{Graph, NodeId};
-pub(crate) use one_ball::OneBall;
+pub(crate) use one_ball::run_on_balls;
 pub(crate) use operation::{Fused, Operation};
 pub(crate) use program::{Program, Register, Step};
 pub(crate) use reduce::Level;

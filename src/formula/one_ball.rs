@@ -1,12 +1,37 @@
 //! The algebra of balls, one at a time.
 
+use pulp::{Simd, WithSimd};
+
 use super::Function;
-use super::algebra::Algebra;
+use super::algebra::{Algebra, run};
 use super::operation::Fused;
+use super::program::Step;
 use crate::number::ball::Ball;
+use crate::number::vector::Level;
+
+/// Carries out steps on balls. Their products are exact by a fused multiply-add, which is a slow library call unless
+/// the instruction is enabled.
+pub(crate) fn run_on_balls(steps: &[Step], registers: &mut [Ball]) {
+    Level::Best.dispatch(OnBalls { steps, registers });
+}
+
+/// Steps and the registers that they work on.
+struct OnBalls<'w> {
+    steps: &'w [Step],
+    registers: &'w mut [Ball],
+}
+
+impl WithSimd for OnBalls<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        run(&OneBall, self.steps, self.registers);
+    }
+}
 
 /// A ball in each register.
-pub(crate) struct OneBall;
+struct OneBall;
 
 /// Methods of the algebra from the operations of balls.
 macro_rules! binary {

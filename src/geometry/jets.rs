@@ -6,7 +6,7 @@ use super::expressions::Expressions;
 use super::inverse::Inverse;
 use super::parts::{Parts, Scope, variables};
 use super::{GeometryError, GeometryText, Place, active_of};
-use crate::formula::{self, Known, NodeId, OneBall, Program, run};
+use crate::formula::{self, Known, NodeId, Program, run_on_balls};
 use crate::number::Extended;
 use crate::number::ball::{Ball, OFF};
 
@@ -181,7 +181,7 @@ impl Jets {
         let places = places(self.dimension, self.unknown);
         places.zip(states).for_each(|(register, &value)| registers[register] = value);
         let each = 1 + 4 * self.dimension + self.unknown;
-        run(&OneBall, self.program.steps_to(each * self.depends.len()), &mut registers);
+        run_on_balls(self.program.steps_to(each * self.depends.len()), &mut registers);
         let output = |k: usize| registers[self.program.output(k)];
         let jet = |k: usize| Jet {
             value: output(k * each),

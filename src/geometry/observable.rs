@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::parts::{self, Scope};
 use super::text::{GeometryError, GeometryText, Place};
-use crate::formula::{self, Kind, OneBall, Program, Watched, run, watched_registers};
+use crate::formula::{self, Kind, Program, Watched, run_on_balls, watched_registers};
 use crate::number::ball::Ball;
 use crate::number::{Extended, Real};
 
@@ -131,7 +131,7 @@ impl Observable<Extended> {
         let reversed = if self.is_reversed { n..3 * n } else { 0..0 };
         let mirrored = self.mirrored.clone().map(|a| 2 * n + a);
         reversed.chain(mirrored).for_each(|variable| registers[variable] = -registers[variable]);
-        run(&OneBall, self.program.steps_to(1), &mut registers);
+        run_on_balls(self.program.steps_to(1), &mut registers);
         let Ball { hi, lo, rad } = registers[self.program.output(0)];
         (Extended::from(hi) + Extended::from(lo), rad)
     }

@@ -5,7 +5,7 @@ use super::expressions::Expressions;
 use super::inverse::Inverse;
 use super::parts::{Parts, Scope};
 use super::text::{GeometryError, GeometryText, Law, Place};
-use crate::formula::{Graph, Known, NodeId, OneBall, Program, run};
+use crate::formula::{Graph, Known, NodeId, Program, run_on_balls};
 use crate::number::ball::Ball;
 use crate::number::{Extended, Real};
 
@@ -74,7 +74,7 @@ impl WrittenRates<Extended> {
         q.iter().enumerate().for_each(|(a, &q)| balls[a] = Ball::exact(q));
         p.iter().enumerate().for_each(|(a, &p)| balls[2 * q.len() + a] = Ball::exact(p));
         let outputs = program.outputs.len();
-        run(&OneBall, program.steps_to(outputs), balls);
+        run_on_balls(program.steps_to(outputs), balls);
         (0..outputs).map(|output| balls[program.output(output)])
     }
 }
