@@ -23,8 +23,15 @@ pub(crate) fn try_root<S: Real>(low: [S; 2], high: [S; 2], least: S, mut f: impl
     for step in 1..=MOST_STEPS {
         let middle = (low + high).half();
         let falsi = low + (high - low) * (at_low / (at_low - at_high));
-        let inside = falsi > low && falsi < high && step % BISECTION != 0;
-        let at = if inside { falsi } else { middle };
+        let at = if step % BISECTION == 0 {
+            middle
+        } else if falsi > low && falsi < high {
+            falsi
+        } else {
+            // An end is the root as far as the straight line tells: the other side should be right beside it.
+            let beside = if falsi >= high { high - least } else { low + least };
+            if beside > low && beside < high { beside } else { middle }
+        };
         if high - low <= least || at <= low || at >= high {
             break;
         }
