@@ -78,16 +78,20 @@ impl<const N: usize> Rule<N> {
         let n = self.points();
         let factor = if order == Order::First { h } else { h * h };
         let entries = self.entries(order);
-        let exact: Vec<Compensated> = entries.iter().filter(|_| is_exact).map(|&entry| factor * entry).collect();
         let end = |j: usize| match order {
             Order::First => self.operators.weights[j],
             Order::Second => self.operators.position_weight(j),
         };
-        let rounded = |i: usize, j: usize| factor.high * entries[i * n + j].high;
+        let (collocation, collocation_low) = if is_exact {
+            let [high, low] = both_parts(n, |i, j| factor * entries[i * n + j]);
+            (high, Some(low))
+        } else {
+            (matrix(n, |i, j| factor.high * entries[i * n + j].high), None)
+        };
         Tables {
             length: h.high,
-            collocation: if is_exact { matrix(n, |i, j| exact[i * n + j].high) } else { matrix(n, rounded) },
-            collocation_low: is_exact.then(|| matrix(n, |i, j| exact[i * n + j].low)),
+            collocation,
+            collocation_low,
             weights: Weights::new(n, |j| h * self.operators.weights[j]),
             end_weights: Weights::new(n, |j| factor * end(j)),
         }
@@ -179,4 +183,17 @@ pub(super) struct Tables<const N: usize> {
 fn matrix<const N: usize>(n: usize, entry: impl Fn(usize, usize) -> f64) -> Box<Matrix<N>> {
     let column = |j: usize| Nodes(std::array::from_fn(|i| if j < n { entry(i.min(n - 1), j) } else { 0.0 }));
     (0..n.next_multiple_of(2)).map(column).collect()
+}
+
+/// Such matrices of the entries and of what rounding took from them. Windows at kinks have many lengths.
+fn both_parts<const N: usize>(n: usize, entry: impl Fn(usize, usize) -> Compensated) -> [Box<Matrix<N>>; 2] {
+    let mut columns = [(); 2].map(|()| vec![Nodes::ZERO; n.next_multiple_of(2)]);
+    let [high, low] = &mut columns;
+    for (j, (high, low)) in high.iter_mut().zip(low).take(n).enumerate() {
+        for (i, (high, low)) in high.0.iter_mut().zip(&mut low.0).enumerate() {
+            let entry = entry(i.min(n - 1), j);
+            (*high, *low) = (entry.high, entry.low);
+        }
+    }
+    columns.map(Into::into)
 }
