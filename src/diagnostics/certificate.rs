@@ -40,21 +40,22 @@ impl<S: Real> Fields<'_, S> {
         let is_strong = self.run.form == Form::Strong;
         let solved = is_strong.then(|| (0..self.run.windows.len()).map(|index| self.gradient_norm(index)));
         let solved = solved.and_then(|places| places.reduce(Place::or));
-        let mut most = [-1.0; 2];
+        let (mut most, inertia) = ([-1.0; 2], |a| self.structure().inertia(a).map_or(1.0, S::to_f64));
+        let inertias: Vec<f64> = (0..n).map(inertia).collect();
         for (index, window) in self.run.windows.iter().enumerate() {
             let weights = window.sbp().weights();
-            let weighted = |a: usize, k: usize| {
-                let inertia = self.structure().inertia(a).map_or(1.0, S::to_f64);
-                (inertia * (weights[k - window.nodes().start] * delta_g[a][k]).to_f64()).abs()
-            };
-            // NaN is larger than any number, and comes first.
-            let all = (0..n).flat_map(|a| window.uncoupled().map(move |k| (a, k)));
-            let of_place = |(a, k): (usize, usize)| {
-                let (change, momentum) = (weighted(a, k), self.momenta[a][k].to_f64().abs());
-                let share = if change == 0.0 { 0.0 } else { change / momentum };
-                ([if share.is_nan() { f64::INFINITY } else { share }, change], (a, k))
-            };
-            let largest = all.map(of_place).max_by(|([one, _], _), ([other, _], _)| one.total_cmp(other));
+            let (first, mut largest) = (window.nodes().start, None::<([f64; 2], (usize, usize))>);
+            for (a, inertia) in inertias.iter().enumerate() {
+                for k in window.uncoupled() {
+                    let change = (inertia * (weights[k - first] * delta_g[a][k]).to_f64()).abs();
+                    let share = if change == 0.0 { 0.0 } else { change / self.momenta[a][k].to_f64().abs() };
+                    // NaN is larger than any number, and comes first.
+                    let share = if share.is_nan() { f64::INFINITY } else { share };
+                    if largest.is_none_or(|([most, _], _)| share.total_cmp(&most).is_ge()) {
+                        largest = Some(([share, change], (a, k)));
+                    }
+                }
+            }
             let is_more =
                 |(here, _): &([f64; 2], _)| here.iter().zip(&most).any(|(here, most)| *here > *most || here.is_nan());
             if let Some((here @ [_, change], (a, k))) = largest.filter(is_more) {

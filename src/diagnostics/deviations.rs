@@ -139,10 +139,27 @@ impl<S: Real> Fields<'_, S> {
         self.contraction().add_norm(&mut delta);
         delta.iter_mut().for_each(|delta| *delta -= value);
         let max_interior = self.largest(&delta, Window::exact);
-        let at_end = |view: WindowNodes<'_, S>| run.geometry().norm(view.end.q, &view.end_velocities()) - value;
-        let ends: Vec<S> = run.views().map(at_end).collect();
+        let [mut ends, _] = self.norms_at_ends(|view, a| view.end_momentum(a));
+        ends.iter_mut().for_each(|end| *end -= value);
         let heard = self.heard([&delta, &ends], Weights::Velocities, |_| 1.0);
         Deviation { max_interior, ..Deviation::new(value, delta, ends, heard) }
+    }
+
+    /// K at the ends of all windows, where momenta are these, and dq/dγ of the first coordinate there.
+    fn norms_at_ends(&self, momentum: impl Fn(&WindowNodes<'_, S>, usize) -> S) -> [Vec<S>; 2] {
+        let (geometry, n) = (self.run.geometry(), self.velocities.len());
+        let [mut q, mut q_dot] = [(); 2].map(|()| vec![Vec::with_capacity(self.run.windows.len()); n]);
+        let (mut point, mut p) = (geometry.point(), vec![S::ZERO; n]);
+        for view in self.run.views() {
+            p.iter_mut().enumerate().for_each(|(a, p)| *p = momentum(&view, a));
+            // A joint lies inside the domain.
+            let _ = point.evaluate(view.end.q, &p);
+            q.iter_mut().zip(view.end.q).for_each(|(row, &q)| row.push(q));
+            q_dot.iter_mut().enumerate().for_each(|(a, row)| row.push(point.q_dot(a)));
+        }
+        let [of_q, of_q_dot] = [&q, &q_dot].map(|rows| rows.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        let [norms, _] = geometry.norm_and_motion(&of_q, &of_q_dot);
+        [norms, q_dot.swap_remove(0)]
     }
 
     /// ΔG_a = (Dp_a) − f_a − F_a on the nodes, in the weak form with D̄ and the initial momenta; divided by the
@@ -205,16 +222,22 @@ pub(super) fn invariants<S: Real>(
     let velocities: Vec<&[S]> = tangent.iter().map(|row| &**row).collect();
     let momenta = line.geometry().rows_of_momenta(&positions, &velocities);
     let momenta: Vec<&[S]> = momenta.iter().map(Vec::as_slice).collect();
+    let mut point = line.geometry().point();
+    let mut of_end = |view: WindowNodes<'_, S>| -> Vec<S> {
+        // A joint lies inside the domain.
+        let _ = point.evaluate(view.end.q, view.end.p);
+        (0..view.end.q.len()).map(|a| point.q_dot(a)).collect()
+    };
+    let of_ends: Vec<Vec<S>> = line.views().map(&mut of_end).collect();
     let measured = |(name, formula): &mut (String, Observable<S>)| {
         let Start { q, q_dot, p } = &*line.place.start;
         let value = formula.at(q, q_dot, p, k);
         let mut delta = fields.zeros();
         formula.along([&positions, &velocities, &momenta], k, &mut delta);
         delta.iter_mut().for_each(|here| *here -= value);
-        let ends = line.views().map(|view| view.end);
-        let ends: Vec<S> = ends.map(|end| formula.at(end.q, &line.velocities(end), end.p, k) - value).collect();
-        let heard =
-            fields.formula_heard(&delta, [&positions, &velocities], &mut |[q, q_dot, p]| formula.at(q, q_dot, p, k));
+        let ends = line.views().zip(&of_ends).map(|(view, q_dot)| formula.at(view.end.q, q_dot, view.end.p, k) - value);
+        let ends: Vec<S> = ends.collect();
+        let heard = fields.formula_heard(&delta, [&positions, &velocities], (formula, k));
         (name.clone(), Deviation::new(value, delta, ends, heard))
     };
     formulas.iter_mut().map(measured).collect()
@@ -224,8 +247,8 @@ pub(super) fn invariants<S: Real>(
 pub(super) fn energy<S: Real>(fields: &Fields<'_, S>, norm: &Deviation<S>, t_dot: &[S]) -> Deviation<S> {
     let line = fields.run;
     let start = &line.place.start;
-    let at_end = |q_dot: Vec<S>, q: &[S]| energy_off(start, line.geometry().norm(q, &q_dot), q_dot[0]);
-    let ends: Vec<S> = line.views().map(|view| at_end(line.velocities(view.end), view.end.q)).collect();
+    let [norms, t_dots] = fields.norms_at_ends(|view, a| view.end.p[a]);
+    let ends: Vec<S> = norms.into_iter().zip(t_dots).map(|(norm, t_dot)| energy_off(start, norm, t_dot)).collect();
     let nodes = norm.delta.iter().zip(t_dot);
     let delta: Vec<S> = nodes.map(|(&delta, &t_dot)| energy_off(start, norm.value + delta, t_dot)).collect();
     let of_k = |k: usize| energy_off(start, S::ONE, t_dot[k]).to_f64().abs();

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::witnesses::{Heard, Place};
-use crate::geometry::{Contraction, ForceTerm, Geometry, Samples, Structure, Term};
+use crate::geometry::{Contraction, ForceTerm, Samples, Structure, Term};
 use crate::number::Real;
 use crate::number::norm::{larger, max_abs, times};
 use crate::solve::{Window, WindowNodes, WorldLine};
@@ -125,22 +125,28 @@ pub(super) enum Weights<'w, S> {
 
 impl<S: Real> Weights<'_, S> {
     /// Writes u^a into its room, where velocities are these.
-    fn of(&self, q_dot: impl Iterator<Item = f64>, Room { u, .. }: &mut Room) {
+    #[inline]
+    fn of(&self, q_dot: impl ExactSizeIterator<Item = f64>, Room { u, .. }: &mut Room) {
         match self {
             Self::Velocities => {
                 u.clear();
                 u.extend(q_dot);
             }
             Self::Constants(terms) => {
-                zero(u, q_dot.count());
+                zero(u, q_dot.len());
                 terms.iter().for_each(|(a, c)| u[*a] = c.to_f64());
             }
         }
     }
 
+    /// True if the one-form is a part of it, as of momenta.
+    fn has_one_form(&self) -> bool {
+        matches!(self, Self::Constants(_))
+    }
+
     /// Both orders of a pair of n coordinates; the one-form is g_an, and q̇^n = 1.
     fn pairs(&self, [a, b]: [usize; 2], n: usize) -> impl Iterator<Item = [usize; 2]> + use<S> {
-        let has_one_form = matches!(self, Self::Constants(_));
+        let has_one_form = self.has_one_form();
         let second = (a != b && b < n).then_some([b, a]);
         std::iter::once([a, b]).filter(move |[_, b]| *b < n || has_one_form).chain(second)
     }
@@ -209,9 +215,16 @@ impl<S: Real> Fields<'_, S> {
         let (n, mut terms) = (self.velocities.len(), 0.0);
         let q_dot = |a: usize| if a < n { self.velocities[a][k].to_f64() } else { 1.0 };
         weights.of((0..n).map(q_dot), room);
-        for &Term { ab, value, .. } in &self.structure().values {
+        let (u, has_one_form) = (&room.u, weights.has_one_form());
+        for &Term { ab: [a, b], value, .. } in &self.structure().values {
+            // These are `Weights::pairs`, without an iterator, as nearly nothing else is done of each window.
             let g = self.samples.at(value, k).to_f64();
-            weights.pairs(ab, n).for_each(|[a, b]| terms += (room.u[a] * g * q_dot(b)).abs());
+            if b < n || has_one_form {
+                terms += (u[a] * g * q_dot(b)).abs();
+            }
+            if a != b && b < n {
+                terms += (u[b] * g * q_dot(a)).abs();
+            }
         }
         terms
     }
@@ -274,44 +287,6 @@ impl<S: Real> Fields<'_, S> {
         Place { change, ..place }
     }
 
-    /// The places of a formula of the user, `at`, of q^a, q̇^a and p_a, which changes by `delta` on the nodes where
-    /// these are `rows`. Its derivatives are central differences, whose steps are the cube root of rounding times the
-    /// size of a number. What its terms are is not known: Σ |x ∂W/∂x| is their sizes, each times its degree.
-    pub(super) fn formula_heard(
-        &self,
-        delta: &[S],
-        [q, q_dot]: [&[&[S]]; 2],
-        at: &mut dyn FnMut([&[S]; 3]) -> S,
-    ) -> Heard {
-        let (geometry, n, mut heard) = (self.run.geometry(), q.len(), Heard::default());
-        let step = S::EPSILON.to_f64().cbrt();
-        for (index, window) in self.run.windows.iter().enumerate() {
-            let (nodes, length) = (window.nodes(), window.length().to_f64().abs());
-            let k = largest_of(delta, nodes.clone());
-            let largest = |row: &[S]| row[nodes.clone()].iter().fold(0.0, |most, x| larger(most, x.to_f64().abs()));
-            let sizes_of = |a: usize| {
-                let sizes = [largest(q[a]), largest(q_dot[a])];
-                [larger(sizes[0], length * sizes[1]), larger(sizes[1], sizes[0] / length)]
-            };
-            let sizes: Vec<[f64; 2]> = (0..n).map(sizes_of).collect();
-            let far = |variable: usize| {
-                let size = sizes[variable % n][variable / n];
-                S::from(step * if size > 0.0 { size } else { 1.0 })
-            };
-            let slopes = slopes(geometry, q.iter().chain(q_dot).map(|row| row[k]), far, at);
-            let (mut by, mut terms, row_sum) = (vec![0.0; n], 0.0, row_sum(window, k - nodes.start));
-            for (a, sizes) in sizes.iter().enumerate() {
-                let slopes = [slopes[a], slopes[n + a]];
-                by[a] = slopes[0] + row_sum * slopes[1];
-                terms += slopes[0] * sizes[0] + slopes[1] * sizes[1];
-            }
-            let rounding = self.rounding(index, &by, 2 * n, terms);
-            let change = delta[k].to_f64().abs();
-            heard.see(Place { change, terms, rounding, ..Place::of(gamma_at(self.run, index, k), by) });
-        }
-        heard
-    }
-
     /// The rounding of a sum of so many terms of this size altogether, of which each is rounded, and of the products
     /// with rows of D that are in it: n ε Σ |term| for n terms (N. J. Higham, Accuracy and Stability of Numerical
     /// Algorithms, section 3.1).
@@ -320,37 +295,6 @@ impl<S: Real> Fields<'_, S> {
         let products: f64 = by.iter().zip(sizes).map(|(&by, &size)| times(by, size)).sum();
         S::EPSILON.to_f64() * (count as f64 * terms + *row as f64 * products)
     }
-}
-
-/// The sizes of the derivatives of a formula of q^a, q̇^a and p_a with respect to the first two at a point, each from
-/// two points that are so far from it.
-fn slopes<S: Real>(
-    geometry: &Geometry<S>,
-    here: impl Iterator<Item = S>,
-    far: impl Fn(usize) -> S,
-    at: &mut dyn FnMut([&[S]; 3]) -> S,
-) -> Vec<f64> {
-    let n = geometry.dimension();
-    let beside = |(variable, value): (usize, S)| {
-        let mut row = vec![value; 4 * n];
-        row[2 * variable] += far(variable);
-        row[2 * variable + 1] -= far(variable);
-        row
-    };
-    let rows: Vec<Vec<S>> = here.enumerate().map(beside).collect();
-    let rows: Vec<&[S]> = rows.iter().map(Vec::as_slice).collect();
-    let momenta = geometry.rows_of_momenta(&rows[..n], &rows[n..]);
-    let mut state = vec![S::ZERO; 3 * n];
-    let mut value = |point: usize| {
-        let all = rows.iter().copied().chain(momenta.iter().map(Vec::as_slice));
-        state.iter_mut().zip(all).for_each(|(value, row)| *value = row[point]);
-        at([&state[..n], &state[n..2 * n], &state[2 * n..]])
-    };
-    let mut slope = |variable: usize| {
-        let far = far(variable);
-        ((value(2 * variable) - value(2 * variable + 1)) / (far + far)).to_f64().abs()
-    };
-    (0..2 * n).map(&mut slope).collect()
 }
 
 /// The entries of row k of D, with what D̄ has besides at the first node of the weak form: there the first value and
@@ -367,7 +311,7 @@ pub(super) fn row_sum<S: Real>(window: &Window<S>, k: usize) -> f64 {
 }
 
 /// The node of these at which a row is largest; NaN is larger than anything.
-fn largest_of<S: Real>(row: &[S], nodes: Range<usize>) -> usize {
+pub(super) fn largest_of<S: Real>(row: &[S], nodes: Range<usize>) -> usize {
     let first = nodes.start;
     nodes.fold(first, |most, k| {
         let [old, new] = [most, k].map(|k| row[k].abs());

@@ -21,6 +21,7 @@ mod certificate;
 mod defect;
 mod deviations;
 mod fields;
+mod formulas;
 pub mod gaps;
 mod of_x;
 mod sawtooth;
