@@ -9,10 +9,10 @@
 //! (sin θ)^{1/2} at z = cos θ: largest in the middle of the window, where the gaps are widest. So the two zeros next to
 //! the middle are looked at: collocation makes the defect nowhere less by chance, and nowhere is more room to hide.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use super::verdict::Reason;
-use crate::geometry::{Motion, OnNodes, Point};
+use crate::geometry::{Motion, OnNodes, Point, shared};
 use crate::number::norm::{larger, max_abs};
 use crate::number::{Real, sum};
 use crate::sbp::gll::LobattoRule;
@@ -116,10 +116,14 @@ fn weighed<S: Real>(weights: &[S], values: &[S]) -> S {
 impl Defect {
     /// Looks at the windows of a run that are spectral elements.
     pub(super) fn new<S: Real>(line: &WorldLine<S>) -> Option<Self> {
-        let mut tables: HashMap<usize, Places<S>> = HashMap::new();
-        let (mut motion, mut point) = (Motion::new(line.geometry()), line.geometry().point());
+        let mut tables: BTreeMap<usize, Places<S>> = BTreeMap::new();
+        let (mut motion, mut point, mut room) = (Motion::new(line.geometry()), line.geometry().point(), Vec::new());
         let mut found: Option<Self> = None;
-        for view in line.views() {
+        // The units of coordinates where windows start.
+        let starts: Vec<Vec<S>> =
+            (0..line.q.len()).map(|a| line.views().map(|view| view.start.q[a]).collect()).collect();
+        let units = line.geometry().diagonals(&starts.iter().map(Vec::as_slice).collect::<Vec<_>>());
+        for (index, view) in line.views().enumerate() {
             let points = view.window.points();
             if view.window.is_equidistant() || points < LEAST_POINTS {
                 continue;
@@ -127,7 +131,8 @@ impl Defect {
             let found = found
                 .get_or_insert_with(|| Self { unforeseen: vec![None; line.geometry().dimension()], ..Self::default() });
             let places = tables.entry(points).or_insert_with(|| Places::new(points));
-            found.see(line, &view, places, (&mut motion, &mut point));
+            let units: Vec<S> = units.iter().map(|row| row[index]).collect();
+            found.see(line, (&view, &units), places, (&mut motion, &mut room, &mut point));
         }
         found
     }
@@ -152,34 +157,36 @@ impl Defect {
     fn see<S: Real>(
         &mut self,
         line: &WorldLine<S>,
-        view: &WindowNodes<'_, S>,
+        (view, units): (&WindowNodes<'_, S>, &[S]),
         places: &Places<S>,
-        (motion, point): (&mut Motion<S>, &mut Point<S>),
+        (motion, room, point): (&mut Motion<S>, &mut Vec<Vec<S>>, &mut Point<S>),
     ) {
         let (geometry, length) = (line.geometry(), view.window.length());
         let (n, active, increments) = (geometry.dimension(), geometry.active(), view.increments());
-        let mut slopes = Slopes::new(view, &increments, active, motion);
         let ways: Vec<f64> = increments[..n].iter().map(|row| max_abs(row).to_f64()).collect();
+        let slopes = Slopes::new(view, increments, active, (motion, room));
         // t and x of the paper have units of their own.
         let is_of_x = geometry.c_squared.is_some();
-        let shared = if is_of_x { ways.clone() } else { geometry.shared(view.start.q, &ways) };
-        let modes = slopes.along(|row| places.left_out(row));
+        let shared = if is_of_x { ways.clone() } else { shared(units, &ways) };
+        // Nobody asks a run to an accuracy what its modes foresee: windows were chosen by them.
+        let modes = line.accuracy.is_none().then(|| slopes.along(|row| places.left_out(row)));
         for Weights { fraction, gap, values, integrals } in &places.places {
             let here = slopes.along(|row| length * weighed(integrals, row));
             let slope = slopes.along(|row| weighed(values, row));
             let gamma = line.gamma_at(view.window.gamma[0] + *fraction * length).to_f64();
             let gap = gap * length.to_f64().abs();
-            let [rates, foreseen] = slopes.off(&here, &slope, &modes, length, point);
-            let q: Vec<f64> = (0..n).map(|a| (line.origin_of(a) + view.start.q[a] + here[a]).to_f64()).collect();
+            let [rates, foreseen] = slopes.off([&here, &slope], modes.as_deref(), length, point);
+            let q = |a: usize| (line.origin_of(a) + view.start.q[a] + here[a]).to_f64();
             for a in 0..n {
-                let rounding = AT_REST * S::EPSILON.to_f64() * q[a].abs().max(ways[a]);
+                let rounding = AT_REST * S::EPSILON.to_f64() * q(a).abs().max(ways[a]);
                 if rates[a] == 0.0 || shared[a] <= rounding {
                     continue;
                 }
                 self.note(length.to_f64().abs() * rates[a] / shared[a], gamma);
-                let is_foreseen = rates[a] <= FORESEEN * foreseen[a];
+                let is_foreseen = modes.is_none() || rates[a] <= FORESEEN * foreseen[a];
                 if !is_foreseen {
-                    keep(&mut self.unforeseen[a], Unforeseen { gamma, q: q.clone(), moved: gap * rates[a] });
+                    let q = (0..n).map(q).collect();
+                    keep(&mut self.unforeseen[a], Unforeseen { gamma, q, moved: gap * rates[a] });
                 }
             }
         }
@@ -220,22 +227,30 @@ fn keep(one: &mut Option<Unforeseen>, next: Unforeseen) {
 
 /// The rates on the nodes of a window: q̇^a of all coordinates, then ṗ_a of the active ones.
 struct Slopes<'v, S> {
-    start: [Vec<S>; 2],
+    /// q^a and p_a at the start.
+    start: [&'v [S]; 2],
     active: &'v [usize],
-    rows: Vec<Vec<S>>,
+    rows: &'v [Vec<S>],
 }
 
 impl<'v, S: Real> Slopes<'v, S> {
     /// The rates where coordinates and momenta are ahead of the start of the window by `increments`; NaN outside of the
-    /// domain.
-    fn new(view: &WindowNodes<'_, S>, increments: &[Vec<S>], active: &'v [usize], motion: &mut Motion<S>) -> Self {
-        let (n, m, points) = (view.start.q.len(), active.len(), view.window.points());
-        let ahead = |start: S, row: &[S]| row.iter().map(|&value| start + value).collect::<Vec<S>>();
-        let q: Vec<Vec<S>> = (0..n).map(|a| ahead(view.start.q[a], &increments[a])).collect();
-        let p: Vec<Vec<S>> = (0..m).map(|k| ahead(view.start.p[active[k]], &increments[n + k])).collect();
-        let rows = motion.all_rates(OnNodes { q: &q, p: &p, start: view.start.p }, points);
-        let rows = rows.unwrap_or_else(|_| vec![vec![S::from(f64::NAN); points]; n + m]);
-        Self { start: [view.start.q.to_vec(), view.start.p.to_vec()], active, rows }
+    /// domain. There is room for them.
+    fn new(
+        view: &'v WindowNodes<'_, S>,
+        mut increments: Vec<Vec<S>>,
+        active: &'v [usize],
+        (motion, room): (&mut Motion<S>, &'v mut Vec<Vec<S>>),
+    ) -> Self {
+        let starts = view.start.q.iter().chain(active.iter().map(|&a| &view.start.p[a]));
+        for (row, &start) in increments.iter_mut().zip(starts) {
+            row.iter_mut().for_each(|value| *value = start + *value);
+        }
+        let ((q, p), points) = (increments.split_at(view.start.q.len()), view.window.points());
+        if motion.all_rates(OnNodes { q, p, start: view.start.p }, points, room).is_err() {
+            room.iter_mut().for_each(|row| *row = vec![S::from(f64::NAN); points]);
+        }
+        Self { start: [view.start.q, view.start.p], active, rows: room }
     }
 
     /// A number for every row.
@@ -244,10 +259,10 @@ impl<'v, S: Real> Slopes<'v, S> {
     }
 
     /// By how much each q̇^a is off where the state is ahead of the start by `here`, and the slopes are these; and by
-    /// how much it would be if the slopes were off by `modes`. Where ṗ is off, momenta are by that times the length of
-    /// the window, and q̇ with them.
-    fn off(&mut self, here: &[S], slopes: &[S], modes: &[S], length: S, point: &mut Point<S>) -> [Vec<f64>; 2] {
-        let [mut q, mut p] = self.start.clone();
+    /// how much it would be if the slopes were off by `modes`, if these are known. Where ṗ is off, momenta are by that
+    /// times the length of the window, and q̇ with them.
+    fn off(&self, [here, slopes]: [&[S]; 2], modes: Option<&[S]>, length: S, point: &mut Point<S>) -> [Vec<f64>; 2] {
+        let [mut q, mut p] = self.start.map(<[S]>::to_vec);
         let n = q.len();
         q.iter_mut().zip(here).for_each(|(q, &ahead)| *q += ahead);
         self.active.iter().zip(&here[n..]).for_each(|(&a, &ahead)| p[a] += ahead);
@@ -266,8 +281,11 @@ impl<'v, S: Real> Slopes<'v, S> {
             }
         };
         let by_force = moved(&|place| slopes[n + place] - forces[place]);
-        let by_modes = moved(&|place| modes[n + place]);
+        let foreseen = modes.map_or_else(Vec::new, |modes| {
+            let by_modes = moved(&|place| modes[n + place]);
+            (0..n).map(|a| (modes[a] + by_modes[a]).to_f64()).collect()
+        });
         let off = (0..n).map(|a| larger(S::ZERO, (slopes[a] - rates[a]).abs() + by_force[a]).to_f64()).collect();
-        [off, (0..n).map(|a| (modes[a] + by_modes[a]).to_f64()).collect()]
+        [off, foreseen]
     }
 }

@@ -157,11 +157,6 @@ impl<S: Real, const N: usize> Points<S, N> {
         }
     }
 
-    /// The coordinates that are not ignorable.
-    pub(super) fn active(&self) -> &[usize] {
-        &self.hamiltonian.active
-    }
-
     /// Evaluates the equations at so many points, where q^a and p_a are in their registers. The first of them is the
     /// node `first`. After `chances` points that cannot be mended no others are tried.
     ///
@@ -188,6 +183,14 @@ impl<S: Real, const N: usize> Points<S, N> {
     #[inline]
     fn is_inside(&self, points: Range<usize>) -> bool {
         let Hamiltonian { velocities, forces, determinants, .. } = &*self.hamiltonian;
+        if N == 1 {
+            // Loops over one point would take as long as the equations.
+            let is_finite = |&rate: &Register| self.registers[rate][0].is_finite();
+            let mut determinants = determinants.iter().zip(&self.signs);
+            return velocities.iter().all(is_finite)
+                && forces.iter().all(is_finite)
+                && determinants.all(|(&block, &sign)| !is_outside(self.registers[block][0], sign));
+        }
         let row = |register: Register| self.registers[register][points.clone()].iter();
         let mut rates = velocities.iter().chain(forces);
         rates.all(|&rate| row(rate).fold(true, |all, value| all & value.is_finite()))

@@ -67,6 +67,7 @@ pub use motion::{Motion, OnNodes};
 pub(crate) use observable::Shown;
 pub use observable::{Direction, Observable, observed};
 pub use parts::value_of;
+pub(crate) use points::shared;
 pub use presets::{PRESETS, Preset};
 pub use rates::Rates;
 pub(crate) use resets::{NewValue, Reset, Setting};
@@ -86,7 +87,6 @@ use self::lagrangian::Lagrangian;
 use self::parts::Parts;
 use crate::formula::Names;
 use crate::number::Real;
-use crate::number::norm::larger;
 use crate::number::spline::Table;
 
 /// The metric, the one-form and the force of a scene, with their derivatives, as programs.
@@ -289,25 +289,10 @@ impl<S: Real> Geometry<S> {
         self.lagrangian.determinants(&self.at(q)).map(|row| row[0]).collect()
     }
 
-    /// g_aa at a point.
-    pub(crate) fn diagonal(&self, q: &[S]) -> Vec<S> {
-        let samples = self.values_at(&points::rows(q));
-        let mut diagonal = vec![S::ZERO; self.dimension()];
-        for term in self.structure().values.iter().filter(|term| term.ab[0] == term.ab[1]) {
-            diagonal[term.ab[0]] = samples.at(term.value, 0);
-        }
-        diagonal
-    }
-
     /// For every coordinate the largest of the sizes of all with the same g_aa at a point. They have one unit, so that
     /// sizes are shared: of x and y one may be zero but for rounding.
     pub(crate) fn shared<T: Real>(&self, q: &[S], sizes: &[T]) -> Vec<T> {
-        let diagonal = self.diagonal(q);
-        let largest = |g: &S| {
-            let of_kind = diagonal.iter().zip(sizes).filter(|(other, _)| *other == g || std::ptr::eq(*other, g));
-            of_kind.fold(T::ZERO, |most, (_, &size)| larger(most, size))
-        };
-        diagonal.iter().map(largest).collect()
+        shared(&self.diagonal(q), sizes)
     }
 
     /// The structure lists what is not zero in the Lagrangian and the force.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::hamiltonian::Points;
 use super::{Geometry, OutsideGeometry};
-use crate::formula::{BLOCK, MOST_LOST, Register};
+use crate::formula::{BLOCK, MOST_LOST};
 use crate::number::Real;
 
 /// The rates of positions and momenta, q̇^a = g^ab (p_b − A_b), ṗ_a = f_a + F_a, where only active coordinates and
@@ -60,35 +60,56 @@ impl<S: Real> Motion<S> {
     /// # Errors
     /// The first node that is outside the domain.
     pub fn rates(&mut self, on: OnNodes<'_, S>, points: usize, out: &mut [Vec<S>]) -> Result<(), OutsideGeometry> {
-        let (hamiltonian, mut chances) = (Arc::clone(&self.block.hamiltonian), MOST_LOST);
+        let hamiltonian = Arc::clone(&self.block.hamiltonian);
         let (own, others) = (hamiltonian.active_velocities(), hamiltonian.ignorable_velocities());
+        let mut ignorable = std::mem::take(&mut self.ignorable);
+        ignorable.iter_mut().for_each(|row| row.resize(points, S::ZERO));
+        let found = self.each_block(on, points, |nodes, registers| {
+            let active = out.iter_mut().zip(own.iter().chain(&hamiltonian.forces));
+            for (row, &register) in active.chain(ignorable.iter_mut().zip(&others)) {
+                row[nodes.clone()].copy_from_slice(&registers[register][..nodes.len()]);
+            }
+        });
+        self.ignorable = ignorable;
+        found
+    }
+
+    /// All rates on the first nodes: q̇^a of all coordinates, and then ṗ_a of active ones, in rows that may be there.
+    ///
+    /// # Errors
+    /// The first node that is outside the domain.
+    pub fn all_rates(
+        &mut self,
+        on: OnNodes<'_, S>,
+        points: usize,
+        out: &mut Vec<Vec<S>>,
+    ) -> Result<(), OutsideGeometry> {
+        let hamiltonian = Arc::clone(&self.block.hamiltonian);
+        out.resize_with(on.q.len() + hamiltonian.active.len(), Vec::new);
+        out.iter_mut().for_each(Vec::clear);
+        self.each_block(on, points, |nodes, registers| {
+            for (row, &register) in out.iter_mut().zip(hamiltonian.velocities.iter().chain(&hamiltonian.forces)) {
+                row.extend_from_slice(&registers[register][..nodes.len()]);
+            }
+        })
+    }
+
+    /// Evaluates the equations on the first nodes, and shows the registers of each block of them.
+    fn each_block(
+        &mut self,
+        on: OnNodes<'_, S>,
+        points: usize,
+        mut see: impl FnMut(Range<usize>, &[[S; BLOCK]]),
+    ) -> Result<(), OutsideGeometry> {
+        let (hamiltonian, mut chances) = (Arc::clone(&self.block.hamiltonian), MOST_LOST);
         self.nodes = 0..0;
-        self.ignorable.iter_mut().for_each(|row| row.resize(points, S::ZERO));
         for first in (0..points).step_by(BLOCK) {
             let nodes = first..points.min(first + BLOCK);
             on.put(&hamiltonian.active, nodes.clone(), &mut self.block.registers);
             self.block.evaluate_there(nodes.len(), first, &mut chances)?;
-            let take = |row: &mut Vec<S>, register: Register| {
-                row[nodes.clone()].copy_from_slice(&self.block.registers[register][..nodes.len()]);
-            };
-            out.iter_mut().zip(own.iter().chain(&hamiltonian.forces)).for_each(|(row, &register)| take(row, register));
-            self.ignorable.iter_mut().zip(&others).for_each(|(row, &register)| take(row, register));
+            see(nodes, &self.block.registers);
         }
         Ok(())
-    }
-
-    /// All rates on the first nodes as rows of their own: q̇^a of all coordinates, and then ṗ_a of active ones.
-    ///
-    /// # Errors
-    /// The first node that is outside the domain.
-    pub fn all_rates(&mut self, on: OnNodes<'_, S>, points: usize) -> Result<Vec<Vec<S>>, OutsideGeometry> {
-        let active = self.block.active().to_vec();
-        let mut rates = vec![vec![S::ZERO; points]; 2 * active.len()];
-        self.rates(on, points, &mut rates)?;
-        let forces = rates.split_off(active.len());
-        let (mut own, mut others) = (rates.into_iter(), self.ignorable.iter().cloned());
-        let velocities = (0..on.q.len()).filter_map(|a| if active.contains(&a) { own.next() } else { others.next() });
-        Ok(velocities.chain(forces).collect())
     }
 
     /// Calls `see(row, column, value)` for the entries of ∂(q̇, ṗ)/∂(q, p) of the active coordinates that are not zero,

@@ -4,6 +4,7 @@ use super::contraction::{Contraction, single};
 use super::structure::Samples;
 use super::{Geometry, OutsideGeometry};
 use crate::number::Real;
+use crate::number::norm::larger;
 
 /// A point as rows of one node.
 pub(super) fn rows<S>(values: &[S]) -> Vec<&[S]> {
@@ -82,6 +83,21 @@ impl<S: Real> Geometry<S> {
         momenta
     }
 
+    /// g_aa at a point.
+    pub(crate) fn diagonal(&self, q: &[S]) -> Vec<S> {
+        self.diagonals(&rows(q)).into_iter().map(|row| row[0]).collect()
+    }
+
+    /// The same at many points, a row for each coordinate.
+    pub(crate) fn diagonals(&self, q: &[&[S]]) -> Vec<Vec<S>> {
+        let samples = self.values_at(q);
+        let mut diagonals = vec![vec![S::ZERO; q[0].len()]; self.dimension()];
+        for term in self.structure().values.iter().filter(|term| term.ab[0] == term.ab[1]) {
+            diagonals[term.ab[0]].iter_mut().enumerate().for_each(|(k, g)| *g = samples.at(term.value, k));
+        }
+        diagonals
+    }
+
     /// All rows at many points, inside the domain or not.
     pub(crate) fn all_at(&self, q: &[&[S]]) -> Samples<S> {
         self.at_rows(q, self.lagrangian.fields.outputs.len())
@@ -112,4 +128,13 @@ impl<S: Real> Geometry<S> {
         let velocity = |b: usize| q_dot.get(b).copied();
         Contraction { structure: self.structure(), samples, nodes: 0..q_dot[0].len(), velocity }
     }
+}
+
+/// For every coordinate the largest of the sizes of all with the same g_aa, see [`Geometry::shared`].
+pub(crate) fn shared<S: Real, T: Real>(diagonal: &[S], sizes: &[T]) -> Vec<T> {
+    let largest = |g: &S| {
+        let of_kind = diagonal.iter().zip(sizes).filter(|(other, _)| *other == g || std::ptr::eq(*other, g));
+        of_kind.fold(T::ZERO, |most, (_, &size)| larger(most, size))
+    };
+    diagonal.iter().map(largest).collect()
 }

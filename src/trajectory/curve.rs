@@ -173,7 +173,9 @@ impl<S: Real> Motion<'_, S> {
         let q: Vec<Vec<S>> = of_q.iter().copied().zip(values).map(ahead).collect();
         let own = self.geometry.active().iter().map(|&a| of_p[a]);
         let p: Vec<Vec<S>> = own.zip(&values[q.len()..]).map(ahead).collect();
-        self.on_nodes.all_rates(OnNodes { q: &q, p: &p, start: of_p }, q[0].len()).ok()
+        let mut rates = Vec::new();
+        self.on_nodes.all_rates(OnNodes { q: &q, p: &p, start: of_p }, q[0].len(), &mut rates).ok()?;
+        Some(rates)
     }
 
     /// The coefficients of the integrals of the rates, which are polynomials through their values at `values`.

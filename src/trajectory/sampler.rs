@@ -166,7 +166,9 @@ impl<'l, S: Real> Sampler<'l, S> {
             p.iter_mut().zip(active).for_each(|(row, &a)| row.push(room.p[a]));
         }
         let on_nodes = self.on_nodes.get_or_insert_with(|| Motion::new(line.geometry()));
-        on_nodes.all_rates(OnNodes { q: &q, p: &p, start: line.joint(window).p }, points).ok()
+        let mut rates = Vec::new();
+        on_nodes.all_rates(OnNodes { q: &q, p: &p, start: line.joint(window).p }, points, &mut rates).ok()?;
+        Some(rates)
     }
 
     /// The world-line at a node of a window of which [`Self::has_states`] is true.

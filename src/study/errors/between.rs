@@ -107,11 +107,12 @@ impl<'g> Between<'g> {
         q.iter_mut().chain(&mut *p).for_each(Vec::clear);
         dense.append(middles(points), q, p);
         let each = window.length / points as f64;
-        let Ok(rates) = self.on_nodes.all_rates(OnNodes { q, p, start: &self.start }, points) else {
+        let mut rates = Vec::new();
+        if self.on_nodes.all_rates(OnNodes { q, p, start: &self.start }, points, &mut rates).is_err() {
             // A motion that is outside of the domain between its nodes is wrong.
             self.see_point(each, f64::INFINITY, 0.0, 1.0);
             return;
-        };
+        }
         let q = std::mem::take(q);
         self.see_rows(each, &q, &rates[..q.len()]);
         self.q = q;
