@@ -183,12 +183,12 @@ impl<S: Real> Program<S> {
         depends
     }
 
-    /// The steps that compute the `wanted` registers with all that they need, but for what is known already.
-    pub(crate) fn schedule(
+    /// Which registers the `wanted` ones need, themselves among them, but for what is known already.
+    pub(crate) fn needed(
         &self,
         wanted: impl IntoIterator<Item = Register>,
         is_known: impl Fn(Register) -> bool,
-    ) -> Box<[Step]> {
+    ) -> Vec<bool> {
         let mut is_needed = vec![false; self.size()];
         wanted.into_iter().for_each(|register| is_needed[register] = true);
         for step in self.steps.iter().rev() {
@@ -197,6 +197,16 @@ impl<S: Real> Program<S> {
                 step.operation().operands().for_each(|operand| is_needed[operand] = true);
             }
         }
+        is_needed
+    }
+
+    /// The steps that compute the `wanted` registers with all that they need, but for what is known already.
+    pub(crate) fn schedule(
+        &self,
+        wanted: impl IntoIterator<Item = Register>,
+        is_known: impl Fn(Register) -> bool,
+    ) -> Box<[Step]> {
+        let is_needed = self.needed(wanted, is_known);
         self.steps.iter().filter(|step| is_needed[step.to()]).copied().collect()
     }
 

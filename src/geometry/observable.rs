@@ -1,6 +1,7 @@
 //! Formulas of a state: what a user wants to see conserved, or where a run is to end.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::parts::{self, Scope};
 use super::text::{GeometryError, GeometryText, Place};
@@ -17,6 +18,8 @@ pub struct Observable<S = f64> {
     /// Its arguments of functions, divisors and bases of powers, which must not change much from a point to the next if
     /// the points are to show what it does between them. A table has no scale of its own.
     steep: Vec<Watched>,
+    /// True for each of q^a and p_a that it depends on, or its velocities do.
+    reads: Arc<[bool]>,
     /// True if it depends on velocities.
     has_velocities: bool,
     /// True if velocities and momenta are those of the reversed motion.
@@ -50,13 +53,20 @@ impl<S: Real> Observable<S> {
         let (mut steep, _) = watched_registers(program.steps_to(1).iter(), &varies);
         steep.retain(|look| !matches!(look.kind, Kind::Table(_)));
         let n = variables.len() / 3;
-        let has_velocities = program.depends_on(|variable| (n..2 * n).contains(&variable))[program.output(0)];
-        Ok(Self { registers, program, steep, has_velocities, is_reversed: false, mirrored })
+        let needed = program.needed([program.output(0)], |_| false);
+        let has_velocities = needed[n..2 * n].contains(&true);
+        let reads = needed[..n].iter().chain(&needed[2 * n..3 * n]).map(|&is_read| is_read || has_velocities).collect();
+        Ok(Self { registers, program, steep, reads, has_velocities, is_reversed: false, mirrored })
     }
 
     /// Returns true if velocities occur in it, and not positions and momenta alone.
     pub(crate) fn has_velocities(&self) -> bool {
         self.has_velocities
+    }
+
+    /// Says of each q^a of all coordinates, and then of each p_a, whether the formula changes with it.
+    pub(crate) fn reads(&self) -> Arc<[bool]> {
+        Arc::clone(&self.reads)
     }
 
     /// The values of all that may be steep in the formula, where it was evaluated last.

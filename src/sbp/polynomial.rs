@@ -1,7 +1,7 @@
 //! Polynomials on a window as series of Legendre polynomials: through values on the nodes, their integrals, and where
 //! what they follow may be zero.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::iter;
 use std::sync::Arc;
 
@@ -15,6 +15,8 @@ const PROBES: usize = 4;
 /// Derivatives whose zeros tell apart those of the ones before: up to nine zeros are told apart that lie between two
 /// probes.
 const DERIVATIVES: usize = 8;
+/// So many coefficients are summed up at once.
+const SUMS: usize = 8;
 /// The place of an extremum on [−1, 1] need not be better known.
 const EXTREMUM: f64 = 1e-12;
 
@@ -68,10 +70,24 @@ impl<S: Real> Expansion<S> {
 
     /// The same, into room that is there.
     fn coefficients_into(&self, values: &[S], coefficients: &mut Vec<S>) {
+        let count = values.len();
         coefficients.clear();
-        coefficients.resize(values.len(), S::ZERO);
-        for (modes, &value) in self.modes.chunks_exact(values.len()).zip(values) {
-            coefficients.iter_mut().zip(modes).for_each(|(c, &mode)| *c += mode * value);
+        coefficients.resize(count, S::ZERO);
+        // Some sums are formed at once, so that each stays in a register.
+        let (blocks, rest) = coefficients.as_chunks_mut::<SUMS>();
+        let first_of_rest = SUMS * blocks.len();
+        for (block, sums) in blocks.iter_mut().enumerate() {
+            let mut all = [S::ZERO; SUMS];
+            for (modes, &value) in self.modes.chunks_exact(count).zip(values) {
+                let modes: &[S; SUMS] = modes[SUMS * block..].first_chunk().expect("a block is full");
+                (0..SUMS).for_each(|k| all[k] += modes[k] * value);
+            }
+            *sums = all;
+        }
+        if !rest.is_empty() {
+            for (modes, &value) in self.modes.chunks_exact(count).zip(values) {
+                rest.iter_mut().zip(&modes[first_of_rest..]).for_each(|(c, &mode)| *c += mode * value);
+            }
         }
     }
 
@@ -86,7 +102,7 @@ impl<S: Real> Expansion<S> {
 }
 
 /// Expansions by number of nodes, each computed once.
-pub(crate) type Tables<S> = HashMap<usize, Arc<Expansion<S>>>;
+pub(crate) type Tables<S> = BTreeMap<usize, Arc<Expansion<S>>>;
 
 /// The expansion on so many points.
 pub(crate) fn expansion<S: Real>(tables: &mut Tables<S>, points: usize) -> Arc<Expansion<S>> {

@@ -117,7 +117,7 @@ impl Beginning {
 }
 
 /// By how much a formula of a state may be off where every number of the state may be off by so much: q^a of all
-/// coordinates, and then p_a of all.
+/// coordinates, and then p_a of all. A number that it does not read is best off by nothing, which costs nothing.
 pub(crate) fn noise<S: Real>(
     at: &mut At<'_, S>,
     formula: OfState<'_, S>,

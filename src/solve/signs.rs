@@ -11,6 +11,7 @@
 use crate::geometry::{Direction, Observable, Shown};
 use crate::number::Real;
 use crate::sbp::polynomial::{Expansion, Through};
+use crate::solve::seen::Seen;
 
 /// Parts are halved so many times at most wherever they need it: what changes everywhere is looked at on a million
 /// points of a window.
@@ -27,6 +28,11 @@ pub(crate) trait Along<S: Real> {
     fn at(&mut self, formula: &mut Observable<S>, place: S) -> S;
     /// By how much that value may be off as numbers are rounded or, if it `is_open`, as the window resolves the motion.
     fn noise(&mut self, formula: &mut Observable<S>, place: S, is_open: bool) -> S;
+
+    /// Returns true if a value at a place is no more than that.
+    fn is_none(&mut self, formula: &mut Observable<S>, [place, value]: Mark<S>, is_open: bool) -> bool {
+        value.abs() <= self.noise(formula, place, is_open)
+    }
 }
 
 /// What is known at the end of a run of the formulas that may end it.
@@ -39,7 +45,7 @@ pub(crate) struct Watched {
 }
 
 /// A place, with the value there.
-type Mark<S> = [S; 2];
+pub(crate) type Mark<S> = [S; 2];
 
 /// Where a formula has reached zero, if it has had no sign since.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -106,36 +112,6 @@ pub(crate) struct Change<S> {
     pub(crate) between: Option<[Mark<S>; 2]>,
     /// The sign before.
     pub(crate) side: S,
-}
-
-/// The values of a formula and its [arguments](Observable::arguments) at the points of a part.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Seen<S> {
-    places: Vec<f64>,
-    values: Vec<S>,
-    /// Those of the first argument at all points, then those of the second one, and so on.
-    arguments: Vec<f64>,
-    margins: Vec<f64>,
-}
-
-impl<S: Real> Seen<S> {
-    /// Nothing is seen at the points of a rule.
-    pub(crate) fn clear(&mut self, rule: &Expansion<S>) {
-        self.places.clear();
-        self.places.extend(rule.nodes.iter().map(|node| node.to_f64()));
-        self.values.clear();
-    }
-
-    /// The value at the next point, where the formula was evaluated.
-    pub(crate) fn see(&mut self, formula: &Observable<S>, value: S) {
-        let (points, point) = (self.places.len(), self.values.len());
-        let count = formula.arguments().len();
-        self.arguments.resize(count * points, 0.0);
-        for (k, argument) in formula.arguments().enumerate() {
-            self.arguments[k * points + point] = argument;
-        }
-        self.values.push(value);
-    }
 }
 
 /// A part of a window.
@@ -319,9 +295,8 @@ impl<S: Real> Search<S> {
                 }
                 sign.bound = S::ZERO;
             }
-            let mut is_none = |[place, value]: Mark<S>, is_open: bool| {
-                value == S::ZERO || value.abs() <= along.noise(formula, place, is_open)
-            };
+            let mut is_none =
+                |mark: Mark<S>, is_open: bool| mark[1] == S::ZERO || along.is_none(formula, mark, is_open);
             if sign.side == S::ZERO {
                 // What leaves the surface that it was on has changed no sign.
                 if !is_none(mark, true) {

@@ -288,7 +288,7 @@ impl<S: Real> WorldLine<S> {
     }
 
     /// q^a at the end of the run, to the last bit where that ended it.
-    pub(super) fn last_position(&self, a: usize) -> S {
+    pub(crate) fn last_position(&self, a: usize) -> S {
         match self.ended_at {
             Some((coordinate, value)) if coordinate == a => value,
             _ => self.origin_of(a) + self.last_joint().q[a],

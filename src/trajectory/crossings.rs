@@ -8,6 +8,7 @@ use std::cmp::Ordering;
 
 use super::inside::{epsilon, of_inside};
 use super::late::{Late, late_at};
+use super::nodes::States;
 use super::sampler::least;
 use super::{Sample, Sampler, slack};
 use crate::geometry::{Direction, Observable, Start};
@@ -248,7 +249,7 @@ struct Within<'s, 'l, S: Real> {
 
 impl<S: Real> Along<S> for Within<'_, '_, S> {
     fn at(&mut self, formula: &mut Observable<S>, place: S) -> S {
-        let sample = self.sampler.in_window(self.window, place);
+        let sample = self.sampler.at_place(self.window, place, formula.has_velocities());
         formula.at(&sample.q, &sample.q_dot, &sample.p, self.norm)
     }
 
@@ -256,13 +257,26 @@ impl<S: Real> Along<S> for Within<'_, '_, S> {
         let line = self.sampler.line;
         let (curve, geometry) = (self.sampler.curve(self.window), line.geometry());
         let mut state = curve.at(place, geometry).concat();
-        let (epsilon, extents) = (epsilon(line), curve.extents(geometry));
+        let (epsilon, extents, reads) = (epsilon(line), curve.extents(geometry), formula.reads());
         let off = |k: usize, value: S| {
+            if !reads[k] {
+                return S::ZERO;
+            }
             let [change, own] = extents[k];
             rounding(value, change, epsilon) + if is_open { self.open[k] + own } else { S::ZERO }
         };
         let at = self.at.get_or_insert_with(|| At::new(geometry));
         noise(at, &mut of_inside(line, formula, self.norm), &mut state, off)
+    }
+
+    fn is_none(&mut self, formula: &mut Observable<S>, [place, value]: [S; 2], is_open: bool) -> bool {
+        // Most values are far from rounding, which a node tells without the curve.
+        let node = if is_open { None } else { self.sampler.node_at(self.window, place) };
+        let is_far = node.is_some_and(|node| {
+            let at = self.at.get_or_insert_with(|| At::new(self.sampler.line.geometry()));
+            value.abs() > self.sampler.most_noise((self.window, node), at, (formula, self.norm))
+        });
+        !is_far && value.abs() <= self.noise(formula, place, is_open)
     }
 }
 
@@ -271,8 +285,8 @@ impl<S: Real> Along<S> for Within<'_, '_, S> {
 struct Progress<S> {
     is_backward: bool,
     norm: S,
-    /// Room for the state at a point.
-    here: Sample<S>,
+    /// Room for the states at the nodes of a window.
+    states: States<S>,
     signs: Vec<Sign<S>>,
     /// Where each formula has reached zero, if it has had no sign since.
     reached: Vec<Option<Crossing<S>>>,
@@ -298,7 +312,7 @@ impl<S: Real> Progress<S> {
         let mut progress = Self {
             is_backward: line.is_backward,
             norm,
-            here: Sample { gamma: line.gamma_i, q: start.q.clone(), q_dot: start.q_dot.clone(), p: start.p.clone() },
+            states: States::default(),
             signs: Vec::new(),
             reached: vec![None; watches.len()],
             late: vec![Late::default(); watches.len()],
@@ -340,15 +354,12 @@ impl<S: Real> Progress<S> {
         watches: &mut [Watch<S>],
         (window, rule): (usize, &Expansion<S>),
     ) {
-        self.seen.iter_mut().for_each(|seen| seen.clear(rule));
-        let Self { here, seen, norm, .. } = self;
         let has_velocities = watches.iter().any(|watched| watched.formula.has_velocities());
-        sampler.each_node(window, (here, has_velocities), |Sample { q, q_dot, p, .. }| {
-            for (watched, seen) in watches.iter_mut().zip(&mut *seen) {
-                let value = watched.formula.at(q, q_dot, p, *norm);
-                seen.see(&watched.formula, value);
-            }
-        });
+        sampler.states(window, has_velocities, &mut self.states);
+        let rows = self.states.rows();
+        for (watched, seen) in watches.iter_mut().zip(&mut self.seen) {
+            seen.see_all(rule, &mut watched.formula, [&rows[0], &rows[1], &rows[2]], self.norm);
+        }
     }
 
     /// Takes what was found of a formula in a window.

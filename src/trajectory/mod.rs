@@ -27,6 +27,7 @@ mod crossings;
 mod curve;
 mod inside;
 mod late;
+mod nodes;
 mod sampler;
 
 pub use crossings::{Crossing, EventSearch, Watch, crossings};

@@ -2,7 +2,7 @@
 
 use super::curve::Curve;
 use super::{OutsideRun, partition, slack, within};
-use crate::geometry::{Motion, OnNodes, Point, Start};
+use crate::geometry::{Motion, Point, Start};
 use crate::number::Real;
 use crate::number::root::root;
 use crate::sbp::polynomial::Tables;
@@ -29,9 +29,9 @@ pub struct Sampler<'l, S: Real = f64> {
     /// The window that was prepared last.
     current: Option<(usize, Curve<S>)>,
     pub(super) tables: Tables<S>,
-    point: Point<S>,
+    pub(super) point: Point<S>,
     /// Rates on all nodes of a window are computed here, once they were asked for.
-    on_nodes: Option<Motion<S>>,
+    pub(super) on_nodes: Option<Motion<S>>,
 }
 
 impl<'l, S: Real> Sampler<'l, S> {
@@ -96,6 +96,11 @@ impl<'l, S: Real> Sampler<'l, S> {
 
     /// The world-line at `place`, which is γ from the start of a window.
     pub(super) fn in_window(&mut self, window: usize, place: S) -> Sample<S> {
+        self.at_place(window, place, true)
+    }
+
+    /// The same. Velocities are not known if they are not `wanted`.
+    pub(super) fn at_place(&mut self, window: usize, place: S, wanted: bool) -> Sample<S> {
         let line = self.line;
         let [first, last] = line.windows[window].gamma;
         // The solver has left the state at the last joint: the curve there would only round it.
@@ -104,101 +109,15 @@ impl<'l, S: Real> Sampler<'l, S> {
             return Sample { gamma: line.gamma_at(last), q, q_dot, p };
         }
         let [q, p] = self.curve(window).at(place, line.geometry());
-        // A curve that leaves the domain between nodes inside it has velocities that mean as little as its positions.
-        let _ = self.point.evaluate(&q, &p);
-        let q_dot = (0..q.len()).map(|a| self.point.q_dot(a)).collect();
+        if wanted {
+            // A curve that leaves the domain between nodes inside it has velocities that mean as little as its
+            // positions.
+            let _ = self.point.evaluate(&q, &p);
+        }
+        let q_dot = (0..q.len()).map(|a| if wanted { self.point.q_dot(a) } else { S::ZERO }).collect();
         let Start { mut q, q_dot, p } = line.turned(Start { q, q_dot, p });
         q.iter_mut().enumerate().for_each(|(a, q)| *q += line.origin_of(a));
         Sample { gamma: line.gamma_at(first + place), q, q_dot, p }
-    }
-
-    /// The world-line at a node inside a window.
-    pub(crate) fn inside(&mut self, window: usize, node: usize) -> Sample<S> {
-        let line = self.line;
-        let (grid, n) = (&line.windows[window], line.q.len());
-        let from_start = grid.gamma_at(node);
-        if !self.has_states(window) {
-            return self.in_window(window, from_start - grid.gamma[0]);
-        }
-        let zeros = || vec![S::ZERO; n];
-        let mut sample = Sample { gamma: line.gamma_at(from_start), q: zeros(), q_dot: zeros(), p: zeros() };
-        self.at_node(window, node, &mut sample);
-        sample
-    }
-
-    /// Returns true if the solver has left the states at the nodes of a window, and the motion is followed by the
-    /// polynomial through them.
-    pub(super) fn has_states(&self, window: usize) -> bool {
-        !self.line.is_doubled() && !self.line.windows[window].is_equidistant()
-    }
-
-    /// Shows the world-line at all nodes of a window of which [`Self::has_states`] is true, one after the other, in
-    /// this room. Velocities are not known if they are not `wanted`.
-    pub(super) fn each_node(
-        &mut self,
-        window: usize,
-        (into, wanted): (&mut Sample<S>, bool),
-        mut see: impl FnMut(&Sample<S>),
-    ) {
-        let (line, points) = (self.line, self.line.windows[window].points());
-        // Extended numbers have no vectors, and blocks are filled up.
-        let rates = if wanted && !S::IS_EXTENDED { self.rates_on_nodes(window, into) } else { None };
-        for node in 0..points {
-            let is_end = node + 1 == points && window + 1 == line.windows.len();
-            if is_end || (wanted && rates.is_none()) {
-                self.at_node(window, node, into);
-            } else {
-                self.state_at_node(window, node, into);
-                see_as(line, into, |a| rates.as_ref().map_or(S::ZERO, |rates| rates[a][node]));
-            }
-            see(into);
-        }
-    }
-
-    /// The rates of all coordinates on the nodes of a window; `None` if one of these is outside of the domain.
-    fn rates_on_nodes(&mut self, window: usize, room: &mut Sample<S>) -> Option<Vec<Vec<S>>> {
-        let (line, points) = (self.line, self.line.windows[window].points());
-        let active = line.geometry().active();
-        let [mut q, mut p] = [line.q.len(), active.len()].map(|count| vec![Vec::with_capacity(points); count]);
-        for node in 0..points {
-            self.state_at_node(window, node, room);
-            q.iter_mut().zip(&room.q).for_each(|(row, &q)| row.push(q));
-            p.iter_mut().zip(active).for_each(|(row, &a)| row.push(room.p[a]));
-        }
-        let on_nodes = self.on_nodes.get_or_insert_with(|| Motion::new(line.geometry()));
-        let mut rates = Vec::new();
-        on_nodes.all_rates(OnNodes { q: &q, p: &p, start: line.joint(window).p }, points, &mut rates).ok()?;
-        Some(rates)
-    }
-
-    /// The world-line at a node of a window of which [`Self::has_states`] is true.
-    fn at_node(&mut self, window: usize, node: usize, into: &mut Sample<S>) {
-        let line = self.line;
-        if node + 1 == line.windows[window].points() && window + 1 == line.windows.len() {
-            let Start { q, q_dot, p } = line.end();
-            *into = Sample { gamma: into.gamma, q, q_dot, p };
-            return;
-        }
-        self.state_at_node(window, node, into);
-        let _ = self.point.evaluate(&into.q, &into.p);
-        see_as(line, into, |a| self.point.q_dot(a));
-    }
-
-    /// The positions and momenta at a node of such a window, as the solver has them.
-    fn state_at_node(&self, window: usize, node: usize, into: &mut Sample<S>) {
-        let line = self.line;
-        let nodes = line.windows[window].nodes();
-        let (is_last, active) = (node + 1 == nodes.len(), line.geometry().active());
-        let joint = line.joint(if is_last { window + 1 } else { window });
-        let inner = (node > 0 && !is_last).then_some(nodes.start + node);
-        into.q.copy_from_slice(joint.q);
-        into.p.copy_from_slice(joint.p);
-        if let Some(inner) = inner {
-            into.q.iter_mut().zip(&line.q).for_each(|(q, row)| *q += row[inner]);
-            for (&a, row) in active.iter().zip(&line.p) {
-                (into.q[a], into.p[a]) = (line.q[a][inner], row[inner]);
-            }
-        }
     }
 
     /// The curve of a window.
@@ -209,15 +128,6 @@ impl<'l, S: Real> Sampler<'l, S> {
         }
         let on_nodes = on_nodes.get_or_insert_with(|| Motion::new(line.geometry()));
         &current.get_or_insert_with(|| (window, Curve::new(line, &line.view(window), tables, (on_nodes, point)))).1
-    }
-}
-
-/// Turns a state of the solver with these velocities into one of the motion.
-fn see_as<S: Real>(line: &WorldLine<S>, state: &mut Sample<S>, q_dot: impl Fn(usize) -> S) {
-    for a in 0..state.q.len() {
-        state.q_dot[a] = line.signed(q_dot(a));
-        state.p[a] = line.signed(state.p[a]);
-        state.q[a] += line.origin_of(a);
     }
 }
 

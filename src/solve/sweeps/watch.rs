@@ -6,8 +6,9 @@ use crate::number::Real;
 use crate::number::root::root;
 use crate::sbp::polynomial::{Expansion, Tables, expansion};
 use crate::solve::beginning::{At, Beginning, Slack, noise, rounding};
+use crate::solve::seen::Seen;
 use crate::solve::setup::{Setup, Until};
-use crate::solve::signs::{Along, Search, Seen, Sign, Wanted, Watched};
+use crate::solve::signs::{Along, Search, Sign, Wanted, Watched};
 use crate::solve::world_line::Place;
 
 /// The lengths next to a change are off from it by this share of its distance from the node before.
@@ -282,8 +283,11 @@ impl Along<f64> for Within<'_, '_, '_> {
     fn noise(&mut self, formula: &mut Observable, place: f64, is_open: bool) -> f64 {
         self.go(place);
         let (window, Inside { geometry, at, norm, state, dense, open, .. }) = (self.window, &mut *self.inside);
-        let dense = dense.get_or_insert_with(|| window.dense());
+        let (dense, reads) = (dense.get_or_insert_with(|| window.dense()), formula.reads());
         let off = |k: usize, value: f64| {
+            if !reads[k] {
+                return 0.0;
+            }
             let [change, own] = of_number(geometry, dense, k);
             rounding(value, change, f64::EPSILON) + if is_open { open[k] + own } else { 0.0 }
         };

@@ -3,7 +3,7 @@
 use crate::geometry::Start;
 use crate::number::Real;
 use crate::solve::WorldLine;
-use crate::trajectory::{Sample, Sampler};
+use crate::trajectory::Sampler;
 
 /// So many places of each window may be kept.
 const OF_WINDOW: usize = 16;
@@ -74,8 +74,8 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// A sample of this part of a run, as coordinates are counted in it.
-    pub(super) fn of<S: Real>(line: &WorldLine<S>, Sample { q, p, .. }: Sample<S>, set: &[(usize, f64)]) -> Self {
+    /// The q^a and p_a of a sample of this part of a run, as coordinates are counted in it.
+    pub(super) fn of<S: Real>(line: &WorldLine<S>, [q, p]: [Vec<S>; 2], set: &[(usize, f64)]) -> Self {
         let q = q.iter().enumerate().map(|(a, &q)| (q - line.origin_of(a)).to_f64()).collect();
         let p = p.into_iter().map(|p| line.signed(p).to_f64()).collect();
         Self { q, p, set: set.to_vec(), part: 0.0 }
@@ -115,8 +115,8 @@ impl Places {
             let window = &part.windows[index];
             // A node inside of the window: between nodes a coarse run may be anywhere, and at ends formulas may jump.
             let node = (2 * place + 1) * (window.points() - 1) / (2 * OF_WINDOW);
-            let sample = sampler.inside(index, node.clamp(1, window.points().max(3) - 2));
-            self.seen.push(Seen { part: window.length().to_f64(), ..Seen::of(part, sample, set) });
+            let state = sampler.inside(index, node.clamp(1, window.points().max(3) - 2));
+            self.seen.push(Seen { part: window.length().to_f64(), ..Seen::of(part, state, set) });
             self.next += self.stride;
             if self.seen.len() == 2 * self.kept {
                 let mut is_even = false;
