@@ -311,11 +311,11 @@ impl<S: Real> Graph<S> {
     pub(crate) fn degree(&self, root: NodeId) -> Option<u32> {
         let uses = self.uses(&[root]);
         let mut degrees: Vec<Option<u32>> = Vec::with_capacity(root + 1);
-        for id in 0..=root {
+        for (id, &uses) in uses.iter().enumerate() {
             let of = |operand: NodeId| degrees[operand];
             let both = |a: NodeId, b: NodeId| of(a).zip(of(b));
             let degree = match self.nodes[id] {
-                _ if uses[id] == 0 => None,
+                _ if uses == 0 => None,
                 Node::Variable(_) => Some(1),
                 Node::Constant(_) => Some(0),
                 Node::PowerInteger(base, exponent) => match (of(base), u32::try_from(exponent)) {

@@ -45,7 +45,7 @@ fn a_proof_has_the_end_a_radius_and_how_far_the_run_is_from_it() {
 fn what_is_not_proved_is_told_and_changes_nothing_else() {
     let folder = Folder::new();
     for (case, reason, reached) in [
-        ("dry-friction", "an event or a kink that the motion may graze", 6.283),
+        ("dry-friction", "an event or a kink that the motion may graze", std::f64::consts::TAU),
         ("horizon-near", "steps that become ever shorter", 1.571),
     ] {
         let (_, without) = run(&folder, &format!("{case} --no-prove"));
