@@ -1,4 +1,5 @@
-//! Starts and parameters between two numbers: the proved hull has the ends of all motions from there, and not much more.
+//! Starts and parameters between two numbers: the proved hull has the ends of all motions from there, and not much
+//! more.
 
 use geodesic_ivp::study::proof::{Hull, hull};
 

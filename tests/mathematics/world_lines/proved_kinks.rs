@@ -63,8 +63,8 @@ fn dry_friction_takes_the_same_from_every_half_turn() {
     assert!(most <= 1.0 && most > 1e-6, "{most}");
 }
 
-/// From rest the velocity is 0, where friction jumps: the motion leaves to the side to which it is driven on both sides.
-/// Where it is held there is no proof.
+/// From rest the velocity is 0, where friction jumps: the motion leaves to the side to which it is driven on both
+/// sides. Where it is held there is no proof.
 #[test]
 fn a_body_is_released_where_friction_does_not_hold_it() {
     let case = |x: &str, f: &str| {
