@@ -32,6 +32,9 @@ const OBLIQUE: usize = 8;
 /// second of what it adds elsewhere: its zero is known to some 1e-16 of the distance on the line.
 const ROUNDING: [f64; 2] = [1e-12, 1e-6];
 
+/// Right beside a place, as parts of the way to the next one.
+const BESIDE: [f64; 2] = [1e-9, 1e-10];
+
 /// The steps in a metric and a one-form, each with the name of its function.
 #[derive(Debug, Clone)]
 pub struct Steps(Vec<(&'static str, Sides)>);
@@ -46,11 +49,14 @@ impl Steps {
         let mut found = Vec::new();
         for (call, function, argument) in graph.calls(&roots) {
             let (name, values) = match function {
-                Function::Step => ("step", [0.0, 1.0]),
-                Function::Sign => ("sign", [-1.0, 1.0]),
+                Function::Step => ("step", [0.0, 1.0].map(|value| graph.constant(value))),
+                Function::Sign => ("sign", [-1.0, 1.0].map(|value| graph.constant(value))),
+                // What is divided by it may jump.
+                Function::Abs => ("abs", [graph.negate(argument), argument]),
                 _ => continue,
             };
-            found.push((name, Sides::new(&mut graph, names.len(), &roots, (call, argument), values)));
+            let sides = Sides::new(&mut graph, names.len(), &roots, (call, argument), values);
+            found.push((name, Sides { is_kink: function == Function::Abs, ..sides }));
         }
         Self(found)
     }
@@ -83,6 +89,8 @@ struct Sides {
     variables: usize,
     /// Number of what may jump.
     count: usize,
+    /// True if the function itself has a kink there, and no jump.
+    is_kink: bool,
 }
 
 impl Sides {
@@ -91,15 +99,18 @@ impl Sides {
         variables: usize,
         roots: &[NodeId],
         (call, argument): (NodeId, NodeId),
-        values: [f64; 2],
+        values: [NodeId; 2],
     ) -> Self {
-        let sides = values.map(|value| {
-            let value = graph.constant(value);
-            graph.replaced(roots, call, value)
-        });
+        let sides = values.map(|value| graph.replaced(roots, call, value));
         let outputs = [&[argument][..], &sides[0], &sides[1]].concat();
         let program = Program::new(graph, variables, &outputs);
-        Self { registers: program.registers(|constant| [constant]), program, variables, count: roots.len() }
+        Self {
+            registers: program.registers(|constant| [constant]),
+            program,
+            variables,
+            count: roots.len(),
+            is_kink: false,
+        }
     }
 
     fn evaluate(&mut self, q: &[f64]) -> f64 {
@@ -116,6 +127,16 @@ impl Sides {
     fn jumps(&self) -> Vec<[f64; 2]> {
         let sides = (1..=self.count).map(|root| [self.value(root), self.value(self.count + root)]);
         sides.map(|[low, high]| [(high - low).abs(), low.abs() + high.abs()]).collect()
+    }
+
+    /// The same right beside a point where values are 0/0; of a pole, which is no jump, nothing.
+    fn beside(&mut self, [one, nearer]: [Vec<f64>; 2]) -> Vec<[f64; 2]> {
+        self.evaluate(&one);
+        let before = self.jumps();
+        self.evaluate(&nearer);
+        let is_alike = |one: f64, other: f64| (one - other).abs() <= 0.5 * other;
+        let jumps = before.into_iter().zip(self.jumps());
+        jumps.map(|(one, other)| if is_alike(one[0], other[0]) { other } else { [0.0; 2] }).collect()
     }
 
     /// The first place on a line where the argument changes its sign and something jumps, with places beside it.
@@ -137,7 +158,12 @@ impl Sides {
                     near.iter_mut().zip(self.jumps()).for_each(|(near, jump)| *near = near.max(jump[0]));
                 }
                 self.evaluate(&on_line(root));
-                let jumps = self.jumps().into_iter().zip(near);
+                let mut there = self.jumps();
+                if self.is_kink || there.iter().any(|[jump, _]| !jump.is_finite()) {
+                    let far = if after == root { before } else { after };
+                    there = self.beside(BESIDE.map(|part| on_line(root + part * (far - root))));
+                }
+                let jumps = there.into_iter().zip(near);
                 let is_jump = |([jump, size], near): ([f64; 2], f64)| jump > ROUNDING[0] * size + ROUNDING[1] * near;
                 if jumps.into_iter().any(is_jump) {
                     return Some((on_line(root), [on_line(before), on_line(after)]));
@@ -173,6 +199,10 @@ mod tests {
         assert_eq!(found("y*step(x - 1)"), ["step"]);
         assert_eq!(found("sign(x + y - 2)"), ["sign"]);
         assert_eq!(found("exp(step(t - 7))"), ["step"]);
+        // Factors of both sides cancel.
+        assert_eq!(found("abs(x - 1)/(x - 1)"), ["abs"]);
+        assert_eq!(found("(y - 1)/abs(y - 1)"), ["abs"]);
+        assert_eq!(found("max(x - 1, 2*x - 2)/(x - 1)").len(), 1);
         // The place of a kink may be looked at itself.
         let smooth = [
             "max(0, t - 1)",
@@ -183,6 +213,11 @@ mod tests {
             "step(x - 1)*(x - 1)^2",
             "x*sign(x)",
             "x^2 + y",
+            "-1/abs(x)",
+            "abs(x - 1)*(x - 1)/(y^2 + 1)",
+            "sqrt(abs(x - 1))",
+            "ln(abs(x - 1))",
+            "abs(x - 1)^3/(x - 1)",
         ];
         for formula in smooth {
             assert!(found(formula).is_empty(), "{formula}");
