@@ -244,7 +244,9 @@ impl Case {
             .map(|(_, end)| OfEnds { end, starts: &[] })
             .collect();
         let parameters = self.jets_of(&parameters, norm);
-        Saltation::new(&self.geometry(), of(&event.when), self.reset(event, norm), &parameters)
+        let energy = self.geometry_text.energy().filter(|_| self.is_lifted());
+        let energy = energy.as_deref().map(of);
+        Saltation::new(&self.geometry(), (of(&event.when), energy), self.reset(event, norm), &parameters)
     }
 
     /// True if it is not seen that a formula of the state is continuous.

@@ -57,6 +57,8 @@ struct Seen {
     most: Vec<f64>,
     /// The number of windows in turn in which the distance was too large for the sizes that they have.
     too_large: usize,
+    /// γ and the place at the first of these.
+    parted: Option<(f64, Vec<f64>)>,
     /// The largest absolute one in the last window.
     here: Vec<f64>,
     /// The largest way of the finer march from its start.
@@ -147,6 +149,9 @@ impl<'g> Companion<'g> {
         }
         let is_too_large = !self.round.allows(self.round.error(self.seen.by_sizes(&self.finer)));
         self.seen.too_large = if is_too_large { self.seen.too_large + 1 } else { 0 };
+        if self.seen.too_large == 1 {
+            self.seen.parted = Some((reached, self.finer.lent.solver.end.positions()));
+        }
         // A coordinate that had hardly moved was off by too much there: the run does not fail there.
         if !is_too_large && self.refused.take().is_some() {
             self.finer.forgive();
@@ -175,7 +180,10 @@ impl<'g> Companion<'g> {
         }
         if self.refused.is_none() {
             match self.finer.reason(Failure::Accuracy) {
-                Failure::Accuracy => self.refused = Some(self.finer.moved_by_rounding()),
+                Failure::Accuracy => {
+                    self.refused = Some(self.finer.moved_by_rounding());
+                    self.finer.attempt.failed_at = self.seen.parted.take().or(self.finer.attempt.failed_at.take());
+                }
                 other => return Err(other),
             }
         }

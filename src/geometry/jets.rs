@@ -159,7 +159,7 @@ impl Jets {
     }
 
     /// For each formula whether it depends on each q^a and p_a of the end, and then of the start.
-    pub(crate) fn depends(&self) -> impl Iterator<Item = &[bool]> {
+    pub(crate) fn depends(&self) -> impl ExactSizeIterator<Item = &[bool]> {
         self.depends.iter().map(Vec::as_slice)
     }
 

@@ -72,9 +72,13 @@ impl Reset {
         Ok(Self { changed, jets: Jets::of_nodes(ends.scope, [n, 0], &nodes) })
     }
 
-    /// True if it sets a position.
-    pub(crate) fn moves(&self) -> bool {
-        self.changed.iter().any(|(_, is_momentum)| !is_momentum)
+    /// True for each formula whose value it leaves as it is: one of positions that it does not set.
+    pub(crate) fn keeps(&self, formulas: &Jets) -> Vec<bool> {
+        let is_set = |a: usize| self.changed.contains(&(a, false));
+        let of_positions = formulas.are_of_positions().into_iter().zip(formulas.depends());
+        of_positions
+            .map(|(is_kept, depends)| is_kept && !(0..depends.len() / 4).any(|a| depends[a] && is_set(a)))
+            .collect()
     }
 }
 

@@ -108,6 +108,14 @@ impl GeometryText {
         self.potential.as_ref().map(|potential| potential.law)
     }
 
+    /// The energy of particles in a potential by Newton's law, V ṫ + Σ ½ m_a (ẋ^a)²/ṫ, as a formula of the state.
+    pub(crate) fn energy(&self) -> Option<String> {
+        let Potential { expression, masses, .. } = self.potential.as_ref()?;
+        let terms = masses.iter().zip(&self.coordinates);
+        let kinetic = terms.map(|(mass, x)| format!("({mass})*{x}_dot^2")).collect::<Vec<_>>().join(" + ");
+        Some(format!("({expression})*t_dot + ({kinetic})/(2*t_dot)"))
+    }
+
     /// The names of all coordinates, in order.
     pub fn names(&self) -> Vec<String> {
         let lifted = (self.law() == Some(Law::Newtonian)).then_some("s");

@@ -56,7 +56,7 @@ pub(super) struct Attempt {
     /// The rate of the coordinate by which the run ends, at the end of the window before.
     pub(super) rate: f64,
     /// γ and q^a where the run failed.
-    failed_at: Option<(f64, Vec<f64>)>,
+    pub(in crate::engine) failed_at: Option<(f64, Vec<f64>)>,
     /// Number of windows in which something may hide.
     unresolved: usize,
     /// Number of windows that were solved.

@@ -144,10 +144,10 @@ impl<'a> Through<'a> {
             }
             None => Some(self.pass(place, &mut sides, &mut state[n + first..all])?),
         };
-        let of_positions = self.watched.are_of_positions();
+        let is_kept = reset.map(|reset| reset.keeps(&self.watched));
         let is_at_zero = |k: usize| match leaves {
             Some((at, _)) => k == at,
-            None => k == place && of_positions[k] && !reset.is_some_and(Reset::moves),
+            None => k == place && is_kept.as_ref().is_some_and(|is_kept| is_kept[k]),
         };
         let is_known = |value: &Spread| value.value.abs().to_f64() > value.reach() * UP;
         if !(0..all - n).all(|k| is_at_zero(k) || state[n + k].as_ref().is_some_and(is_known)) {
@@ -174,16 +174,16 @@ impl<'a> Through<'a> {
             state[if *is_momentum { all + a } else { *a }] = Some(value);
         }
         let values = spreads(&self.watched, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
-        let changed = values.into_iter().zip(self.watched.are_of_positions()).enumerate();
-        for (k, (value, _)) in changed.filter(|(_, (_, is_of_positions))| reset.moves() || !is_of_positions) {
+        let changed = values.into_iter().zip(reset.keeps(&self.watched)).enumerate();
+        for (k, (value, _)) in changed.filter(|(_, (_, is_kept))| !is_kept) {
             state[n + k] = Some(value);
         }
         let Some(Arguments { jets, tables }) = self.arguments else { return Ok(()) };
         let values = spreads(jets, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
         let mut at = n + self.formulas.len();
-        for (k, (value, is_kept)) in values.iter().zip(jets.are_of_positions()).enumerate() {
+        for (k, (value, is_kept)) in values.iter().zip(reset.keeps(jets)).enumerate() {
             let ends = if let Side::Piece(_) = sides[k] { 2 } else { 1 };
-            if reset.moves() || !is_kept {
+            if !is_kept {
                 let (side, values) = side_of(value, tables[k]).ok_or(Reason::Left)?;
                 sides[k] = side;
                 values.into_iter().enumerate().for_each(|(end, value)| state[at + end] = Some(value));

@@ -126,6 +126,33 @@ fn value_of(text: &str, key: &str) -> f64 {
     rest.unwrap().parse().unwrap()
 }
 
+/// By Newton's law the momentum of t is the energy. Where that is not conserved it changes with the others, also by an
+/// event: as E(end) − E(start) does, as it was held at the start.
+#[test]
+fn the_energy_changes_behind_an_event_as_the_motion_does() {
+    let text = format!(
+        "{LAW}potential = {{ coordinates = [\"x\"], formula = \"x*t/5\", force = {{ x = \"-x_dot/10\" }} }}\n\
+         grid.t_f = 2.0\n\
+         events.wall = {{ when = \"x - 0.2*t\", direction = \"down\", set = {{ x_dot = \"-2*x_dot\" }} }}"
+    );
+    let case = |v: f64, more: &str| parsed(&format!("{text}\ninitial = {{ x = 1.0, x_dot = {v} }}\n{more}"), &[]);
+    let run = solved(&case(-1.0, "solver.sensitivity = true"));
+    assert_eq!(run.parts().len(), 2);
+    let geometry = run.line.geometry();
+    let active = geometry.active();
+    let (n, t, x) = (2 * active.len(), 0, active.iter().position(|&a| a == 1).unwrap());
+    assert_eq!(active[0], 0);
+    // That is by p_x = ẋ of the user at the start; the momentum of t has the sign of mechanics.
+    let found = -last(&run)[(active.len() + t) * n + active.len() + x];
+    let gain = |v: f64| {
+        let run = solved(&case(v, ""));
+        let end = run.line.end();
+        end.q[1] * end.q[0] / 5.0 + 0.5 * end.q_dot[1] * end.q_dot[1] - 0.5 * v * v
+    };
+    let wanted = (gain(-1.0 + 1e-5) - gain(-1.0 - 1e-5)) / 2e-5;
+    assert!((found - wanted).abs() < 1e-7, "{found} {wanted}");
+}
+
 /// An oscillator that loses a part of its velocity whenever it meets a wall in its middle: all of δ is lost with it,
 /// and the exponent is ln e/π. Both states of a blow are in the table.
 #[test]
