@@ -98,7 +98,9 @@ fn intervals(ends: [&str; 2], count: &str) -> Result<Vec<String>, String> {
         _ => return Err(format!("'{count}' is not a number of intervals: expected START..STOP:COUNT")),
     };
     let places = values(ends, &(many + 1).to_string())?;
-    Ok(places.windows(2).map(|pair| format!("[{}, {}]", pair[0], pair[1])).collect())
+    let [first, last] = ends.map(|end| end.parse::<f64>().unwrap_or(f64::NAN));
+    let order = if first > last { [1, 0] } else { [0, 1] };
+    Ok(places.windows(2).map(|pair| format!("[{}, {}]", pair[order[0]], pair[order[1]])).collect())
 }
 
 /// So many values between two ends.
@@ -155,6 +157,7 @@ mod tests {
             ("a=\"b:c\"", "\"b:c\""),
             ("a=0.1..0.3:2", "[0.1, 0.2] [0.2, 0.3]"),
             ("a = -1 .. 1 : 1", "[-1, 1]"),
+            ("a=2..1:2", "[1.5, 2.0] [1.0, 1.5]"),
         ] {
             assert_eq!(text.parse::<Axis>().unwrap().values.join(" "), values);
         }
