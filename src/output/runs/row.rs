@@ -51,7 +51,7 @@ impl Columns {
         let ending = texts(&["status", "exit_code", "ended_by"]);
         let estimate = first.settings.accuracy.map(|_| "error_estimate".to_owned()).into_iter().collect();
         let proof = if first.proof == Some(true) { texts(&["proof_status", "proof_radius"]) } else { Vec::new() };
-        let many = if first.intervals.is_empty() { 0 } else { first.geometry::<f64>().results() };
+        let many = if first.has_hull() { first.geometry::<f64>().results() } else { 0 };
         let spread: Vec<String> = first.coordinates().into_iter().take(many).collect();
         let hull = hull_header(&spread).collect();
         let verdict = texts(&["verdict", "message"]);
