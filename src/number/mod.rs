@@ -216,6 +216,9 @@ macro_rules! by_reference {
     };
 }
 
+/// Exponents of extended numbers are below it.
+const MOST_EXPONENT: f64 = 2_147_483_647.0;
+
 impl Real for Extended {
     const ZERO: Self = Extended::ZERO;
     const ONE: Self = Extended::ONE;
@@ -249,7 +252,14 @@ impl Real for Extended {
     by_reference!(abs exp ln log10 sin cos tan asin acos atan);
 
     fn powf(self, exponent: Self) -> Self {
-        Extended::powf(&self, &exponent)
+        if exponent.abs() < Self::from(MOST_EXPONENT) {
+            return Extended::powf(&self, &exponent);
+        }
+        // The library takes no others, and panics.
+        match exponent.is_finite() && self > Self::ZERO {
+            true => (exponent * self.ln()).exp(),
+            false => Self::from(self.to_f64().powf(exponent.to_f64())),
+        }
     }
 
     fn signum(self) -> Self {

@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use geodesic_ivp::case::{Case, KEYS, builtin};
 use geodesic_ivp::diagnostics::Diagnostics;
+use geodesic_ivp::geometry::value_of;
+use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::solve::WorldLine;
 use geodesic_ivp::{Solution, solve};
 use proptest::prelude::*;
@@ -175,6 +177,16 @@ fn simple_formulas_are_cases() {
     for text in texts {
         assert!(matches!(read(&text, &[]), Ok(true)), "{text}");
     }
+}
+
+/// Exponents of any size have a power in 71 digits, too.
+#[test]
+fn powers_of_extended_numbers_take_any_exponent() {
+    let value = |text: &str| value_of::<Extended>(text, &[]);
+    assert_eq!(value("atan(pi)^ln(0)").unwrap(), Extended::ZERO);
+    assert!(value("atan(pi)^(-ln(0))").is_err());
+    let off = (value("(1 + 1e-20)^1e22").unwrap() - value("exp(100 - 5e-19)").unwrap()) / value("exp(100)").unwrap();
+    assert!(off.abs().to_f64() < 1e-36, "{off:?}");
 }
 
 /// Pairs of coordinates, and what is none.
