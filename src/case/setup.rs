@@ -233,7 +233,7 @@ impl Case {
         Reset::new(&self.geometry_text, &set, (norm, left_out)).expect("a valid case has valid formulas")
     }
 
-    /// What an event that acts does to small changes, where K is `norm` at the start.
+    /// The derivatives of an event that acts, which carry small changes behind it, where K is `norm` at the start.
     ///
     /// # Errors
     /// The reason why that is not known.

@@ -335,7 +335,7 @@ pub(super) fn summary_text(title: &str, summary: &RunsSummary, varied: &str) -> 
         + &hulls.map_or_else(String::new, |hulls| row("hull", &of_hulls(hulls, *rows)))
 }
 
-/// Of how many rows the hull is proved.
+/// Says how many rows have a hull that is proved.
 fn of_hulls(hulls: usize, rows: usize) -> String {
     if hulls == rows {
         return "all rows have one that is proved".to_owned();

@@ -36,7 +36,7 @@ pub struct Sensitivity {
     keeps_all: bool,
     /// True once a number of them has left the range of numbers.
     is_lost: bool,
-    /// What it begins with behind an event.
+    /// It begins with this behind an event.
     first: Option<Box<Self>>,
     /// δ/|δ|, and 1/size of each unknown, which is known from the first window on.
     pub(super) tangent: Vec<f64>,
@@ -87,8 +87,8 @@ impl Sensitivity {
         self.first = first;
     }
 
-    /// That of a run which goes on behind an event with this matrix, by rows: positions, then momenta. Its first joint
-    /// is there.
+    /// Carries it behind an event with this matrix, by rows: positions, then momenta. The first joint of the new one is
+    /// there.
     pub(crate) fn behind(&self, saltation: &[f64]) -> Self {
         let mut next = Self { first: None, ..self.clone() };
         if !next.is_empty() {

@@ -183,7 +183,7 @@ impl<S: Real> Program<S> {
         depends
     }
 
-    /// Which registers the `wanted` ones need, themselves among them, but for what is known already.
+    /// True for the registers that the `wanted` ones need, themselves among them, but for what is known already.
     pub(crate) fn needed(
         &self,
         wanted: impl IntoIterator<Item = Register>,

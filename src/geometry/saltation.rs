@@ -1,4 +1,4 @@
-//! What an event that acts does to small changes of the motion.
+//! An event that acts carries small changes of the motion behind it.
 //!
 //! A neighbouring motion meets the event a little earlier or later, by δτ = −∇g·δ/(∇g·f), where g is the formula that
 //! changes its sign and f the rates before. With the state R(x) that the event makes of x, and the rates f⁺ behind it,

@@ -35,30 +35,38 @@ fn in_the_potential_of_abs_parabolas_follow_each_other() {
     assert!(most <= 1.0 && most > 1e-6, "{most}");
 }
 
+/// A spring with dry friction f, from this start to t = 20.
+fn with_friction(x: &str, v: &str, f: &str) -> Case {
+    let text = format!(
+        "potential = {{ formula = \"x^2/2\", force = {{ x = \"-{f}*sign(x_dot)\" }} }}\n\
+         particle.law = \"newtonian\"\ninitial = {{ x = {x}, x_dot = {v} }}\ngrid.t_f = 20.0\n\
+         solver.accuracy = 1e-9"
+    );
+    parsed(&text, &[])
+}
+
+/// The place of it so long after it has turned at `turn` > f.
+fn from_turn(mut turn: Extended, f: Extended, mut left: Extended) -> Extended {
+    let mut sign = Extended::ONE;
+    while left > Extended::PI {
+        left -= Extended::PI;
+        turn -= Extended::from(2.0) * f;
+        sign = -sign;
+    }
+    sign * (f + (turn - f) * left.cos())
+}
+
 /// A spring with dry friction: half turns about +f and −f, where the velocity changes its sign and x is beyond ±f.
 #[test]
 fn dry_friction_takes_the_same_from_every_half_turn() {
     let most = largest(|random| {
         let [x, v, f] = [number(random, 1.0, 2.0), number(random, 0.1, 1.0), number(random, 0.01, 0.05)];
-        let case = parsed(
-            &format!(
-                "potential = {{ formula = \"x^2/2\", force = {{ x = \"-{f}*sign(x_dot)\" }} }}\n\
-                 particle.law = \"newtonian\"\ninitial = {{ x = {x}, x_dot = {v} }}\ngrid.t_f = 20.0\n\
-                 solver.accuracy = 1e-9"
-            ),
-            &[],
-        );
+        let case = with_friction(&x, &v, &f);
         let [x, v, f] = [x, v, f].map(|text| decimal(&text));
         // Up to the first turn about −f.
         let radius = ((x + f) * (x + f) + v * v).sqrt();
-        let mut left = decimal("20") - arc_cosine((x + f) / radius);
-        let (mut turn, mut sign) = (radius - f, Extended::ONE);
-        while left > Extended::PI {
-            left -= Extended::PI;
-            turn -= Extended::from(2.0) * f;
-            sign = -sign;
-        }
-        off(&proved(&case)?, "x", sign * (f + (turn - f) * left.cos()))
+        let left = decimal("20") - arc_cosine((x + f) / radius);
+        off(&proved(&case)?, "x", from_turn(radius - f, f, left))
     });
     assert!(most <= 1.0 && most > 1e-6, "{most}");
 }
@@ -67,28 +75,14 @@ fn dry_friction_takes_the_same_from_every_half_turn() {
 /// sides. Where it is held there is no proof.
 #[test]
 fn a_body_is_released_where_friction_does_not_hold_it() {
-    let case = |x: &str, f: &str| {
-        let text = format!(
-            "potential = {{ formula = \"x^2/2\", force = {{ x = \"-{f}*sign(x_dot)\" }} }}\n\
-             particle.law = \"newtonian\"\ninitial = {{ x = {x}, x_dot = 0.0 }}\ngrid.t_f = 20.0\n\
-             solver.accuracy = 1e-9"
-        );
-        parsed(&text, &[])
-    };
     let most = largest(|random| {
         let [x, f] = [number(random, 1.0, 2.0), number(random, 0.01, 0.05)];
-        let case = case(&x, &f);
-        let [mut turn, f] = [x, f].map(|text| decimal(&text));
-        let (mut left, mut sign) = (decimal("20"), Extended::ONE);
-        while left > Extended::PI {
-            left -= Extended::PI;
-            turn -= Extended::from(2.0) * f;
-            sign = -sign;
-        }
-        off(&proved(&case)?, "x", sign * (f + (turn - f) * left.cos()))
+        let case = with_friction(&x, "0.0", &f);
+        let [x, f] = [x, f].map(|text| decimal(&text));
+        off(&proved(&case)?, "x", from_turn(x, f, decimal("20")))
     });
     assert!(most <= 1.0 && most > 1e-6, "{most}");
-    let held = proved(&case("0.01", "0.02"));
+    let held = proved(&with_friction("0.01", "0.0", "0.02"));
     assert!(held.is_none_or(|proof| proof.ends.is_empty()));
 }
 
