@@ -1,11 +1,10 @@
 //! The programs that the formulas of a scene compile to. Cases with the same formulas share them, as most rows of a
 //! table do: a number of the start varies, say, and formulas take long to be read and differentiated.
 
-use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
 use crate::geometry::{Geometry, GeometryError, GeometryText, Jump, Steps, WrittenRates, value_of};
-use crate::number::{Extended, Real};
+use crate::number::{Extended, Kind, Real};
 
 /// The programs of a scene, in every precision that was asked for.
 #[derive(Debug)]
@@ -53,12 +52,8 @@ impl Compiled {
     /// # Errors
     /// [`GeometryError`] if the formulas make none in this precision, as they do in that of doubles.
     pub(super) fn geometry<S: Real>(&self) -> Result<Geometry<S>, GeometryError> {
-        if let Some(rough) = (&self.rough as &dyn Any).downcast_ref::<Geometry<S>>() {
-            return Ok(rough.clone());
-        }
-        let exact: &dyn Any = self.exact.get_or_init(|| compiled(&self.text, self.is_of_x));
-        let exact = exact.downcast_ref::<Result<Geometry<S>, GeometryError>>();
-        exact.cloned().unwrap_or_else(|| compiled(&self.text, self.is_of_x))
+        let exact = || self.exact.get_or_init(|| compiled(&self.text, self.is_of_x)).clone();
+        S::choose::<MaybeGeometry>(|| Ok(self.rough.clone()), exact)
     }
 
     /// Hamilton's equations as they are written, in 70 digits; `None` if these have none.
@@ -71,6 +66,13 @@ impl Compiled {
     pub(super) fn jumps(&self, from: &[f64]) -> Vec<Jump> {
         self.steps.get_or_init(|| Steps::new(&self.text)).clone().jumps(from)
     }
+}
+
+/// A geometry, or why there is none.
+struct MaybeGeometry;
+
+impl Kind for MaybeGeometry {
+    type Of<S: Real> = Result<Geometry<S>, GeometryError>;
 }
 
 fn compiled<S: Real>(text: &GeometryText, is_of_x: bool) -> Result<Geometry<S>, GeometryError> {

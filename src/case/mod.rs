@@ -55,7 +55,6 @@ mod start_data;
 mod tables;
 mod warnings;
 
-use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -80,7 +79,7 @@ pub use start_data::{Rate, Sign, StartData};
 
 use self::compiled::Compiled;
 use crate::geometry::{Geometry, GeometryText, Start, WrittenRates, value_of};
-use crate::number::{Extended, Real};
+use crate::number::{Extended, Kind, Real};
 use crate::solve::{Carried, Continuation, Limit, Settings};
 
 /// A whole case file.
@@ -144,6 +143,13 @@ pub struct Case {
     text: String,
 }
 
+/// The geometry of a case.
+struct OfGeometry;
+
+impl Kind for OfGeometry {
+    type Of<S: Real> = Geometry<S>;
+}
+
 /// Two cases are equal if they are the same text once every default is filled in.
 impl PartialEq for Case {
     fn eq(&self, other: &Self) -> bool {
@@ -169,15 +175,15 @@ impl Case {
 
     /// The compiled geometry, whose determinants must keep the signs that they have at the start.
     pub fn geometry<S: Real>(&self) -> Geometry<S> {
-        let rough: &dyn Any = &self.rough;
-        rough.downcast_ref().cloned().unwrap_or_else(|| {
-            let geometry = self.compiled.geometry().expect("a valid case has valid formulas");
-            let tau = self.geometry_text.tau.map(|_| S::ZERO);
-            let q: Vec<S> = self.initial.q.iter().map(|q| self.value(q)).chain(tau).collect();
+        let exact = || {
+            let geometry = self.compiled.geometry::<Extended>().expect("a valid case has valid formulas");
+            let tau = self.geometry_text.tau.map(|_| Extended::ZERO);
+            let q: Vec<Extended> = self.initial.q.iter().map(|q| self.value(q)).chain(tau).collect();
             geometry
                 .with_domain_of(&q)
                 .unwrap_or_else(|outside| panic!("a valid case starts inside its domain: {outside:?}"))
-        })
+        };
+        S::choose::<OfGeometry>(|| self.rough.clone(), exact)
     }
 
     /// Hamilton's equations as they are written, of the motion that the solver computes, in 70 digits; `None` if these

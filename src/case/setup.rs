@@ -1,6 +1,5 @@
 //! From a case to what a solver is told.
 
-use std::any::Any;
 use std::sync::Arc;
 
 use super::compiled::Compiled;
@@ -11,7 +10,7 @@ use crate::geometry::{
     self, Arguments, Beside, Direction, Geometry, GeometryText, Law, NewValue, Observable, OfEnds,
     Place as FormulaPlace, Reset, Saltation, Setting, Side,
 };
-use crate::number::{Extended, Real};
+use crate::number::{Extended, Kind, Real};
 use crate::solve::{Change, Continuation, Limit, Place, Quantity, Setup, Until};
 use crate::trajectory::Watch;
 
@@ -308,8 +307,7 @@ impl Case {
         let carried = self.carried(&place.geometry).map(|(_, carried)| carried);
         let origin = self.from.as_ref().and_then(Continuation::origin);
         // In f64 both are the same.
-        let same = (&place as &dyn Any).downcast_ref::<Place>().cloned();
-        let rough = same.unwrap_or_else(|| self.place());
+        let rough = S::in_f64::<OfPlace>(place.clone()).unwrap_or_else(|| self.place());
         Setup {
             place,
             // A shift of t changes no other digit. Formulas of the case see the coordinates themselves.
@@ -327,6 +325,13 @@ impl Case {
             settings: self.settings.within::<S>(),
         }
     }
+}
+
+/// The place where a run starts.
+struct OfPlace;
+
+impl Kind for OfPlace {
+    type Of<S: Real> = Place<S>;
 }
 
 impl<S: Real> From<&Case> for Setup<S> {

@@ -14,7 +14,7 @@ use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::output::tables::{StreamedTable, write_events, write_samples};
 use geodesic_ivp::output::{CASE, Chart, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
 use geodesic_ivp::solve::{Limit, Settings, Setup, WorldLine};
-use geodesic_ivp::study::run::{self, NoRun, Run, Wanted};
+use geodesic_ivp::study::run::{self, Before, NoRun, Run, Wanted};
 use indicatif::{ProgressBar, ProgressStyle};
 use toml_edit::Value;
 
@@ -250,10 +250,10 @@ fn failed<S: Real>(
     files: OutputSet,
     (none, solve_seconds): (NoRun<S>, f64),
 ) -> anyhow::Error {
-    if let NoRun::Unsolved(failure, _) = &none {
+    if let NoRun::Unsolved(failure, before) = &none {
         let summary = failure_summary(case, &setup.place.geometry, failure, solve_seconds);
         let write = || {
-            let has_rows = until_failure(case, setup, &args.format, &files)?;
+            let has_rows = until_failure(case, (before, setup.settings.digits), args, &files)?;
             files.write_text(SUMMARY, &summary)?;
             let of_failure = args.format.files(&[UNTIL_FAILURE, EVENTS]);
             let is_kept = |name: &str| has_rows && of_failure.contains(&name);
@@ -268,35 +268,32 @@ fn failed<S: Real>(
     explained(none, args, setup)
 }
 
-/// Writes the rows before a failure and the events there, which the run that failed has not kept: it is solved once
-/// more, window by window. Returns whether there is any row.
+/// Writes the rows before a failure, which are samples if nothing else was wanted, and the events there. Returns whether
+/// there is anything.
 fn until_failure<S: Real>(
     case: &Case,
-    setup: &Setup<S>,
-    arrays: &FormatArgs,
+    (before, digits): (&Before<S>, u32),
+    args: &RunArgs,
     files: &OutputSet,
 ) -> anyhow::Result<bool> {
-    let Settings { windows, accuracy, .. } = setup.settings;
-    if windows == 1 && accuracy.is_none() {
-        return Ok(false);
+    let Before { parts, events, samples } = before;
+    let Some((last, _)) = parts.last() else { return Ok(false) };
+    let names = last.geometry().names();
+    if args.samples.samples_only {
+        files.write_table(UNTIL_FAILURE, |out| write_samples(out, names, (samples, &[]), digits))?;
+    } else {
+        let file = files.writer(UNTIL_FAILURE).try_clone().context("cannot write until_failure.csv")?;
+        let mut table = StreamedTable::new(file, 1, Some(true));
+        parts.iter().for_each(|(part, measured)| table.see(part, measured));
+        table.finish().context("cannot write until_failure.csv")?;
     }
-    let file = files.writer(UNTIL_FAILURE).try_clone().context("cannot write until_failure.csv")?;
-    let (mut table, mut has_rows) = (StreamedTable::new(file, 1, Some(true)), false);
-    let mut see = |part: &WorldLine<S>, measured: &Diagnostics<S>| {
-        has_rows = true;
-        table.see(part, measured);
-    };
-    let wanted = Wanted { is_streamed: true, observer: Some(&mut see), ..Wanted::default() };
-    let Err(NoRun::Unsolved(_, events)) = run::run(case, setup, wanted).0 else { return Ok(false) };
-    table.finish().context("cannot write until_failure.csv")?;
-    arrays.write_array(files, UNTIL_FAILURE)?;
-    if has_rows && !case.events.is_empty() {
-        let names = setup.place.geometry.names();
-        let format = (setup.settings.digits, setup.settings.is_judged_on_its_way());
-        files.write_table(EVENTS, |out| write_events(out, names, &case.event_names(), (&events, &[]), format))?;
-        arrays.write_array(files, EVENTS)?;
+    args.format.write_array(files, UNTIL_FAILURE)?;
+    if !case.events.is_empty() {
+        let format = (digits, case.settings.is_judged_on_its_way());
+        files.write_table(EVENTS, |out| write_events(out, names, &case.event_names(), (events, &[]), format))?;
+        args.format.write_array(files, EVENTS)?;
     }
-    Ok(has_rows)
+    Ok(true)
 }
 
 /// Returns true if a pipe takes the windows of a run as they come. Where the end has to be searched for, that would

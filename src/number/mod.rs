@@ -44,6 +44,12 @@ macro_rules! functions {
     )*};
 }
 
+/// A kind of things of which there is one for every type of numbers.
+pub trait Kind {
+    /// Such a thing in numbers of this type.
+    type Of<S: Real>;
+}
+
 /// A type of real numbers. Its functions are those of the formula grammar, in the full precision of the type.
 pub trait Real:
     Copy
@@ -82,6 +88,10 @@ pub trait Real:
 
     /// The `numbers` in this type.
     fn constants(numbers: &Constants) -> &[Self];
+    /// The thing of this type, where code that does not know the type has one of each, made when it is asked for.
+    fn choose<K: Kind>(in_f64: impl FnOnce() -> K::Of<f64>, extended: impl FnOnce() -> K::Of<Extended>) -> K::Of<Self>;
+    /// A thing of this type, if that is `f64`.
+    fn in_f64<K: Kind>(own: K::Of<Self>) -> Option<K::Of<f64>>;
     /// The nearest `f64`.
     fn to_f64(self) -> f64;
     /// The number nearest to a decimal such as `-1.5e-3`; `None` if the text is not one.
@@ -192,6 +202,14 @@ impl Real for f64 {
         &numbers.rounded
     }
 
+    fn choose<K: Kind>(in_f64: impl FnOnce() -> K::Of<Self>, _: impl FnOnce() -> K::Of<Extended>) -> K::Of<Self> {
+        in_f64()
+    }
+
+    fn in_f64<K: Kind>(own: K::Of<Self>) -> Option<K::Of<Self>> {
+        Some(own)
+    }
+
     #[inline]
     fn to_f64(self) -> f64 {
         self
@@ -232,6 +250,14 @@ impl Real for Extended {
 
     fn constants(numbers: &Constants) -> &[Self] {
         &numbers.exact
+    }
+
+    fn choose<K: Kind>(_: impl FnOnce() -> K::Of<f64>, extended: impl FnOnce() -> K::Of<Self>) -> K::Of<Self> {
+        extended()
+    }
+
+    fn in_f64<K: Kind>(_: K::Of<Self>) -> Option<K::Of<f64>> {
+        None
     }
 
     fn to_f64(self) -> f64 {

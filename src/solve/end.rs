@@ -32,7 +32,7 @@ pub(super) fn solve<S: Real>(setup: &Setup<S>, is_kept: bool) -> Result<WorldLin
     let mut ignore = |_: &WorldLine<S>| ();
     let mut solve_to = |length: S| {
         let observer: Option<Observer<'_, S>> = if is_kept { None } else { Some(&mut ignore) };
-        solve_to(setup, length, observer)
+        solve_to(setup, length, observer).map_err(|unfinished| unfinished.failure)
     };
     let (coordinate, value) = match setup.limit {
         Limit::Length(length) => return until(setup, length, &mut solve_to),

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::WorldLine;
 use super::status::{InitialGuess, IterationRecord, Iterations, MOST_EVENTS, MOST_NODES, MOST_SWEEPS, Status};
 use crate::geometry::{Geometry, OffTable, OutsideGeometry};
 use crate::number::Real;
@@ -97,6 +98,28 @@ pub struct Lossy {
     pub finding: String,
     /// True if a coordinate is too far from 0, and the formula is written well.
     pub is_far: bool,
+}
+
+/// A run that has not come to its end: why, and as far as it came.
+#[derive(Debug)]
+pub(crate) struct Unfinished<S> {
+    pub(crate) failure: NoSolution,
+    /// The windows before, or the last of them if no more was to be kept; none if there is none.
+    pub(crate) line: Option<WorldLine<S>>,
+}
+
+impl<S: Real> Unfinished<S> {
+    /// The run that has come to `line`.
+    pub(super) fn new(failure: NoSolution, mut line: WorldLine<S>) -> Box<Self> {
+        line.length = line.windows.last().map_or(S::ZERO, |window| window.gamma[1]);
+        Box::new(Self { failure, line: Some(line).filter(|line| !line.windows.is_empty()) })
+    }
+}
+
+impl<S> From<NoSolution> for Box<Unfinished<S>> {
+    fn from(failure: NoSolution) -> Self {
+        Self::new(Unfinished { failure, line: None })
+    }
 }
 
 impl Domain {

@@ -49,6 +49,7 @@ mod world_line;
 pub use acting::{Change, Quantity};
 pub(crate) use beginning::{At, Beginning, OfState, Slack, noise, rounding};
 pub use continuation::{Carried, Continuation, Off};
+pub(crate) use failure::Unfinished;
 pub use failure::{Domain, LastEvent, Lossy, Narrow, NoSolution, Reasons};
 pub use grid::Window;
 pub(crate) use seen::Seen;
@@ -78,7 +79,7 @@ use crate::number::Real;
 /// # Panics
 /// If the setup is not valid, which one of a valid case is.
 pub fn solve<S: Real>(setup: impl Into<Setup<S>>) -> Result<WorldLine<S>, NoSolution> {
-    solve_observed(&setup.into(), None, None)
+    solve_observed(&setup.into(), None, None).map_err(|unfinished| unfinished.failure)
 }
 
 /// [`solve`] in t and x in the memory of one window: `observe` sees every window as a solution of its own, at its place
@@ -97,23 +98,26 @@ pub fn solve_window_by_window<S: Real>(
     setup: impl Into<Setup<S>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
-    solve_observed(&setup.into(), Some(observe), None)
+    solve_observed(&setup.into(), Some(observe), None).map_err(|unfinished| unfinished.failure)
 }
 
 /// The solve behind both, window by window if there is an observer. `of_judge` sees the windows of the march that
 /// judges the run, if there is one.
+///
+/// # Errors
+/// [`Unfinished`], with the windows before the one that failed. A search for the end has none: its runs are too long.
 pub(crate) fn solve_observed<S: Real>(
     setup: &Setup<S>,
     observer: Option<Observer<'_, S>>,
     of_judge: Option<Observer<'_, S>>,
-) -> Result<WorldLine<S>, NoSolution> {
+) -> Result<WorldLine<S>, Box<Unfinished<S>>> {
     if let Some(accuracy) = setup.settings.accuracy {
         return sweeps::to_accuracy(setup, accuracy, observer, of_judge);
     }
     if let (Limit::Length(length), true) = (setup.limit, setup.until.is_empty()) {
         return solve_to(setup, length, observer);
     }
-    let Some(observer) = observer else { return end::solve(setup, true) };
+    let Some(observer) = observer else { return Ok(end::solve(setup, true)?) };
     // The search keeps no more than one window, and the run that was found is repeated once.
     let WorldLine { ended_by, ended_at, length, .. } = end::solve(setup, false)?;
     Ok(WorldLine { ended_by, ended_at, ..solve_to(setup, length, Some(observer))? })
@@ -124,7 +128,7 @@ fn solve_to<S: Real>(
     setup: &Setup<S>,
     length: S,
     mut observer: Option<Observer<'_, S>>,
-) -> Result<WorldLine<S>, NoSolution> {
+) -> Result<WorldLine<S>, Box<Unfinished<S>>> {
     let again = observer.as_mut().map(|observer| &mut **observer as Observer<'_, S>);
     match sweeps::equal(setup, length, again) {
         Some(line) => Ok(line),

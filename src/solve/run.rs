@@ -1,9 +1,8 @@
 //! Windows laid end to end.
 
-use std::any::Any;
 use std::sync::Arc;
 
-use super::failure::NoSolution;
+use super::failure::{NoSolution, Unfinished};
 use super::grid::{Window, WindowOperator};
 use super::pair::Pair;
 use super::piece::{Piece, Problem};
@@ -13,7 +12,7 @@ use super::status::{InitialGuess, Iterations};
 use super::world_line::{Place, WorldLine};
 use crate::engine::{GOOD_DIGITS, Handed, Sensitivity};
 use crate::geometry::{Geometry, Start};
-use crate::number::{Compensated, Real};
+use crate::number::{Compensated, Kind, Real};
 
 /// Sees a run window by window, each as a world-line of its own.
 pub(super) type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>);
@@ -104,7 +103,7 @@ impl<'o, S: Real> Run<'o, S> {
     }
 
     /// Solves the windows of `setup`, of one length, one after the other, on γ − γ_i ∈ [0, `length`].
-    pub(super) fn solve(mut self, setup: &Setup<S>, length: S) -> Result<WorldLine<S>, NoSolution> {
+    pub(super) fn solve(mut self, setup: &Setup<S>, length: S) -> Result<WorldLine<S>, Box<Unfinished<S>>> {
         let windows = setup.settings.windows;
         let of_window = length / S::from(windows as f64);
         let (operator, rough) = operators(&setup.settings, of_window);
@@ -112,8 +111,10 @@ impl<'o, S: Real> Run<'o, S> {
         self.line.length = length;
         for index in 1..=windows {
             let end = if index == windows { length } else { S::from(index as f64) * of_window };
-            let piece = self.next(setup, &operator, &rough)?;
-            self.append(piece, &operator, end)?;
+            let next = self.next(setup, &operator, &rough);
+            if let Err(failure) = next.and_then(|piece| self.append(piece, &operator, end)) {
+                return Err(Unfinished::new(failure, self.line));
+            }
         }
         self.line.sums = self.lows;
         Ok(self.line)
@@ -234,6 +235,13 @@ fn has_finite_action<S: Real>(geometry: &Geometry<S>, [q, p]: [&[S]; 2], length:
     is_finite && (geometry.c_squared.is_none() || (p[1] * p[1] * length).is_finite())
 }
 
+/// The operator of a window.
+struct OfOperator;
+
+impl Kind for OfOperator {
+    type Of<S: Real> = Arc<WindowOperator<S>>;
+}
+
 /// The operator of windows of this length, and the same in `f64`.
 fn operators<S: Real>(settings: &Settings, length: S) -> (Arc<WindowOperator<S>>, Arc<WindowOperator<f64>>) {
     fn made<S: Real>(settings: &Settings, length: S) -> Arc<WindowOperator<S>> {
@@ -242,7 +250,7 @@ fn operators<S: Real>(settings: &Settings, length: S) -> (Arc<WindowOperator<S>>
         WindowOperator::made(sbp.operator(points, spacing).expect("a valid setup has enough points"))
     }
     let operator = made(settings, length);
-    let same = (&operator as &dyn Any).downcast_ref().map(Arc::clone);
+    let same = S::in_f64::<OfOperator>(Arc::clone(&operator));
     let rough = same.unwrap_or_else(|| made(settings, length.to_f64()));
     (operator, rough)
 }

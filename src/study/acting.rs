@@ -16,7 +16,7 @@ use crate::number::Real;
 use crate::number::norm::larger;
 use crate::solve::{
     Beginning, Carried, Change, LastEvent, Limit, MOST_EVENTS, NoSolution, Place, Quantity, Setup, Slack, Status,
-    Until, WorldLine, solve,
+    Unfinished, Until, WorldLine, solve_observed,
 };
 use crate::trajectory::{Sample, Sampler};
 
@@ -49,10 +49,20 @@ pub struct Piece<S: Real = f64> {
 pub struct Stopped<S: Real = f64> {
     /// The reason.
     pub failure: NoSolution,
-    /// The pieces before.
+    /// The pieces before, and the last one as far as it came.
     pub pieces: Vec<Piece<S>>,
-    /// The setup of the piece that failed, if one did.
-    pub next: Option<Setup<S>>,
+}
+
+impl<S: Real> Stopped<S> {
+    /// A run that ended in the piece of `setup` behind these pieces.
+    pub(super) fn at(unfinished: Unfinished<S>, setup: Setup<S>, mut pieces: Vec<Piece<S>>) -> Box<Self> {
+        let Unfinished { failure, line } = unfinished;
+        if let Some(mut line) = line {
+            add_up(&mut line, pieces.last());
+            pieces.push(Piece { line, setup, acted: Vec::new() });
+        }
+        Box::new(Self { failure, pieces })
+    }
 }
 
 /// A run in pieces, one if no event acts.
@@ -113,7 +123,7 @@ pub fn solve_acting(case: &Case, setup: &Setup) -> Result<Chains, Box<Stopped>> 
                 let last = pieces.iter().rev().find_map(|piece| piece.acted.last().copied());
                 let failure = failed(setup, Status::AccuracyNotReached, &pieces, last);
                 let failure = NoSolution { residual: least, needed: least, asked: wanted.value(), ..failure };
-                return Err(Box::new(Stopped { failure, pieces: Vec::new(), next: None }));
+                return Err(Box::new(Stopped { failure, pieces }));
             }
         }
         round = next.expect("a finer chain was solved");
@@ -144,9 +154,9 @@ pub(super) fn chain(
     here.sides = sides_at(setup, &setup.place.start, setup.reach(), &[]).iter().map(Beginning::known).collect();
     let (mut unresolved, mut count) = (0, 0);
     loop {
-        let mut line = match solve(&here) {
+        let mut line = match solve_observed(&here, None, None) {
             Ok(line) => line,
-            Err(failure) => return Err(Box::new(Stopped { failure, pieces, next: Some(here) })),
+            Err(unfinished) => return Err(Stopped::at(*unfinished, here, pieces)),
         };
         add_up(&mut line, pieces.last());
         let (met, at_end) = met(&here, &line);
@@ -172,7 +182,7 @@ pub(super) fn chain(
             Err((status, first)) => {
                 pieces.push(Piece { line, setup: here, acted: Vec::new() });
                 let failure = failed(setup, status, &pieces, Some(first));
-                return Err(Box::new(Stopped { failure, pieces, next: None }));
+                return Err(Box::new(Stopped { failure, pieces }));
             }
         };
         let mut next = going_on(behind, start, &line, limit, is_shaken);
@@ -223,7 +233,7 @@ fn rest_of(setup: &Setup, line: &WorldLine) -> Option<Limit> {
 }
 
 /// Counts windows, iterations and what is not proved from the start of the run on.
-fn add_up(line: &mut WorldLine, before: Option<&Piece>) {
+fn add_up<S: Real>(line: &mut WorldLine<S>, before: Option<&Piece<S>>) {
     let Some(Piece { line: before, .. }) = before else { return };
     line.window_count += before.window_count;
     line.iterations.count += before.iterations.count;

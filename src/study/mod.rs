@@ -3,6 +3,7 @@
 
 pub mod acting;
 pub mod convergence;
+mod doubts;
 pub mod errors;
 pub mod facts;
 pub mod find;

@@ -8,10 +8,11 @@ use crate::diagnostics::verdict::{Reason, Verdict, VerdictInput};
 use crate::diagnostics::{Diagnostics, OfX};
 use crate::geometry::{ConservedSum, Geometry, Observable};
 use crate::number::Real;
-use crate::solve::{NoSolution, Off, Setup, WorldLine, solve_window_by_window};
+use crate::solve::{NoSolution, Off, Setup, WorldLine};
 use crate::study::acting::{Chains, Piece, Stopped, begins_beyond};
 use crate::study::errors::{
-    Further, OfRun, Paired, RunError, Sights, first_unseen, lost_to, own_error, paired, passed, reference_error,
+    Further, OfRun, Paired, RunError, Sights, first_unseen, lost_to, may_stay_or_leave, own_error, paired, passed,
+    reference_error,
 };
 use crate::study::facts::{coordinate_errors, facts_of_errors, suspicions};
 use crate::study::proof::{Hull, ProofOfRun};
@@ -21,8 +22,6 @@ use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
 
 /// Conserved sums are looked at on so many nodes of a run.
 const PLACES_ALONG: usize = 64;
-/// The remedy where an event that acts was not seen.
-const SMALLER: &str = "ask for a smaller accuracy or tolerance, whose windows are shorter";
 
 /// An observer, which sees a run part by part, with what is measured on each part alone. A part that contains the first
 /// window begins the run again.
@@ -46,11 +45,22 @@ pub struct Wanted<'o, S: Real = f64> {
 /// A piece of a run, and what was measured on its nodes.
 pub type Part<S> = (WorldLine<S>, Diagnostics<S>);
 
+/// A run before its failure.
+#[derive(Debug)]
+pub struct Before<S: Real> {
+    /// Its pieces, the last one as far as it came; of a run that is streamed its last window.
+    pub parts: Vec<Part<S>>,
+    /// The events of the case, in the order of γ.
+    pub events: Vec<Crossing<S>>,
+    /// The samples that were asked for.
+    pub samples: Vec<Sample<S>>,
+}
+
 /// Why there is no run.
 #[derive(Debug)]
-pub enum NoRun<S> {
-    /// It was not solved. If it was streamed, these events lie before the failure.
-    Unsolved(NoSolution, Vec<Crossing<S>>),
+pub enum NoRun<S: Real> {
+    /// It was not solved, with what there is before the failure.
+    Unsolved(NoSolution, Before<S>),
     /// It has no such samples.
     Unsampled(NoSamples<S>),
 }
@@ -81,6 +91,8 @@ pub struct Run<S: Real = f64> {
     pub unseen: Option<(String, f64)>,
     /// The name of an event that acts, and beyond which the run begins: at its place, on the way to the other side.
     pub beyond: Option<String>,
+    /// A coordinate that rests at the start where a force jumps and leads away: it may stay, and it may leave.
+    pub undecided: Option<String>,
     /// The number of events that have acted.
     pub acting_events: usize,
     /// The number of changes of sign at which an event should have acted or ended the run, and has not.
@@ -196,35 +208,16 @@ impl<S: Real> Measures<'_, '_, S> {
         parts
     }
 
-    /// Expresses a failure, before which a run `is_streamed` shows what there is.
-    fn unsolved(mut self, setup: &Setup<S>, stopped: Stopped<S>, is_streamed: bool) -> NoRun<S> {
-        let Stopped { mut failure, pieces, next } = stopped;
-        if is_streamed {
-            self.see_stopped(pieces, next);
-        }
+    /// Expresses a failure, with what there is before it. What `is_seen` was measured on the way.
+    fn unsolved(mut self, setup: &Setup<S>, stopped: Stopped<S>, is_seen: bool) -> NoRun<S> {
+        let Stopped { mut failure, pieces } = stopped;
+        let parts = self.see_pieces(pieces, is_seen);
         if setup.is_backward {
             failure.gamma = 2.0 * setup.gamma_i.to_f64() - failure.gamma;
         }
         failure.reasons.lost = lost_to(self.case, setup, std::mem::take(&mut self.sights), &failure);
-        NoRun::Unsolved(failure, self.events.found())
-    }
-
-    /// Sees the windows before a failure, which a run with events that act has not kept.
-    fn see_stopped(&mut self, pieces: Vec<Piece<S>>, next: Option<Setup<S>>) {
-        let before = pieces.last().map_or(0, |piece| piece.line.window_count);
-        let rows = self.see_pieces(pieces, false).pop().map(|(_, rows)| rows);
-        let mut windows: Vec<WorldLine<S>> = Vec::new();
-        let Some(next) = next else { return };
-        self.measured = rows;
-        self.of(&next);
-        // A run that begins again shows its windows again.
-        let _ = solve_window_by_window(next, &mut |window| {
-            if window.window_count == 1 {
-                windows.clear();
-            }
-            windows.push(WorldLine { window_count: before + window.window_count, ..window.clone() });
-        });
-        windows.iter().for_each(|window| self.see(window));
+        let samples = self.samples.zip(parts.last()).map(|(samples, (last, _))| samples.finish_inside(last).0);
+        NoRun::Unsolved(failure, Before { events: self.events.found(), samples: samples.unwrap_or_default(), parts })
     }
 }
 
@@ -257,13 +250,14 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     };
     let mut see = |part: &WorldLine<S>| measures.see(part);
     let observer: Option<EveryWindow<'_, S>> = if wanted.is_streamed { Some(&mut see) } else { None };
+    let is_seen = wanted.is_streamed && !setup.has_acting_events();
     let (found, solve_seconds) = timed(|| solved(case, setup, &watched, observer));
     let (Chains { pieces, error, .. }, of_judge) = match found {
         Ok(found) => found,
-        Err(stopped) => return (Err(measures.unsolved(setup, *stopped, wanted.is_streamed)), solve_seconds),
+        Err(stopped) => return (Err(measures.unsolved(setup, *stopped, is_seen)), solve_seconds),
     };
     let (acting_events, start) = (pieces.iter().map(|piece| piece.acted.len()).sum(), Instant::now());
-    let mut before = measures.see_pieces(pieces, wanted.is_streamed && !setup.has_acting_events());
+    let mut before = measures.see_pieces(pieces, is_seen);
     let (mut line, diagnostics) = before.pop().expect("a run has a piece");
     let (samples, unsampled) = measures.samples.map_or_else(Default::default, |samples| samples.finish_inside(&line));
     if let Some(none) = unsampled.filter(|_| !wanted.takes_part) {
@@ -291,6 +285,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         at_end,
         unseen: first_unseen(case, unseen, before.iter().map(|(line, _)| line).chain([&line])),
         beyond: begins_beyond(setup).map(|place| case.ending_names()[place].to_owned()),
+        undecided: may_stay_or_leave(case, setup),
         error,
         seconds: start.elapsed().as_secs_f64(),
         before,
@@ -342,33 +337,7 @@ impl<S: Real> Run<S> {
             suspicions.push(reason.to_string());
             verdict.doubt(reason);
         }
-        if self.missed > 0 {
-            let many = if self.missed == 1 { "once an event" } else { "several times an event" };
-            let finding = format!("{many} that acts or ends the run was stepped over between two nodes");
-            verdict.doubt(Reason::new(finding, SMALLER).remaining());
-        }
-        if let Some(name) = &self.unpaired {
-            let finding = format!("an event {name} is met by this run or by the one that judges it, and not by both");
-            verdict.doubt(Reason::new(finding, SMALLER));
-        }
-        if let Some((name, gamma)) = &self.unseen {
-            let finding =
-                format!("what {name} watches changes too narrowly to be followed, at gamma = {gamma:.6} first");
-            verdict.doubt(Reason::new(finding, "write it with what changes as slowly as the motion").remaining());
-        }
-        if let Some(name) = &self.beyond {
-            let finding =
-                format!("the run begins where the event {name} acts, and goes on beyond: it does not act there");
-            verdict.doubt(Reason::new(finding, "begin before it, or with the state behind it").remaining());
-        }
-        if setup.settings.sensitivity && line.sensitivity.is_none() {
-            let finding = "solver.sensitivity ends where several events act at one place".to_owned();
-            verdict.doubt(Reason::new(finding, "compare runs from neighbouring starts, with --vary").remaining());
-        }
-        if let Some(function) = line.sensitivity.as_ref().and_then(|_| setup.place.geometry.jump()) {
-            let finding = format!("solver.sensitivity leaves out what jumps of the equations do to it ({function})");
-            verdict.doubt(Reason::new(finding, "compare runs from neighbouring starts, with --vary").remaining());
-        }
+        self.doubts(setup).into_iter().for_each(|reason| verdict.doubt(reason));
         let error = reference.or(estimate);
         let mut judged =
             Judged { error, inherited: None, left: None, gaps, proof: None, hull: None, verdict, suspicions };

@@ -1,11 +1,9 @@
 //! A case solved: where its events act, in pieces; and the events that the judge of the run has met.
 
-use std::any::Any;
-
 use super::acting::{Chains, Piece, Stopped, solve_acting};
 use super::errors::events_of_chain;
 use crate::case::Case;
-use crate::number::Real;
+use crate::number::{Kind, Real};
 use crate::solve::{Setup, WorldLine, solve_observed};
 use crate::trajectory::{Crossing, EventSearch, Watch};
 
@@ -14,6 +12,13 @@ pub(super) type EveryWindow<'o, S> = &'o mut dyn FnMut(&WorldLine<S>);
 
 /// A run in pieces, and the events that its judge has met, if it has one.
 pub(super) type Solved<S> = (Chains<S>, Option<Vec<Crossing<S>>>);
+
+/// The chains of a run, or why it has not come to its end.
+struct MaybeChains;
+
+impl Kind for MaybeChains {
+    type Of<S: Real> = Result<Chains<S>, Box<Stopped<S>>>;
+}
 
 /// Solves the setup of a case, whose judge looks for `watches`. The observer, if there is one, sees a run in which no
 /// event acts window by window, and only the last window of it is kept.
@@ -25,10 +30,8 @@ pub(super) fn solved<S: Real>(
 ) -> Result<Solved<S>, Box<Stopped<S>>> {
     if setup.has_acting_events() {
         // Events act in runs to an accuracy, which exclude further digits.
-        let setup = (setup as &dyn Any).downcast_ref().expect("events act in double precision");
-        let found: Box<dyn Any> = Box::new(solve_acting(case, setup));
-        let chains: Box<Result<Chains<S>, Box<Stopped<S>>>> = found.downcast().expect("it is of the same precision");
-        let chains = (*chains)?;
+        let found = || solve_acting(case, &setup.in_f64());
+        let chains = S::choose::<MaybeChains>(found, || unreachable!("events act in double precision"))?;
         let of_judge = (!chains.coarser.is_empty()).then(|| events_of_chain(case, &chains.coarser));
         return Ok((chains, of_judge));
     }
@@ -38,7 +41,7 @@ pub(super) fn solved<S: Real>(
     let mut see = |part: &WorldLine<S>| search.see(part);
     let of_judge: Option<EveryWindow<'_, S>> = if is_paired { Some(&mut see) } else { None };
     let line = solve_observed(setup, observer, of_judge);
-    let line = line.map_err(|failure| Box::new(Stopped { failure, pieces: Vec::new(), next: None }))?;
+    let line = line.map_err(|unfinished| Stopped::at(*unfinished, setup.clone(), Vec::new()))?;
     let chains = Chains::alone(vec![Piece { line, setup: setup.clone(), acted: Vec::new() }]);
     Ok((chains, is_paired.then(|| search.found())))
 }

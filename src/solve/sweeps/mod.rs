@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use self::judge::{Judge, Operators, next};
 use self::watch::Watches;
-use super::failure::{Narrow, NoSolution, Reasons, point};
+use super::failure::{Narrow, NoSolution, Reasons, Unfinished, point};
 use super::grid::WindowOperator;
 use super::run::{Observer, Run};
 use super::setup::{Limit, Settings, Setup, System};
@@ -43,13 +43,13 @@ const FORECAST: f64 = 3.0;
 /// that judges it.
 ///
 /// # Errors
-/// [`NoSolution`], if the accuracy is not reached.
+/// [`Unfinished`], if the accuracy is not reached.
 pub(super) fn to_accuracy<S: Real>(
     setup: &Setup<S>,
     wanted: Accuracy,
     observer: Option<Observer<'_, S>>,
     of_judge: Option<Observer<'_, S>>,
-) -> Result<WorldLine<S>, NoSolution> {
+) -> Result<WorldLine<S>, Box<Unfinished<S>>> {
     let mut march = March::new(setup, wanted);
     let is_kept = observer.is_none();
     let (system, form, sbp, accuracy) = (System::PhysicalLimit, Form::Weak, SbpName::Gll(POINTS as u8), Some(wanted));
@@ -59,7 +59,9 @@ pub(super) fn to_accuracy<S: Real>(
     let ended = march.go(&mut run, judge, is_kept);
     // The window before a failure is one of the run, too.
     run.judge_window(march.engine.errors());
-    ended?;
+    if let Err(failure) = ended {
+        return Err(Unfinished::new(failure, run.line));
+    }
     run.line.handed = march.engine.window().handed();
     Ok(march.ended(run.line))
 }

@@ -22,12 +22,14 @@ mod loudest;
 mod meetings;
 mod places;
 mod sights;
+mod uniqueness;
 
 pub(crate) use compare::{chain_error, sizes_of};
 pub(crate) use conditioning::lost_to;
 pub(crate) use events::{OfRun, Paired, events_of_chain, first_unseen, paired, passed};
 pub(crate) use further::Further;
 pub(crate) use sights::Sights;
+pub(crate) use uniqueness::may_stay_or_leave;
 
 use self::between::own_windows;
 use self::carried::accuracy_beside;

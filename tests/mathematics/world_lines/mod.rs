@@ -43,6 +43,7 @@ mod signs;
 mod solves;
 mod stops;
 mod tolerance;
+mod unique;
 mod units;
 mod unstable;
 mod verdicts;
