@@ -268,8 +268,8 @@ fn failed<S: Real>(
     explained(none, args, setup)
 }
 
-/// Writes the rows before a failure, which are samples if nothing else was wanted, and the events there. Returns whether
-/// there is anything.
+/// Writes the rows before a failure, which are samples if nothing else was wanted, and the events there. Returns
+/// whether there is anything.
 fn until_failure<S: Real>(
     case: &Case,
     (before, digits): (&Before<S>, u32),

@@ -147,7 +147,29 @@ struct Measures<'m, 'o, S: Real> {
     set: Vec<(usize, f64)>,
 }
 
-impl<S: Real> Measures<'_, '_, S> {
+impl<'m, 'o, S: Real> Measures<'m, 'o, S> {
+    /// No measures yet of what is wanted of a run.
+    fn new(
+        (case, setup): (&'m Case, &'m Setup<S>),
+        sums: Vec<ConservedSum>,
+        (samples, observer): (Option<SampleStream<S>>, Option<Observer<'o, S>>),
+        events: EventSearch<'m, S>,
+    ) -> Self {
+        Self {
+            case,
+            setup,
+            terms: sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect(),
+            sums: sums.into_iter().map(|sum| (sum, true)).collect(),
+            observables: case.observables(),
+            events,
+            samples,
+            observer,
+            measured: None,
+            sights: Sights::default(),
+            set: Vec::new(),
+        }
+    }
+
     /// Goes on with the formulas of a setup, whose parameters events may have set.
     fn of(&mut self, setup: &Setup<S>) {
         if setup.set == self.set {
@@ -216,8 +238,8 @@ impl<S: Real> Measures<'_, '_, S> {
             failure.gamma = 2.0 * setup.gamma_i.to_f64() - failure.gamma;
         }
         failure.reasons.lost = lost_to(self.case, setup, std::mem::take(&mut self.sights), &failure);
-        let samples = self.samples.zip(parts.last()).map(|(samples, (last, _))| samples.finish_inside(last).0);
-        NoRun::Unsolved(failure, Before { events: self.events.found(), samples: samples.unwrap_or_default(), parts })
+        let samples = self.samples.map_or_else(Vec::new, SampleStream::so_far);
+        NoRun::Unsolved(failure, Before { parts, events: self.events.found(), samples })
     }
 }
 
@@ -232,25 +254,14 @@ fn conserved_sums<S: Real>(case: &Case, setup: &Setup<S>, wanted: bool) -> Vec<C
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
 /// is streamed they contain those of measuring.
 pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
-    let sums = conserved_sums(case, setup, wanted.sums);
     let watched = case.watches_with_until();
     let mut watches = watched[..case.events.len()].to_vec();
-    let mut measures = Measures {
-        case,
-        setup,
-        terms: sums.iter().map(|sum| sum.terms.iter().map(|&(a, c)| (a, S::from(c))).collect()).collect(),
-        sums: sums.into_iter().map(|sum| (sum, true)).collect(),
-        observables: case.observables(),
-        events: EventSearch::new(&mut watches),
-        samples: wanted.samples,
-        observer: wanted.observer,
-        measured: None,
-        sights: Sights::default(),
-        set: Vec::new(),
-    };
+    let Wanted { samples, takes_part, is_streamed, sums, observer } = wanted;
+    let sums = conserved_sums(case, setup, sums);
+    let mut measures = Measures::new((case, setup), sums, (samples, observer), EventSearch::new(&mut watches));
     let mut see = |part: &WorldLine<S>| measures.see(part);
-    let observer: Option<EveryWindow<'_, S>> = if wanted.is_streamed { Some(&mut see) } else { None };
-    let is_seen = wanted.is_streamed && !setup.has_acting_events();
+    let observer: Option<EveryWindow<'_, S>> = if is_streamed { Some(&mut see) } else { None };
+    let is_seen = is_streamed && !setup.has_acting_events();
     let (found, solve_seconds) = timed(|| solved(case, setup, &watched, observer));
     let (Chains { pieces, error, .. }, of_judge) = match found {
         Ok(found) => found,
@@ -260,7 +271,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     let mut before = measures.see_pieces(pieces, is_seen);
     let (mut line, diagnostics) = before.pop().expect("a run has a piece");
     let (samples, unsampled) = measures.samples.map_or_else(Default::default, |samples| samples.finish_inside(&line));
-    if let Some(none) = unsampled.filter(|_| !wanted.takes_part) {
+    if let Some(none) = unsampled.filter(|_| !takes_part) {
         return (Err(NoRun::Unsampled(none)), solve_seconds);
     }
     let further = Further::new(case, setup, &line, &measures.sights);
@@ -272,7 +283,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     // What the run does not make itself moves events, too.
     events.iter_mut().filter(|_| !further.is_nothing()).for_each(|event| event.off = None);
     let run = Run {
-        is_whole: !wanted.is_streamed,
+        is_whole: !is_streamed,
         further,
         sums: measures.sums.into_iter().filter_map(|(sum, holds)| holds.then_some(sum)).collect(),
         diagnostics,

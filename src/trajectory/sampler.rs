@@ -211,6 +211,14 @@ impl<S: Real> SampleStream<S> {
         self.tables = sampler.tables;
     }
 
+    /// The samples of what was seen so far, in the requested order.
+    pub fn so_far(mut self) -> Vec<Sample<S>> {
+        if self.reversed {
+            self.samples.reverse();
+        }
+        self.samples
+    }
+
     /// All samples, in the requested order. `last` is the last solution that was seen.
     ///
     /// # Errors

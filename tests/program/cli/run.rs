@@ -168,6 +168,10 @@ fn rows_and_events_before_a_failure_are_kept() {
     let (rows, events) = (folder.read("out/until_failure.csv"), folder.read("out/events.csv"));
     assert!(rows.starts_with("gamma,t,r,s,t_dot,r_dot,s_dot,delta_q_t") && rows.lines().count() > 100, "{rows}");
     assert!(events.lines().count() == 2 && events.contains("turn,0.59790"), "{events}");
+    // Where nothing else was wanted, samples before it are kept: the fall from rest at 1.14 takes 1.35 units.
+    folder.fails("run fall.toml --out few --quiet --samples-only --sample-t 0:9:0.25 --set solver.accuracy=1e-9", 3);
+    let samples = folder.table("few/until_failure.csv").numbers("t");
+    assert!(samples.len() > 4 && samples[4] == 1.0 && *samples.last().unwrap() < 2.5, "{samples:?}");
     // The next run that ends leaves nothing of it.
     folder.succeeds("run fall.toml --out out --quiet --set grid.gamma_f=1.0 --set grid.windows=10");
     assert!(!folder.has("out/until_failure.csv"));
