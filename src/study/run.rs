@@ -1,5 +1,6 @@
 //! One run of a case: solved, measured and judged. A row of many runs is the same.
 
+use std::fmt;
 use std::time::Instant;
 
 use crate::case::Case;
@@ -46,7 +47,6 @@ pub struct Wanted<'o, S: Real = f64> {
 pub type Part<S> = (WorldLine<S>, Diagnostics<S>);
 
 /// A run before its failure.
-#[derive(Debug)]
 pub struct Before<S: Real> {
     /// Its pieces, the last one as far as it came; of a run that is streamed its last window.
     pub parts: Vec<Part<S>>,
@@ -54,6 +54,14 @@ pub struct Before<S: Real> {
     pub events: Vec<Crossing<S>>,
     /// The samples that were asked for.
     pub samples: Vec<Sample<S>>,
+}
+
+/// A million nodes are no message.
+impl<S: Real> fmt::Debug for Before<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let windows = self.parts.last().map_or(0, |(line, _)| line.window_count);
+        f.debug_struct("Before").field("windows", &windows).field("events", &self.events.len()).finish_non_exhaustive()
+    }
 }
 
 /// Why there is no run.
