@@ -10,7 +10,8 @@
 //! cargo bench --bench promise [-- DRAWS [SEED [FAMILY]]]
 //! ```
 //!
-//! draws so many runs of every family, or of one, half in random units. Refusals, broken promises and estimates below
+//! draws so many runs of every family, or of one by its number, half in random units; `1 SEED FAMILY` draws again what
+//! was printed with this seed, and prints its case. Refusals, broken promises and estimates below
 //! the error are printed with what draws them again. The table has, by families and by decades of the accuracy, the
 //! numbers of runs, of undecided ones, of broken promises and of estimates that are too low, then accuracy/error (least
 //! and median), estimate/error (least, median and 90 %), and refusals. The exit code is 1 if a promise is broken.
@@ -94,7 +95,7 @@ fn study(seed: u64, (name, template): (&str, &str)) -> Option<Studied> {
     };
     let promised = run_to(format!("solver.accuracy={accuracy:e}"))?;
     let of_units = if is_in_units { " in units" } else { "" };
-    let what = format!("{name}{of_units} seed {seed} a {accuracy:.1e}");
+    let what = format!("{name}{of_units} seed {seed} a {accuracy:e}");
     let found = promised.and_then(|promised| {
         // Such a run is doubtful, and promises nothing.
         if promised.windows_unproved.is_some_and(|count| count > 0) {
@@ -140,9 +141,14 @@ fn main() -> ExitCode {
     let families = families(include_str!("families.txt"));
     let all = (0..families.len()).filter(|&family| only.is_none_or(|only| only == family));
     let jobs: Vec<(usize, u64)> = all.flat_map(|family| (0..draws).map(move |k| (family, k))).collect();
+    let again = only.filter(|_| draws == 1);
+    if let Some(family) = again {
+        let (text, settings, _) = drawn(families[family].1, &mut Random(seed));
+        println!("{text}\n{settings:?}");
+    }
     let one = |&(family, k): &(usize, u64)| {
-        let own = seed.wrapping_mul(1_000_003) + k * 64 + family as u64;
-        Some((family, study(own << 20, families[family])?))
+        let own = (seed.wrapping_mul(1_000_003) + k * 64 + family as u64) << 20;
+        Some((family, study(if again.is_some() { seed } else { own }, families[family])?))
     };
     let studied: Vec<(usize, Studied)> = jobs.par_iter().filter_map(one).collect();
     let mut tallies: BTreeMap<(usize, i32), Tally> = BTreeMap::new();

@@ -1,9 +1,10 @@
 //! The built-in cases: their files are compiled into the program, so that they are available in every folder. The page
 //! in their folder has links to all of them, in sections.
 
+use std::collections::HashMap;
 use std::sync::LazyLock;
 
-use include_dir::{Dir, File, include_dir};
+use include_dir::{Dir, include_dir};
 
 static FILES: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/cases");
 
@@ -23,15 +24,17 @@ pub struct BuiltIn {
 
 /// All built-in cases, section by section, in the order of their folders and names.
 pub static ALL: LazyLock<Vec<BuiltIn>> = LazyLock::new(|| {
-    let page = FILES.get_file("README.md").and_then(File::contents_utf8).expect("it is a page");
+    // A search of the folder for each of them would compare every path with every other one.
+    let folders = std::iter::once(&FILES).chain(FILES.dirs());
+    let texts: HashMap<&str, &str> =
+        folders.flat_map(Dir::files).filter_map(|file| Some((file.path().to_str()?, file.contents_utf8()?))).collect();
     let mut all = Vec::new();
-    for section in page.split("\n## ").skip(1) {
+    for section in texts["README.md"].split("\n## ").skip(1) {
         let heading = section.lines().next().unwrap_or_default();
         let links = section.split("[`").skip(1).filter_map(|link| link.split_once("`](")?.1.split_once(".toml)"));
         let built_in = |(path, _): (&'static str, &str)| {
             let (folder, name) = path.split_once('/').unwrap_or(("", path));
-            let text = FILES.get_file(format!("{path}.toml")).and_then(File::contents_utf8);
-            BuiltIn { name, heading, folder, text: text.expect("the page has links to files") }
+            BuiltIn { name, heading, folder, text: texts[format!("{path}.toml").as_str()] }
         };
         let mut cases: Vec<BuiltIn> = links.map(built_in).collect();
         cases.sort_by_key(|case| (case.folder, case.name));

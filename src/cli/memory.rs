@@ -24,14 +24,14 @@ pub(super) fn require_room(all_cores: bool) -> anyhow::Result<()> {
     Err(report::refused_by_system(message, "raise the limit (ulimit -v)"))
 }
 
-/// Refuses a run that needs more memory than there is, of which only the last window is kept if it is streamed, and so
-/// many samples.
+/// Refuses a run that needs more memory than there is, of which only the last windows are kept if it is streamed, and
+/// so many samples.
 pub(super) fn check<S: Real>(setup: &Setup<S>, is_streamed: bool, samples: usize) -> anyhow::Result<()> {
     let needed = bytes_needed(setup, is_streamed, samples);
     let Some(available) = available().filter(|available| needed > *available) else { return Ok(()) };
     let Settings { n_gamma, windows, digits, .. } = setup.settings;
     let help = match samples > 0 && !is_streamed && windows > 1 {
-        true => "take fewer nodes or digits, or --samples-only, which keeps one window at a time",
+        true => "take fewer nodes or digits, or --samples-only, which keeps a few windows at a time",
         false => "take fewer nodes, digits or samples",
     };
     let (unit, name) = if needed < 1e8 { (1e6, "MB") } else { (1e9, "GB") };

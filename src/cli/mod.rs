@@ -17,8 +17,10 @@ mod manual;
 mod memory;
 mod merge;
 mod out;
+mod piped;
 mod report;
 mod run;
+mod run_args;
 mod run_tables;
 mod samples;
 mod share;
@@ -82,7 +84,7 @@ enum Command {
         after_help = "Examples:\n  geodesic-ivp run quartic --plot\n  \
                       geodesic-ivp run mine.toml --set solver.accuracy=1e-10 --sample-t 0:10:0.5"
     )]
-    Run(Box<run::RunArgs>),
+    Run(Box<run_args::RunArgs>),
     /// Find a start, an end or parameters with which the run of a case meets its [find]
     ///
     /// The case says in [find] which of its numbers are unknown, and what is to be met: formulas that are 0 at the end,

@@ -1,125 +1,27 @@
 //! `run CASE`.
 
-use std::io::Write;
-use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use anyhow::Context;
-use clap::{Args, ValueHint};
-use clap_complete::engine::ArgValueCompleter;
 use geodesic_ivp::Case;
-use geodesic_ivp::diagnostics::Diagnostics;
 use geodesic_ivp::number::{Extended, Real};
-use geodesic_ivp::output::tables::{StreamedTable, write_events, write_samples};
+use geodesic_ivp::output::streamed::StreamedTable;
+use geodesic_ivp::output::tables::{write_events, write_samples};
 use geodesic_ivp::output::{CASE, Chart, OutputSet, SUMMARY, failure_summary, pictures, run_summary};
-use geodesic_ivp::solve::{Limit, Settings, Setup, WorldLine};
-use geodesic_ivp::study::run::{self, Before, NoRun, Run, Wanted};
-use indicatif::{ProgressBar, ProgressStyle};
-use toml_edit::Value;
+use geodesic_ivp::solve::Setup;
+use geodesic_ivp::study::run::{Before, NoRun, Wanted};
 
-use super::format::FormatArgs;
-use super::judge::{JudgeArgs, NO_ERROR, NO_PROOF, PROOF};
-use super::out::{OutArgs, RESULTS};
+use super::judge::{NO_ERROR, NO_PROOF, PROOF};
+use super::piped::{takes_windows, to_standard_output};
+use super::run_args::{RunArgs, explained, solved};
 use super::run_tables::{EVENTS, HULL, tables, write_table, write_tables};
-use super::samples::SampleArgs;
-use super::share::VaryArgs;
 use super::together::Together;
 use super::told::Told;
-use super::{CaseArgs, complete, memory, out, report};
+use super::{memory, out, report};
 
 const UNTIL_FAILURE: &str = "until_failure.csv";
 const PICTURE_OF_HULL: &str = "hull.svg";
-
-#[derive(Debug, Clone, Args)]
-pub(super) struct RunArgs {
-    #[command(flatten)]
-    pub(super) case: CaseArgs,
-
-    /// Further cases, each into a folder of its own
-    #[arg(
-        index = 2,
-        value_name = "CASE",
-        value_hint = ValueHint::FilePath,
-        add = ArgValueCompleter::new(complete::cases),
-        conflicts_with_all = ["stdout", "json"],
-        help_heading = "Case",
-        display_order = 1
-    )]
-    more: Vec<PathBuf>,
-
-    /// Continue an earlier run: its folder, or its summary.json
-    #[arg(long, value_name = "DIR", value_hint = ValueHint::AnyPath, help_heading = "Case")]
-    from: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub(super) vary: VaryArgs,
-
-    #[command(flatten)]
-    pub(super) judge: JudgeArgs,
-
-    #[command(flatten)]
-    pub(super) samples: SampleArgs,
-
-    /// Write every K-th node of each window, and its last one
-    #[arg(
-        long,
-        value_name = "K",
-        default_value_t = 1,
-        hide_default_value = true,
-        value_parser = whole,
-        conflicts_with_all = ["vary", "samples_only"],
-        help_heading = RESULTS
-    )]
-    every: usize,
-
-    /// Write one table with all columns to standard output, and no files
-    #[arg(long, conflicts_with_all = ["out", "force", "json", "format"], help_heading = RESULTS)]
-    pub(super) stdout: bool,
-
-    #[command(flatten)]
-    pub(super) format: FormatArgs,
-
-    #[command(flatten)]
-    pub(super) output: OutArgs,
-
-    /// Also draw pictures
-    #[arg(long, conflicts_with = "stdout", help_heading = RESULTS)]
-    pub(super) plot: bool,
-
-    /// Also draw the curves of all runs in one picture
-    ///
-    /// Several cases, or the rows of --vary, have the pictures of a single run together, in a colour for each.
-    #[arg(long, requires = "plot", help_heading = RESULTS)]
-    pub(super) together: bool,
-
-    /// Also print every charge, the critical point and the paper's bounds
-    #[arg(long, short, conflicts_with = "vary", help_heading = RESULTS)]
-    verbose: bool,
-}
-
-fn whole(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|&count| count > 0).ok_or_else(|| "expected a whole number, 1 or more".to_owned())
-}
-
-impl RunArgs {
-    /// The same, in which the run that is continued and the wishes for a proof and for no judge are overrides.
-    pub(super) fn continued(mut self) -> Self {
-        if self.judge.prove {
-            self.case.set.push(PROOF.to_owned());
-        }
-        if self.judge.no_prove {
-            self.case.set.push(NO_PROOF.to_owned());
-        }
-        if self.judge.no_error {
-            self.case.set.push(NO_ERROR.to_owned());
-        }
-        if let Some(from) = self.from.take() {
-            self.case.set.push(format!("initial.from={}", Value::from(from.display().to_string())));
-        }
-        self
-    }
-}
 
 pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if args.more.is_empty() {
@@ -144,35 +46,6 @@ pub(super) fn run(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     together.map_or(Ok(()), |together| together.finish(args.case.quiet))?;
     Ok(ExitCode::from(worst))
-}
-
-impl RunArgs {
-    /// The arguments of each case by itself. With `--out` every case has the folder of its name in that one.
-    fn each(&self) -> anyhow::Result<Vec<Self>> {
-        let mut each: Vec<Self> = Vec::new();
-        for path in self.case.case.iter().chain(&self.more) {
-            let mut args = Self { more: Vec::new(), ..self.clone() };
-            args.case.case = Some(path.clone());
-            let stem = args.case.stem().to_owned();
-            args.output.out = args.output.out.map(|folder| folder.join(&stem));
-            if each.iter().any(|other| other.case.identity() == args.case.identity()) {
-                let message = format!("{} is named twice", args.case.name());
-                return Err(report::refused(message, "name every case once"));
-            }
-            if self.output.out.is_some() && each.iter().any(|other| other.case.stem() == stem) {
-                let message = format!("with --out two cases called {} would have the same folder", stem.display());
-                return Err(report::refused(message, "leave --out out, or run them one after the other"));
-            }
-            each.push(args);
-        }
-        Ok(each)
-    }
-
-    /// The name of its case beside those of the others.
-    fn named(&self, each: &[Self]) -> String {
-        let is_lone = each.iter().filter(|other| other.case.stem() == self.case.stem()).count() == 1;
-        if is_lone { self.case.headed(None) } else { self.case.name() }
-    }
 }
 
 /// Runs one case, the one of `args`. Its pictures, if there are any, are also kept in `charts`.
@@ -296,42 +169,6 @@ fn until_failure<S: Real>(
     Ok(true)
 }
 
-/// Returns true if a pipe takes the windows of a run as they come. Where the end has to be searched for, that would
-/// solve the run twice, and what hides between nodes is compared with the error of the whole run.
-fn takes_windows<S: Real>(setup: &Setup<S>, args: &RunArgs) -> bool {
-    let Setup { limit, until, settings, .. } = setup;
-    let is_searched = !matches!(limit, Limit::Length(_)) || !until.is_empty();
-    !args.judge.enclose && (settings.accuracy.is_some() || !is_searched && settings.windows > 1)
-}
-
-/// Writes one table to standard output: the samples, or everything on the nodes.
-fn to_standard_output<S: Real>(
-    case: &Case,
-    setup: &Setup<S>,
-    args: &RunArgs,
-    wanted: Wanted<'_, S>,
-) -> anyhow::Result<ExitCode> {
-    // Checked before the computation, whose result would otherwise be lost.
-    drop(out::for_data()?);
-    let Settings { windows, accuracy, .. } = setup.settings;
-    // A run that fails, or begins again, prints nothing: the table waits in a file without a name.
-    let file = tempfile::tempfile().context("cannot write a temporary file")?;
-    let mut table = StreamedTable::new(file, args.every, accuracy.is_none().then_some(windows > 1));
-    let mut see = |part: &WorldLine<S>, measured: &Diagnostics<S>| table.see(part, measured);
-    let observer: Option<run::Observer<'_, S>> = if args.samples.samples_only { None } else { Some(&mut see) };
-    let run =
-        solved(case, setup, args, Wanted { observer, ..wanted }).0.map_err(|none| explained(none, args, setup))?;
-    args.judge.warn(case, setup, &run, args.case.quiet);
-    let mut out = out::for_data()?;
-    if args.samples.samples_only {
-        write_samples(out, run.line.geometry().names(), (&run.samples, &[]), run.line.digits)?;
-    } else {
-        std::io::copy(&mut table.finish().context("cannot write a temporary file")?, &mut out)?;
-        out.flush()?;
-    }
-    Ok(ExitCode::SUCCESS)
-}
-
 /// Refuses options that this case does not have.
 fn check_options(case: &Case, args: &RunArgs) -> anyhow::Result<()> {
     if args.judge.enclose && case.settings.accuracy.is_none() && args.samples.samples_only {
@@ -343,32 +180,4 @@ fn check_options(case: &Case, args: &RunArgs) -> anyhow::Result<()> {
         return Err(report::refused("the Taylor method of --reference knows no events that act", help));
     }
     Ok(())
-}
-
-/// The error of a case without a run.
-fn explained<S: Real>(none: NoRun<S>, args: &RunArgs, setup: &Setup<S>) -> anyhow::Error {
-    match none {
-        NoRun::Unsolved(failure, _) => failure.into(),
-        NoRun::Unsampled(none) => args.samples.refuse(none, setup.settings.digits),
-    }
-}
-
-/// Solves, with a spinner if standard error is a terminal. Returns also the seconds in the solver.
-fn solved<S: Real>(
-    case: &Case,
-    setup: &Setup<S>,
-    args: &RunArgs,
-    wanted: Wanted<'_, S>,
-) -> (Result<Run<S>, NoRun<S>>, f64) {
-    let spinner = if args.case.quiet { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-    let Settings { n_gamma, windows, accuracy, .. } = setup.settings;
-    spinner.set_message(match accuracy {
-        Some(accuracy) => format!("solving to {:e}", accuracy.value()),
-        None => format!("solving for {} nodes", n_gamma * windows),
-    });
-    spinner.set_style(ProgressStyle::with_template("{spinner} {msg} ({elapsed})").expect("the template is valid"));
-    spinner.enable_steady_tick(Duration::from_millis(200));
-    let result = run::run(case, setup, wanted);
-    spinner.finish_and_clear();
-    result
 }

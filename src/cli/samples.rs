@@ -47,7 +47,7 @@ pub(super) struct SampleArgs {
     )]
     sample_gamma: Option<Range>,
 
-    /// Write no other table, and keep one window in memory
+    /// Write no other table, and keep a few windows in memory
     #[arg(long, conflicts_with = "plot")]
     pub(super) samples_only: bool,
 }

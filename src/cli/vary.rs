@@ -23,7 +23,7 @@ use geodesic_ivp::study::many::{Axis, ManyRuns};
 use super::interrupt;
 use super::lines::{row, wrapped};
 use super::report::{self, INTERRUPTED, INVALID_CASE, NO_CRITICAL_POINT, refused};
-use super::run::RunArgs;
+use super::run_args::RunArgs;
 use super::share::{Share, VaryArgs};
 use super::study::{self, Placed};
 use super::{memory, out, together};

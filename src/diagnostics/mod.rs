@@ -47,7 +47,7 @@ use crate::number::Real;
 use crate::number::norm::{larger, max_abs};
 use crate::solve::{Place, WorldLine};
 
-/// Everything that is measured on a run, or on its last window if they were measured one after the other: then the rows
+/// Everything that is measured on a run, or on its last part if they were measured one after the other: then the rows
 /// are those of the last one, and the largest values and sums are those of all.
 #[derive(Debug, Clone)]
 pub struct Diagnostics<S: Real = f64> {

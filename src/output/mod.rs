@@ -28,6 +28,7 @@ pub mod npy;
 pub mod pictures;
 pub mod runs;
 mod stability;
+pub mod streamed;
 mod study_table;
 mod summary;
 pub mod tables;

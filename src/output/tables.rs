@@ -1,8 +1,7 @@
 //! The CSV tables of `run`, column by column, for any number of coordinates. Numbers are the shortest decimals that
 //! read back to the same `f64`; extended numbers have as many significant digits as the case asks for.
 
-use std::fs::File;
-use std::io::{Seek, Write};
+use std::io::Write;
 
 use csv::{ByteRecord, Writer, WriterBuilder};
 
@@ -167,11 +166,11 @@ pub fn write_growth<S: Real>(out: impl Write, pieces: &[&WorldLine<S>]) -> csv::
 }
 
 /// The numbers of a sample: γ, the coordinates and their derivatives.
-fn numbers<S: Real>(sample: &Sample<S>) -> impl Iterator<Item = S> {
+pub(super) fn numbers<S: Real>(sample: &Sample<S>) -> impl Iterator<Item = S> {
     std::iter::once(sample.gamma).chain(sample.q.iter().copied()).chain(sample.q_dot.iter().copied())
 }
 
-fn write_rows<S: Real>(
+pub(super) fn write_rows<S: Real>(
     mut out: impl Write,
     digits: u32,
     header: impl IntoIterator<Item = String>,
@@ -253,23 +252,23 @@ fn errors<S: Real>(run: &WorldLine<S>) -> impl Iterator<Item = Column<'_, S>> {
     })
 }
 
-fn everything<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
+pub(super) fn everything<'c, S: Real>(run: &'c WorldLine<S>, measured: &'c Diagnostics<S>) -> Vec<Column<'c, S>> {
     trajectory(run, measured).into_iter().chain(residuals(run, measured)).collect()
 }
 
 /// Which rows of a run are written, and how.
 #[derive(Debug, Clone, Copy)]
-struct Rows {
-    has_header: bool,
+pub(super) struct Rows {
+    pub(super) has_header: bool,
     /// True if there is a column with the number of the window.
-    has_windows: bool,
+    pub(super) has_windows: bool,
     /// Every so many nodes of a window are written, and its last one.
-    every: usize,
+    pub(super) every: usize,
 }
 
 /// Writes a header and a row for each node that is wanted: γ, the columns and, with several windows, the number of the
 /// window from 1.
-fn write_table<S: Real>(
+pub(super) fn write_table<S: Real>(
     out: &mut dyn Write,
     run: &WorldLine<S>,
     rows: Rows,
@@ -292,63 +291,6 @@ fn write_table<S: Real>(
         }
     }
     table.finish()
-}
-
-/// A table with the columns of both tables of a run that is computed window by window, in a file of its own.
-#[derive(Debug)]
-pub struct StreamedTable {
-    file: File,
-    every: usize,
-    /// True if there are several windows, if that is known before the run.
-    has_windows: Option<bool>,
-    /// Otherwise the first window with their column, until there is a second one.
-    first: Vec<u8>,
-    /// The file that could not be written.
-    error: Option<csv::Error>,
-}
-
-impl StreamedTable {
-    /// A table in an empty file.
-    pub fn new(file: File, every: usize, has_windows: Option<bool>) -> Self {
-        Self { file, every, has_windows, first: Vec::new(), error: None }
-    }
-
-    /// Adds a part of the run, with what was measured on it alone. It must continue the previous one or, if it contains
-    /// the first window, begins the run again.
-    pub fn see<S: Real>(&mut self, part: &WorldLine<S>, measured: &Diagnostics<S>) {
-        if self.error.is_none() {
-            self.error = self.add(part, measured).err();
-        }
-    }
-
-    fn add<S: Real>(&mut self, part: &WorldLine<S>, measured: &Diagnostics<S>) -> csv::Result<()> {
-        let has_header = part.window_count == part.windows.len();
-        let has_windows = self.has_windows.unwrap_or(!has_header || part.windows.len() > 1);
-        let rows = |has_windows| Rows { has_header, has_windows, every: self.every };
-        let first = std::mem::take(&mut self.first);
-        if has_header || !first.is_empty() {
-            self.file.set_len(0)?;
-            self.file.rewind()?;
-        }
-        if !has_header {
-            self.file.write_all(&first)?;
-        } else if self.has_windows.is_none() && !has_windows {
-            write_table(&mut self.first, part, rows(true), everything(part, measured))?;
-        }
-        write_table(&mut self.file, part, rows(has_windows), everything(part, measured))
-    }
-
-    /// The file with the whole table, at its beginning.
-    ///
-    /// # Errors
-    /// If it could not be written.
-    pub fn finish(mut self) -> csv::Result<File> {
-        if let Some(error) = self.error {
-            return Err(error);
-        }
-        self.file.rewind()?;
-        Ok(self.file)
-    }
 }
 
 /// A table that is being written.

@@ -7,6 +7,9 @@ use crate::action::Form;
 use crate::number::Real;
 use crate::sbp::{RegularisedOperator, SbpOperator};
 
+/// Windows are shown to an observer once they have so many nodes: what is done for a part alone is done more rarely.
+pub(super) const SHOWN: usize = 512;
+
 /// The operator of some windows. Those of elements are made when they are first asked for: a run that is only sampled
 /// needs none.
 #[derive(Debug)]

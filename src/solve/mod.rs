@@ -1,16 +1,16 @@
 //! From a valid setup to a critical point of its doubled action, or to the reason why there is none.
 //!
-//! [`solve_window_by_window`] keeps the memory of one window, however long the run. Measures of parts can be joined:
+//! [`solve_in_parts`] keeps the memory of a few windows, however long the run. Measures of parts can be joined:
 //!
 //! ```
 //! use geodesic_ivp::case::builtin;
 //! use geodesic_ivp::diagnostics::Diagnostics;
-//! use geodesic_ivp::solve::solve_window_by_window;
+//! use geodesic_ivp::solve::solve_in_parts;
 //! use geodesic_ivp::{Case, Solution};
 //!
 //! let case = Case::parse("windows", builtin::text("quartic-windows").expect("it is built in"), &[])?;
 //! let mut measures: Option<Diagnostics> = None;
-//! let last = solve_window_by_window(&case, &mut |window: &Solution| {
+//! let last = solve_in_parts(&case, &mut |window: &Solution| {
 //!     let here = Diagnostics::new(window);
 //!     measures = Some(match measures.take() {
 //!         Some(before) => before.followed_by(here),
@@ -82,26 +82,26 @@ pub fn solve<S: Real>(setup: impl Into<Setup<S>>) -> Result<WorldLine<S>, NoSolu
     solve_observed(&setup.into(), None, None).map_err(|unfinished| unfinished.failure)
 }
 
-/// [`solve`] in t and x in the memory of one window: `observe` sees every window as a solution of its own, at its place
-/// in the run (its γ, t and constants of motion are those of the run), and what is returned is the last one with the
+/// [`solve`] in the memory of a few windows: `observe` sees part after part as a solution of its own, at its place in
+/// the run (its γ, t and constants of motion are those of the run), and what is returned is the last one with the
 /// certificate and the iterations of all.
 ///
-/// A run may have to begin again, when another method takes over or more accuracy is needed: `observe` then sees a
-/// window with `window_count` 1 again, and everything before it is void.
+/// A run may have to begin again, when another method takes over or more accuracy is needed: `observe` then sees the
+/// first window again, in a part whose `window_count` is that of its windows, and everything before it is void.
 ///
 /// # Errors
 /// As [`solve`]; the windows seen so far are those before the one that failed.
 ///
 /// # Panics
 /// As [`solve`].
-pub fn solve_window_by_window<S: Real>(
+pub fn solve_in_parts<S: Real>(
     setup: impl Into<Setup<S>>,
     observe: &mut dyn FnMut(&Solution<S>),
 ) -> Result<Solution<S>, NoSolution> {
     solve_observed(&setup.into(), Some(observe), None).map_err(|unfinished| unfinished.failure)
 }
 
-/// The solve behind both, window by window if there is an observer. `of_judge` sees the windows of the march that
+/// The solve behind both, part by part if there is an observer. `of_judge` sees the windows of the march that
 /// judges the run, if there is one.
 ///
 /// # Errors
@@ -118,7 +118,7 @@ pub(crate) fn solve_observed<S: Real>(
         return solve_to(setup, length, observer);
     }
     let Some(observer) = observer else { return Ok(end::solve(setup, true)?) };
-    // The search keeps no more than one window, and the run that was found is repeated once.
+    // The search keeps no more than a few windows, and the run that was found is repeated once.
     let WorldLine { ended_by, ended_at, length, .. } = end::solve(setup, false)?;
     Ok(WorldLine { ended_by, ended_at, ..solve_to(setup, length, Some(observer))? })
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::failure::{NoSolution, Unfinished};
-use super::grid::{Window, WindowOperator};
+use super::grid::{SHOWN, Window, WindowOperator};
 use super::pair::Pair;
 use super::piece::{Piece, Problem};
 use super::setup::{Settings, Setup, System};
@@ -14,10 +14,10 @@ use crate::engine::{GOOD_DIGITS, Handed, Sensitivity};
 use crate::geometry::{Geometry, Start};
 use crate::number::{Compensated, Kind, Real};
 
-/// Sees a run window by window, each as a world-line of its own.
+/// Sees a run part by part, each as a world-line of its own.
 pub(super) type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>);
 
-/// The windows so far: all of them or, where they are observed one by one, the last.
+/// The windows so far: all of them or, where they are observed, the last few.
 pub(super) struct Run<'o, S> {
     pub(super) line: WorldLine<S>,
     /// The state where the next window starts, but in a march by the engine with the velocities of the start.
@@ -25,8 +25,10 @@ pub(super) struct Run<'o, S> {
     /// The rounding errors of its q^a: ignorable coordinates are summed so that nothing is lost over a million windows.
     lows: Vec<S>,
     observer: Option<Observer<'o, S>>,
-    /// True while the window that was begun last is not shown.
+    /// True while the errors of the window that was begun last are not known.
     is_open: bool,
+    /// True if the observer has seen the windows that are there.
+    is_shown: bool,
 }
 
 impl<'o, S: Real> Run<'o, S> {
@@ -71,7 +73,7 @@ impl<'o, S: Real> Run<'o, S> {
         };
         let mut lows = setup.carried.as_ref().map_or_else(Vec::new, |carried| carried.sums.clone());
         lows.resize(n, S::ZERO);
-        let mut run = Self { here: (*place.start).clone(), line, lows, observer, is_open: false };
+        let mut run = Self { here: (*place.start).clone(), line, lows, observer, is_open: false, is_shown: false };
         run.clear();
         run
     }
@@ -94,7 +96,7 @@ impl<'o, S: Real> Run<'o, S> {
         joints.clear();
         joints.extend(start.q.iter().chain(&start.p));
         (self.line.window_count, self.line.gradient_norm) = (0, S::ZERO);
-        self.is_open = false;
+        (self.is_open, self.is_shown) = (false, false);
     }
 
     /// γ − γ_i where the next window starts.
@@ -113,9 +115,11 @@ impl<'o, S: Real> Run<'o, S> {
             let end = if index == windows { length } else { S::from(index as f64) * of_window };
             let next = self.next(setup, &operator, &rough);
             if let Err(failure) = next.and_then(|piece| self.append(piece, &operator, end)) {
+                self.show();
                 return Err(Unfinished::new(failure, self.line));
             }
         }
+        self.show();
         self.line.sums = self.lows;
         Ok(self.line)
     }
@@ -194,7 +198,7 @@ impl<'o, S: Real> Run<'o, S> {
         if !(gradient_norm.is_finite() && has_finite_action(line.geometry(), [q, p], gamma - begin)) {
             return false;
         }
-        if self.observer.is_some() {
+        if std::mem::take(&mut self.is_shown) {
             line.q.iter_mut().chain(&mut line.p).chain(&mut line.backward).for_each(Vec::clear);
             let begun = line.joints.len() - (q.len() + p.len());
             line.joints.drain(..begun);
@@ -210,12 +214,21 @@ impl<'o, S: Real> Run<'o, S> {
         true
     }
 
-    /// Shows the window that was begun last to the observer, unless it has seen it.
+    /// Ends the window that was begun last. The observer sees it with others.
     pub(super) fn end_window(&mut self) {
-        if let Some(observer) = self.observer.as_mut().filter(|_| self.is_open) {
-            observer(&self.line);
-        }
         self.is_open = false;
+        if self.line.q[0].len() >= SHOWN {
+            self.show();
+        }
+    }
+
+    /// Shows the windows to the observer that it has not seen.
+    pub(super) fn show(&mut self) {
+        let is_new = !self.is_shown && !self.line.windows.is_empty();
+        if let Some(observer) = self.observer.as_mut().filter(|_| is_new) {
+            observer(&self.line);
+            self.is_shown = true;
+        }
     }
 
     /// The same, where so much is known of the errors of coordinates up to its end.

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::acting::Change;
 use super::continuation::Carried;
+use super::grid::SHOWN;
 use super::world_line::{Place, origin_of};
 use crate::action::Form;
 use crate::engine::{Accuracy, Handed};
@@ -213,10 +214,10 @@ const LIST: f64 = 24.0;
 /// The program itself.
 const PROGRAM: f64 = 6e6;
 
-/// About how many bytes solving `setup` and writing its tables takes, with `samples` samples, in the memory of one
-/// window if `one_window` says so. The constants come from runs of a hundred thousand nodes, whose memory the estimate
+/// About how many bytes solving `setup` and writing its tables takes, with `samples` samples, in the memory of a few
+/// windows if it `is_streamed`. The constants come from runs of a hundred thousand nodes, whose memory the estimate
 /// meets within a third. With an accuracy asked for, the nodes are not known beforehand and do not count.
-pub fn bytes_needed<S: Real>(setup: &Setup<S>, one_window: bool, samples: usize) -> f64 {
+pub fn bytes_needed<S: Real>(setup: &Setup<S>, is_streamed: bool, samples: usize) -> f64 {
     let (geometry, settings) = (&setup.place.geometry, &setup.settings);
     let (number, samples, nodes) = (size_of::<S>() as f64, samples as f64, settings.n_gamma as f64);
     let (structure, n) = (geometry.structure(), geometry.dimension() as f64);
@@ -225,7 +226,8 @@ pub fn bytes_needed<S: Real>(setup: &Setup<S>, one_window: bool, samples: usize)
     let of_node = 10.0 * n + (structure.rows + structure.force_rows) as f64;
     // A window keeps its end, its multipliers, and what is measured there; a sample keeps three lists of values.
     let (of_window, of_sample) = (30.0 * n, 1.0 + 3.0 * n);
-    let windows = if one_window { 1.0 } else { settings.windows as f64 };
+    let shown = (SHOWN as f64 / nodes).ceil().min(settings.windows as f64);
+    let windows = if is_streamed { shown } else { settings.windows as f64 };
     let numbers = windows * (of_node * nodes + of_window) + of_sample * samples;
     let fields = 2.0 * geometry.active().len() as f64;
     PROGRAM + number * numbers + LIST * 3.0 * samples + nodes * bytes_of_solver(settings, n, fields)

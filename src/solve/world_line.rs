@@ -42,8 +42,8 @@ pub struct Joint<'l, S> {
 
 /// A converged critical point with the problem it solves; for a run in several windows, one for each, end to end.
 ///
-/// The nodes are stored window by window: the joint of two windows appears in both. Where windows are handed out one by
-/// one ([`solve_window_by_window`](super::solve_window_by_window)) it is that window alone, at its place in the run.
+/// The nodes are stored window by window: the joint of two windows appears in both. Where a run is handed out in parts
+/// ([`solve_in_parts`](super::solve_in_parts)) it is one of them, at its place in the run.
 #[derive(Debug, Clone)]
 pub struct WorldLine<S = f64> {
     /// The space-time and the start.

@@ -28,6 +28,9 @@ const PLACES_ALONG: usize = 64;
 /// window begins the run again.
 pub type Observer<'o, S> = &'o mut dyn FnMut(&WorldLine<S>, &Diagnostics<S>);
 
+/// Sees the samples that are found in a part of a run. If the part contains the first window, the run begins again.
+pub type SampleObserver<'o, S> = &'o mut dyn FnMut(&[Sample<S>], bool);
+
 /// Things that are wanted of a run besides its table, each of which costs something.
 #[derive(Default)]
 pub struct Wanted<'o, S: Real = f64> {
@@ -35,12 +38,14 @@ pub struct Wanted<'o, S: Real = f64> {
     pub samples: Option<SampleStream<S>>,
     /// True if samples beyond the run may be missing, and are no reason to have no run.
     pub takes_part: bool,
-    /// True if nothing but the last window is to be kept.
+    /// True if nothing but the last windows are to be kept.
     pub is_streamed: bool,
     /// True if conserved sums of momenta are looked for.
     pub sums: bool,
     /// The observer of the run.
     pub observer: Option<Observer<'o, S>>,
+    /// An observer of the samples, of which the run keeps those in its last part only.
+    pub of_samples: Option<SampleObserver<'o, S>>,
 }
 
 /// A piece of a run, and what was measured on its nodes.
@@ -48,7 +53,7 @@ pub type Part<S> = (WorldLine<S>, Diagnostics<S>);
 
 /// A run before its failure.
 pub struct Before<S: Real> {
-    /// Its pieces, the last one as far as it came; of a run that is streamed its last window.
+    /// Its pieces, the last one as far as it came; of a run that is streamed its last windows.
     pub parts: Vec<Part<S>>,
     /// The events of the case, in the order of γ.
     pub events: Vec<Crossing<S>>,
@@ -76,8 +81,8 @@ pub enum NoRun<S: Real> {
 /// A run with what was measured on it.
 #[derive(Debug)]
 pub struct Run<S: Real = f64> {
-    /// The world-line, or its last window if no more was to be kept; where events have acted, its piece behind the last
-    /// of them.
+    /// The world-line, or its last windows if no more was to be kept; where events have acted, its piece behind the
+    /// last of them.
     pub line: WorldLine<S>,
     /// The pieces before that, each up to an event that acted.
     pub before: Vec<Part<S>>,
@@ -85,7 +90,7 @@ pub struct Run<S: Real = f64> {
     pub is_whole: bool,
     /// Conserved sums of momenta.
     pub sums: Vec<ConservedSum>,
-    /// The measures. If only the last window is kept, rows are those of that window.
+    /// The measures. If only the last windows are kept, rows are those of these.
     pub diagnostics: Diagnostics<S>,
     /// The samples.
     pub samples: Vec<Sample<S>>,
@@ -148,6 +153,7 @@ struct Measures<'m, 'o, S: Real> {
     observables: Vec<(String, Observable<S>)>,
     events: EventSearch<'m, S>,
     samples: Option<SampleStream<S>>,
+    of_samples: Option<SampleObserver<'o, S>>,
     observer: Option<Observer<'o, S>>,
     measured: Option<Diagnostics<S>>,
     sights: Sights,
@@ -160,7 +166,7 @@ impl<'m, 'o, S: Real> Measures<'m, 'o, S> {
     fn new(
         (case, setup): (&'m Case, &'m Setup<S>),
         sums: Vec<ConservedSum>,
-        (samples, observer): (Option<SampleStream<S>>, Option<Observer<'o, S>>),
+        wanted: Wanted<'o, S>,
         events: EventSearch<'m, S>,
     ) -> Self {
         Self {
@@ -170,8 +176,9 @@ impl<'m, 'o, S: Real> Measures<'m, 'o, S> {
             sums: sums.into_iter().map(|sum| (sum, true)).collect(),
             observables: case.observables(),
             events,
-            samples,
-            observer,
+            samples: wanted.samples,
+            of_samples: wanted.of_samples,
+            observer: wanted.observer,
             measured: None,
             sights: Sights::default(),
             set: Vec::new(),
@@ -200,6 +207,9 @@ impl<'m, 'o, S: Real> Measures<'m, 'o, S> {
         self.events.see(part);
         self.sights.see((self.case, self.setup), part, &self.set);
         self.samples.iter_mut().for_each(|samples| samples.see(part));
+        if let (Some(observer), Some(samples)) = (&mut self.of_samples, &mut self.samples) {
+            observer(samples.take().as_slice(), part.window_count == part.windows.len());
+        }
     }
 
     /// Looks whether the sums are conserved where a piece has come to, too: a formula may be another one there.
@@ -264,9 +274,9 @@ fn conserved_sums<S: Real>(case: &Case, setup: &Setup<S>, wanted: bool) -> Vec<C
 pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
     let watched = case.watches_with_until();
     let mut watches = watched[..case.events.len()].to_vec();
-    let Wanted { samples, takes_part, is_streamed, sums, observer } = wanted;
+    let Wanted { takes_part, is_streamed, sums, .. } = wanted;
     let sums = conserved_sums(case, setup, sums);
-    let mut measures = Measures::new((case, setup), sums, (samples, observer), EventSearch::new(&mut watches));
+    let mut measures = Measures::new((case, setup), sums, wanted, EventSearch::new(&mut watches));
     let mut see = |part: &WorldLine<S>| measures.see(part);
     let observer: Option<EveryWindow<'_, S>> = if is_streamed { Some(&mut see) } else { None };
     let is_seen = is_streamed && !setup.has_acting_events();
@@ -331,7 +341,7 @@ impl<S: Real> Run<S> {
     /// method; with `enclose` what may hide between its nodes is looked at.
     pub fn judged(&self, setup: &Setup<S>, reference: bool, enclose: bool) -> Judged {
         let Self { line, diagnostics, .. } = self;
-        // The nodes before the last window may be gone; what is written is compared all the same.
+        // The nodes before the last windows may be gone; what is written is compared all the same.
         let samples = if self.is_whole { &[] } else { self.samples.as_slice() };
         let reference = if reference { reference_error(setup, line, samples) } else { None };
         let is_estimated = line.error_estimate.is_some() || (reference.is_none() && setup.settings.is_judged);

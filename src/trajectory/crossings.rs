@@ -63,7 +63,7 @@ pub fn crossings<S: Real>(line: &WorldLine<S>, watches: &mut [Watch<S>]) -> Vec<
     search.finish(line)
 }
 
-/// The search of [`crossings`] in a run that is computed window by window.
+/// The search of [`crossings`] in a run that is handed out part by part.
 #[derive(Debug)]
 pub struct EventSearch<'w, S: Real = f64> {
     watches: &'w mut [Watch<S>],

@@ -1,4 +1,4 @@
-//! World-lines between their nodes, and samples of a run that is computed window by window.
+//! World-lines between their nodes, and samples of a run that is handed out part by part.
 
 use super::curve::Curve;
 use super::{OutsideRun, partition, slack, within};
@@ -159,6 +159,8 @@ pub struct SampleStream<S = f64> {
     /// True if that is the reverse of the requested order.
     reversed: bool,
     samples: Vec<Sample<S>>,
+    /// The number of those before, which were taken.
+    taken: usize,
     /// The value at the start of the run.
     first: S,
     /// True if the coordinate turned round in what was seen.
@@ -181,7 +183,7 @@ impl<S: Real> SampleStream<S> {
     pub fn see(&mut self, solution: &Solution<S>) {
         if solution.window_count == solution.windows.len() {
             self.samples.clear();
-            (self.before, self.has_turned) = (0, false);
+            (self.before, self.taken, self.has_turned) = (0, 0, false);
         }
         if solution.windows.is_empty() {
             return;
@@ -204,11 +206,22 @@ impl<S: Real> SampleStream<S> {
         }
         // A sample at the end of this solution is left to the next one, which starts there.
         let beyond = |value: S| if end < S::ZERO { value - origin <= end } else { value - origin >= end };
-        let from = self.before + self.samples.len();
+        let from = self.before + self.taken + self.samples.len();
         let reached = self.values[from..].iter().take_while(|&&value| !beyond(value)).count();
         let values = self.values[from..from + reached].iter();
         self.samples.extend(values.map_while(|&value| sampler.at(self.coordinate, value).ok()));
         self.tables = sampler.tables;
+    }
+
+    /// True if they are found in the requested order.
+    pub fn is_in_order(&self) -> bool {
+        !self.reversed
+    }
+
+    /// Takes those that were found since the last time. The stream has no more of them.
+    pub fn take(&mut self) -> std::vec::Drain<'_, Sample<S>> {
+        self.taken += self.samples.len();
+        self.samples.drain(..)
     }
 
     /// The samples of what was seen so far, in the requested order.
@@ -237,9 +250,9 @@ impl<S: Real> SampleStream<S> {
             return (Vec::new(), Some(NoSamples::Turns));
         }
         let mut sampler = Sampler::with_tables(last, self.tables);
-        let rest = &self.values[self.before + self.samples.len()..];
+        let rest = &self.values[self.before + self.taken + self.samples.len()..];
         self.samples.extend(rest.iter().map_while(|&value| sampler.at(self.coordinate, value).ok()));
-        let is_whole = self.samples.len() == self.values.len();
+        let is_whole = self.taken + self.samples.len() == self.values.len();
         if self.reversed {
             self.samples.reverse();
         }
@@ -267,6 +280,7 @@ impl<S: Real> SampleStream<S> {
             before: 0,
             reversed,
             samples: Vec::new(),
+            taken: 0,
             first: S::ZERO,
             has_turned: false,
             tables: Tables::default(),

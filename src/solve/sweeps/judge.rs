@@ -46,7 +46,12 @@ impl<'o, S: Real> Judge<'o, S> {
         Self { run, operators: Operators::default(), is_shown: true }
     }
 
-    /// Shows its next window.
+    /// Shows what is left of it.
+    pub(super) fn show(&mut self) {
+        self.run.show();
+    }
+
+    /// Shows its next window, with others.
     fn see(&mut self, window: &mut Window<'_>) {
         if window.index == 0 {
             self.run.clear();

@@ -55,10 +55,12 @@ pub(super) fn to_accuracy<S: Real>(
     let (system, form, sbp, accuracy) = (System::PhysicalLimit, Form::Weak, SbpName::Gll(POINTS as u8), Some(wanted));
     let settings = Settings { system, form, sbp, accuracy, ..setup.settings };
     let mut run = Run::new(setup, &settings, observer);
-    let judge = of_judge.map(|observer| Judge::new(Run::new(setup, &settings, Some(observer))));
-    let ended = march.go(&mut run, judge, is_kept);
+    let mut judge = of_judge.map(|observer| Judge::new(Run::new(setup, &settings, Some(observer))));
+    let ended = march.go(&mut run, judge.as_mut(), is_kept);
+    judge.iter_mut().for_each(Judge::show);
     // The window before a failure is one of the run, too.
     run.judge_window(march.engine.errors());
+    run.show();
     if let Err(failure) = ended {
         return Err(Unfinished::new(failure, run.line));
     }
@@ -96,6 +98,7 @@ pub(super) fn equal<S: Real>(setup: &Setup<S>, length: S, observer: Option<Obser
         append(&mut run, &mut window, &operator, gamma).ok()?;
         run.end_window();
     }
+    run.show();
     Some(run.line)
 }
 
@@ -205,13 +208,18 @@ impl<'s, S: Real> March<'s, S> {
         Self { setup, wanted, engine, extremes: Extremes::default(), before: 0 }
     }
 
-    /// Goes to the end of the run, window by window. All of them are kept, or the last one.
-    fn go(&mut self, run: &mut Run<'_, S>, mut judge: Option<Judge<'_, S>>, is_kept: bool) -> Result<(), NoSolution> {
+    /// Goes to the end of the run, window by window. All of them are kept, or the last few.
+    fn go(
+        &mut self,
+        run: &mut Run<'_, S>,
+        mut judge: Option<&mut Judge<'_, S>>,
+        is_kept: bool,
+    ) -> Result<(), NoSolution> {
         let setup = self.setup;
         let mut watches = Watches::new(setup);
         let mut operators = Operators::default();
         loop {
-            let index = match next(&mut self.engine, judge.as_mut()) {
+            let index = match next(&mut self.engine, judge.as_deref_mut()) {
                 Ok(Some(window)) => window.index,
                 Ok(None) => return Ok(()),
                 Err(Failure::BeginAgain) => {

@@ -9,7 +9,7 @@ use crate::engine::{Accuracy, Handed};
 use crate::geometry::{Geometry, Start};
 use crate::number::Real;
 use crate::number::norm::larger;
-use crate::solve::{Limit, Off, Place, Setup, WorldLine, solve_window_by_window};
+use crate::solve::{Limit, Off, Place, Setup, WorldLine, solve_in_parts};
 use crate::study::acting::chain;
 use crate::trajectory::{Sample, Sampler};
 
@@ -136,7 +136,7 @@ impl Along {
             chain(case, &setup, accuracy, false).ok()?.iter().for_each(|piece| see(&piece.line, &piece.setup.set));
         } else {
             setup.settings.accuracy = Some(accuracy);
-            solve_window_by_window(&setup, &mut |part| see(part, &setup.set)).ok()?;
+            solve_in_parts(&setup, &mut |part| see(part, &setup.set)).ok()?;
         }
         (states.len() > PLACES).then_some(Self { states, sights })
     }

@@ -1,7 +1,7 @@
 //! An accuracy asked for is kept, also where V is not smooth, and also for runs that end at a given time. (`cargo bench
 //! --bench verdict -- 6000 1 accuracy` does the same with as many random scenes as one likes.)
 
-use geodesic_ivp::solve::{NoSolution, Status, solve_window_by_window};
+use geodesic_ivp::solve::{NoSolution, Status, solve_in_parts};
 use geodesic_ivp::{Case, solve};
 
 use crate::common::{case, parsed};
@@ -66,7 +66,7 @@ fn work_and_memory_are_bounded_before_they_are_spent() {
         failure.needed > 1e10 && failure.to_string().contains("nodes") && failure.advice().contains("--samples-only")
     );
     // Window by window nothing is kept, and evaluations are the limit.
-    let failure = solve_window_by_window::<f64>(&case("grid.gamma_f=1e15 solver.accuracy=1e-8"), &mut |_| {});
+    let failure = solve_in_parts::<f64>(&case("grid.gamma_f=1e15 solver.accuracy=1e-8"), &mut |_| {});
     let failure = failure.expect_err("it takes years");
     assert_eq!(failure.status, Status::EvaluationLimit, "{failure}");
     assert!(failure.needed > 1e12 && failure.to_string().contains("limit of 1e12"), "{failure}");

@@ -7,7 +7,7 @@ use geodesic_ivp::diagnostics::{ChargeDeviation, Diagnostics};
 use geodesic_ivp::engine::Accuracy;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::sbp::SbpName;
-use geodesic_ivp::solve::{Settings, WorldLine, solve, solve_window_by_window};
+use geodesic_ivp::solve::{Settings, WorldLine, solve, solve_in_parts};
 use geodesic_ivp::{Solution, Status};
 
 use crate::common::{distance, line_of, reference_of, shipped};
@@ -124,7 +124,7 @@ fn every_case_of_one_coordinate_meets_its_expectations_in_both_systems() {
             "long-run" => {
                 let mut k_ends = 0.0_f64;
                 let mut see = |window: &Solution| k_ends = k_ends.max(Diagnostics::new(window).norm.max_ends);
-                let line = solve_window_by_window::<f64>(&case, &mut see).unwrap();
+                let line = solve_in_parts::<f64>(&case, &mut see).unwrap();
                 assert_end(name, &case, &line.end().q);
                 assert!(k_ends < 1e-11 && line.gradient_norm < 1e-9, "{name}: K = 100.09 drifts by {k_ends}");
             }

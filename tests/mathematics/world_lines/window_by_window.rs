@@ -1,19 +1,21 @@
-//! A run handed out window by window is the run that is kept whole.
+//! A run handed out part by part is the run that is kept whole.
 
 use crate::common::{case, line_of, parsed};
 use geodesic_ivp::diagnostics::Diagnostics;
-use geodesic_ivp::solve::{WorldLine, solve_window_by_window};
+use geodesic_ivp::solve::{WorldLine, solve_in_parts};
 use geodesic_ivp::study::run::{Wanted, run};
-use geodesic_ivp::trajectory::{Coordinate, NoSamples, OutsideRun, SampleStream, Sampler};
+use geodesic_ivp::trajectory::{Coordinate, NoSamples, OutsideRun, Sample, SampleStream, Sampler};
 use geodesic_ivp::{Case, Solution, Status};
 
-const RUNS: [&str; 7] = [
+const RUNS: [&str; 9] = [
+    "grid.windows=60 grid.gamma_f=30.0",
     "grid.windows=6 grid.gamma_f=3.0",
-    "grid.windows=6 grid.gamma_f=3.0 scheme.sbp=SBP42 scheme.form=weak initial.t=7.0 grid.gamma_i=-1.0",
-    "grid.windows=3 grid.gamma_f=3.0 scheme.sbp=SBP42 solver.system=doubled",
-    "grid.windows=6 grid.n_gamma=16 grid.gamma_f=3.0 scheme.sbp=GLL16 scheme.form=weak initial.t_dot=-1.0",
-    "grid.windows=4 grid.n_gamma=12 grid.t_f=3.0 scheme.sbp=GLL12 scheme.form=weak",
-    "solver.accuracy=1e-9 grid.gamma_f=7.0",
+    "grid.windows=60 grid.gamma_f=30.0 scheme.sbp=SBP42 scheme.form=weak initial.t=7.0 grid.gamma_i=-1.0",
+    "grid.windows=3 grid.n_gamma=300 grid.gamma_f=3.0 scheme.sbp=SBP42 solver.system=doubled",
+    "grid.windows=90 grid.n_gamma=16 grid.gamma_f=30.0 scheme.sbp=GLL16 scheme.form=weak initial.t_dot=-1.0",
+    "grid.windows=99 grid.n_gamma=12 grid.t_f=30.0 scheme.sbp=GLL12 scheme.form=weak",
+    "solver.accuracy=1e-9 grid.gamma_f=70.0",
+    "solver.accuracy=1e-9 grid.gamma_f=3.0",
     "solver.accuracy=1e-9 grid.t_f=7.0 potential={linear={alpha=0.2}}",
 ];
 
@@ -32,9 +34,9 @@ fn extremes(found: &Diagnostics) -> String {
 
 /// Scenes with events, invariants, conserved sums, an energy and the work of a force, on grids and to an accuracy.
 fn scenes() -> impl Iterator<Item = Case> {
-    let grid = "scheme = { sbp = \"GLL12\", form = \"weak\" }\ngrid = { gamma_f = 9.0, windows = 15 }";
-    let strong = "scheme.sbp = \"SBP42\"\ngrid = { gamma_f = 9.0, windows = 4, n_gamma = 60 }";
-    let accuracy = "solver.accuracy = 1e-9\ngrid.gamma_f = 9.0";
+    let grid = "scheme = { sbp = \"GLL12\", form = \"weak\" }\ngrid = { gamma_f = 90.0, windows = 150 }";
+    let strong = "scheme.sbp = \"SBP42\"\ngrid = { gamma_f = 9.0, windows = 12, n_gamma = 60 }";
+    let accuracy = "solver.accuracy = 1e-9\ngrid.gamma_f = 200.0";
     let plane = "potential = { coordinates = [\"x\", \"y\"], formula = \"(x - y)^2/2 + (x - y)^4/8\" }\n\
                  particle.law = \"newtonian\"\ninitial = { x = 1.0, y = -0.5, x_dot = 0.3, y_dot = 0.1 }\n\
                  invariants.sum = \"p_x + p_y\"\nevents.meet.when = \"x - y\"\nevents.late.when = \"t - 9\"\n";
@@ -51,7 +53,7 @@ fn nodes(line: &WorldLine) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn windows_one_by_one_are_those_of_the_whole_run() {
+fn parts_are_those_of_the_whole_run() {
     for (case, by) in RUNS
         .map(case)
         .into_iter()
@@ -66,17 +68,20 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
         let [from, to] = if by == Coordinate::Gamma { ends } else { times };
         let values: Vec<f64> = (0..=40).rev().map(|k| from + (to - from) * f64::from(k) / 40.0).collect();
         let (mut seen, mut windows) = (vec![Vec::new(); line.geometry().dimension() + 1], 0);
-        let mut see = |window: &WorldLine, _: &Diagnostics| {
-            windows += 1;
-            assert_eq!((window.windows.len(), window.window_count), (1, windows), "{text}");
-            seen.iter_mut().zip(nodes(window)).for_each(|(seen, row)| seen.extend(row));
+        let mut see = |part: &WorldLine, _: &Diagnostics| {
+            windows += part.windows.len();
+            assert_eq!(part.window_count, windows, "{text}");
+            let before = part.nodes() - part.nodes() / part.windows.len();
+            assert!(before < 512, "{text}: a part has no more windows than it needs");
+            seen.iter_mut().zip(nodes(part)).for_each(|(seen, row)| seen.extend(row));
         };
         let samples = || Some(SampleStream::new(by, values.clone(), to < from));
         let whole = Wanted { samples: samples(), sums: true, ..Wanted::default() };
         let streamed =
-            Wanted { samples: samples(), takes_part: false, is_streamed: true, sums: true, observer: Some(&mut see) };
+            Wanted { samples: samples(), is_streamed: true, sums: true, observer: Some(&mut see), ..Wanted::default() };
         let [whole, streamed] = [whole, streamed].map(|wanted| run(&case, &setup, wanted).0.expect("there is a run"));
-        assert!(windows > 1 && windows == whole.line.windows.len() && streamed.line.windows.len() == 1, "{text}");
+        assert!(windows > 1 && windows == whole.line.windows.len(), "{text}");
+        assert!(streamed.line.windows.len() < windows || whole.line.nodes() < 512 + 64, "{text}");
         assert_eq!((seen, nodes(&whole.line)), (nodes(&line), nodes(&line)), "{text}");
 
         let (last, all) = (&streamed.line, &whole.line);
@@ -110,12 +115,37 @@ fn windows_one_by_one_are_those_of_the_whole_run() {
     }
 }
 
+/// A run may begin again, and does so here with smaller tolerances: what was handed out before is void then.
+#[test]
+fn samples_that_are_handed_out_on_the_way_are_those_of_the_whole_run() {
+    for further in ["solver.accuracy=1e-9 grid.t_f=90.0", "solver.accuracy=1e-13 grid.t_f=90.0"] {
+        let (case, values) = (case(further), (0..=400).map(|k| f64::from(k) * 90.0 / 400.0).collect::<Vec<f64>>());
+        let (setup, samples) =
+            (case.setup::<f64>(), || Some(SampleStream::new(Coordinate::Value(0), values.clone(), false)));
+        let (mut handed, mut parts) = (Vec::new(), 0);
+        let mut see = |samples: &[Sample], begins: bool| {
+            if begins {
+                handed.clear();
+            }
+            parts += 1;
+            handed.extend(samples.iter().cloned());
+        };
+        let streamed =
+            Wanted { samples: samples(), is_streamed: true, of_samples: Some(&mut see), ..Wanted::default() };
+        let streamed = run(&case, &setup, streamed).0.expect("there is a run").samples;
+        let whole = run(&case, &setup, Wanted { samples: samples(), ..Wanted::default() }).0.expect("there is a run");
+        assert!(parts > 1 && streamed.len() < 400 / 2, "{parts} parts, {} samples", streamed.len());
+        handed.extend(streamed);
+        assert_eq!(handed, whole.samples, "{further}");
+    }
+}
+
 #[test]
 fn samples_beyond_the_run_are_refused_with_its_range() {
     let overrides = "grid.windows=4 grid.n_gamma=12 grid.gamma_f=2.0 scheme.sbp=GLL12 scheme.form=weak";
     for values in [vec![0.5, 2.5], vec![-0.5, 0.5], vec![2.5, 0.5]] {
         let mut stream = SampleStream::new(Coordinate::Gamma, values.clone(), false);
-        let last = solve_window_by_window(&case(overrides), &mut |window: &Solution| stream.see(window)).unwrap();
+        let last = solve_in_parts(&case(overrides), &mut |window: &Solution| stream.see(window)).unwrap();
         let range = (0.0, 2.0);
         assert_eq!(stream.finish(&last), Err(NoSamples::Outside(OutsideRun { range })), "{values:?}");
     }
@@ -126,9 +156,9 @@ fn a_failure_on_the_way_ends_the_run() {
     let overrides = "potential={linear={alpha=1.0}} initial.x=0.0 initial.x_dot=0.0 grid.gamma_f=10.0";
     for scheme in ["scheme.sbp=GLL12 grid.n_gamma=12 scheme.form=weak grid.windows=20", "solver.accuracy=1e-8"] {
         let (mut windows, mut furthest) = (0, 0.0);
-        let failure = solve_window_by_window(&case(&format!("{overrides} {scheme}")), &mut |window: &Solution| {
+        let failure = solve_in_parts(&case(&format!("{overrides} {scheme}")), &mut |window: &Solution| {
             windows += 1;
-            furthest = window.windows[0].gamma[1];
+            furthest = window.windows.last().unwrap().gamma[1];
         });
         let failure = failure.unwrap_err();
         assert_eq!(failure.status, Status::OutsideDomain, "{scheme}");
