@@ -215,21 +215,42 @@ impl Case {
         })
     }
 
-    /// The state behind an event that acts, but for parameters that it sets, as functions of the state before, where K
-    /// is `norm` at the start.
+    /// The state behind an event that acts, but for parameters that it sets if they are not unknown, as functions of the
+    /// state before, where K is `norm` at the start.
     pub(crate) fn reset(&self, event: &Event, norm: Extended) -> Reset {
         let set = event.set.iter().filter_map(|(quantity, formula)| {
             let (coordinate, setting) = match quantity {
                 Quantity::Position(a) => (*a, Setting::Position),
                 Quantity::Velocity(a) => (*a, Setting::Velocity),
                 Quantity::Momentum(a) => (*a, Setting::Momentum),
-                Quantity::Parameter(_) => return None,
+                Quantity::Parameter(place) => {
+                    let GeometryText { parameters, unknown, .. } = &self.geometry_text;
+                    let place = unknown.iter().position(|name| *name == parameters[*place].0)?;
+                    (self.geometry_text.names().len() + place, Setting::Position)
+                }
             };
             Some(NewValue { coordinate, setting, formula })
         });
         let left_out = self.is_lifted().then_some(0);
         let set: Vec<NewValue<'_>> = set.collect();
         Reset::new(&self.geometry_text, &set, (norm, left_out)).expect("a valid case has valid formulas")
+    }
+
+    /// The same case, in which the parameters that events set are unknown.
+    pub(crate) fn with_unknown_parameters(&self) -> Self {
+        let mut case = self.clone();
+        let GeometryText { parameters, unknown, .. } = &mut case.geometry_text;
+        for (_, (name, _)) in parameters.iter().enumerate().filter(|(place, _)| self.sets_parameter(*place)) {
+            if !unknown.contains(name) {
+                unknown.push(name.clone());
+            }
+        }
+        case
+    }
+
+    /// True if an event sets the parameter in this place.
+    fn sets_parameter(&self, place: usize) -> bool {
+        self.events.iter().flat_map(|event| &event.set).any(|(quantity, _)| *quantity == Quantity::Parameter(place))
     }
 
     /// The derivatives of an event that acts, which carry small changes behind it, where K is `norm` at the start.

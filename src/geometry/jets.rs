@@ -163,10 +163,20 @@ impl Jets {
         self.depends.iter().map(Vec::as_slice)
     }
 
-    /// True for each formula that depends on positions of the end alone.
-    pub(crate) fn are_of_positions(&self) -> Vec<bool> {
-        let is_of_positions = |depends: &Vec<bool>| !depends[self.dimension..].contains(&true);
-        self.depends.iter().map(is_of_positions).collect()
+    /// For each formula the positions of the end that it depends on, and behind them the unknown parameters, if it
+    /// depends on nothing else.
+    pub(crate) fn places(&self) -> impl Iterator<Item = Option<Vec<usize>>> {
+        let (n, unknown) = (self.dimension, 4 * self.dimension);
+        self.depends.iter().map(move |depends| {
+            let places = (0..n).chain(unknown..depends.len()).filter(|&k| depends[k]);
+            let places = places.map(|k| if k < n { k } else { k - unknown + n });
+            (!depends[n..unknown].contains(&true)).then(|| places.collect())
+        })
+    }
+
+    /// The number of coordinates n.
+    pub(crate) fn dimension(&self) -> usize {
+        self.dimension
     }
 
     /// Returns true if a formula depends on the momentum p_a of the end.

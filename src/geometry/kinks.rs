@@ -193,5 +193,5 @@ pub(crate) fn arguments(text: &GeometryText) -> Option<Arguments> {
     let own: Vec<NodeId> = (0..3 * n).map(|variable| ends.scope.graph.variable(variable)).collect();
     let state = [&own[..n], &ends.velocities, &own[2 * n..]].concat();
     let nodes = ends.scope.graph.substitute(&nodes, &state);
-    Some(Arguments { jets: Jets::of_nodes(ends.scope, [n, 0], &nodes), tables })
+    Some(Arguments { jets: Jets::of_nodes(ends.scope, [n, text.unknown.len()], &nodes), tables })
 }

@@ -5,7 +5,7 @@ use super::{GeometryError, GeometryText};
 use crate::formula::NodeId;
 use crate::number::Extended;
 
-/// What an event sets of a coordinate.
+/// What an event sets of a coordinate, or of an unknown parameter, whose place is behind them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Setting {
     /// q^a.
@@ -35,8 +35,8 @@ pub(crate) struct Reset {
 }
 
 impl Reset {
-    /// The state behind an event in the scene `text` that sets positions and velocities, or positions and momenta,
-    /// where `norm` is K at the start. The other velocities, or momenta, stay.
+    /// The state behind an event in the scene `text` that sets positions, unknown parameters, and velocities or
+    /// momenta, where `norm` is K at the start. The other velocities, or momenta, stay.
     ///
     /// With p_a = g_ab q̇^b + A_a the momenta behind it are those of the positions and velocities there. Where these
     /// move no g_ab and A_a, that is p_a + Σ g_ab (v^b − q̇^b), where v^b are the velocities that it sets. The momentum
@@ -53,7 +53,7 @@ impl Reset {
         let mut ends = Ends::new(text, norm, false)?;
         let n = ends.dimension();
         let mut values = [const { Vec::new() }; 3];
-        values.fill(vec![None; n]);
+        values.fill(vec![None; n + text.unknown.len()]);
         for of in set {
             let node = ends.of_end(of.formula)?;
             let is_mirrored = of.setting == Setting::Momentum && text.mirrored().contains(&of.coordinate);
@@ -69,16 +69,14 @@ impl Reset {
         let all = positions.into_iter().enumerate().map(|(a, node)| ((a, false), node));
         let all = all.chain(momenta.into_iter().enumerate().map(|(a, node)| ((a, true), node)));
         let (changed, nodes): (Vec<_>, Vec<_>) = all.filter_map(|(of, node)| Some((of, node?))).unzip();
-        Ok(Self { changed, jets: Jets::of_nodes(ends.scope, [n, 0], &nodes) })
+        Ok(Self { changed, jets: Jets::of_nodes(ends.scope, [n, text.unknown.len()], &nodes) })
     }
 
-    /// True for each formula whose value it leaves as it is: one of positions that it does not set.
+    /// True for each formula whose value it leaves as it is: one of positions, and of unknown parameters, that it does
+    /// not set.
     pub(crate) fn keeps(&self, formulas: &Jets) -> Vec<bool> {
-        let is_set = |a: usize| self.changed.contains(&(a, false));
-        let of_positions = formulas.are_of_positions().into_iter().zip(formulas.depends());
-        of_positions
-            .map(|(is_kept, depends)| is_kept && !(0..depends.len() / 4).any(|a| depends[a] && is_set(a)))
-            .collect()
+        let is_set = |a: &usize| self.changed.contains(&(*a, false));
+        formulas.places().map(|places| places.is_some_and(|places| !places.iter().any(is_set))).collect()
     }
 }
 
@@ -89,7 +87,12 @@ fn momentum(ends: &mut Ends, a: usize, [positions, velocities]: [&[Option<NodeId
         (0..n).filter_map(|b| Some((b, *ends.metric.get(&[a.min(b), a.max(b)])?))).collect();
     let one_form = ends.one_form.get(&a).copied();
     let graph = &mut ends.scope.graph;
-    let moved: Vec<NodeId> = (0..n).map(|b| positions[b].unwrap_or_else(|| graph.variable(b))).collect();
+    // Of two states with positions, velocities and momenta each the first one is that before; unknown parameters come
+    // last.
+    let place = |k: usize| if k < n { Some(k) } else { k.checked_sub(5 * n).filter(|place| *place >= n) };
+    let behind = |k: usize| place(k).and_then(|place| positions[place]);
+    let moved: Vec<NodeId> =
+        (0..5 * n + positions.len()).map(|k| behind(k).unwrap_or_else(|| graph.variable(k))).collect();
     let fields: Vec<NodeId> = row.iter().map(|(_, component)| *component).chain(one_form).collect();
     let there = graph.substitute(&fields, &moved);
     if there != fields {

@@ -19,6 +19,8 @@ use super::{Coordinate, Generator, Motion, Reason, Spread, Until};
 use crate::number::ball::{Ball, Disc, OFF};
 use crate::number::{Extended, Real};
 
+/// The last window is so many times as long as motions of a set may end later than others.
+const ROOM: f64 = 4.0;
 /// A value is looked for up to this share of a window behind its end, so that no window is left in front of it.
 const BEHIND: f64 = 1e-6;
 
@@ -90,7 +92,12 @@ impl Goal {
         let Self::Length(length, late) = self else { return (h, false) };
         let left = *length + Extended::from(*late) - Extended::from(reached);
         let near = left.to_f64();
-        if h < near * (1.0 - BEHIND) {
+        // Motions of a set end in the last window, which is longer than what their ends are apart.
+        let (room, mut h) = (if *late > 0.0 { ROOM * late } else { 0.0 }, h);
+        while room > 0.0 && near - h < room && near > 2.0 * room {
+            h *= 0.5;
+        }
+        if h < near * (1.0 - BEHIND) && near - h >= room {
             return (h, false);
         }
         // The true length may be longer than these digits of it.
@@ -107,7 +114,7 @@ impl Goal {
             let on_way = |h| sign * way(&proved.modes[k], proved.h, h);
             let (missing, rate) = (sign * left - on_way(h), (on_way(h) - on_way(0.99 * h)) / (0.01 * h));
             let apart = proved.added.epsilon[k];
-            let is_near = set.differences.is_some() && rate > 0.0 && missing < APART * apart;
+            let is_near = rate > 0.0 && missing < APART * apart;
             is_near.then(|| h + (missing + 4.0 * apart) / rate)
         })
     }
@@ -128,8 +135,9 @@ impl Goal {
         }
         let size = set.size(k, proved.sizes[k]);
         let rate = (way(&proved.modes[k], proved.h, high) - way(&proved.modes[k], proved.h, 0.99 * high)).abs();
-        let margin = (2.0 * proved.added.epsilon[k] + 8.0 * f64::EPSILON * size) * 0.01 * high / rate;
-        Some(high * (1.0 + 4.0 * f64::EPSILON) + 2.0 * margin)
+        // All of a set have passed then, and not much more: the way back has to stay inside of the window.
+        let margin = (1.5 * proved.added.epsilon[k] + 16.0 * f64::EPSILON * size) * 0.01 * high / rate;
+        Some(high * (1.0 + 4.0 * f64::EPSILON) + margin)
     }
 }
 

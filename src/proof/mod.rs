@@ -81,6 +81,8 @@ pub struct Motion<'m> {
     /// Where it goes on behind an event, which of the motion before is known: every q^a and then every p_a, with all
     /// columns, of which none is a direction of starts. Else nothing.
     pub behind: &'m [Option<Spread>],
+    /// True if what is known of the start is a set as large as the motion may be.
+    pub is_spread: bool,
     /// By how much the length may be off, as the place of such an event is.
     pub late: f64,
     /// The place of a formula that is 0 at the start, and the side to which it has to leave: it is no motion of this
@@ -142,7 +144,30 @@ pub struct Event {
     pub coordinates: Vec<Coordinate>,
 }
 
-impl Motion<'_> {
+impl<'m> Motion<'m> {
+    /// The motion from a start, of which nothing is watched on the way.
+    pub fn new(geometry: &'m Geometry<Extended>, start: &'m Start<Extended>, until: Until) -> Self {
+        Self {
+            geometry,
+            start,
+            until,
+            unused: None,
+            watched: &[],
+            samples: &[],
+            generators: &[],
+            keeps_way: false,
+            behind: &[],
+            is_spread: false,
+            late: 0.0,
+            leaves: None,
+        }
+    }
+
+    /// True if it stands for a set of motions.
+    fn is_set(&self) -> bool {
+        self.is_spread || !self.generators.is_empty()
+    }
+
     /// The number of coordinates that are none of these formulas, and no unknown parameters.
     fn results(&self) -> usize {
         results(self.geometry, self.watched.len())

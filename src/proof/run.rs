@@ -59,6 +59,8 @@ enum Ahead {
     Passed(f64),
     /// A formula that is met before.
     Event(Met),
+    /// A formula passes 0 at its end: a window so long has passed it.
+    Passing(f64),
 }
 
 /// Lengths of windows, but for the last one, are multiples of a power of two, so that sums of them are exact.
@@ -95,13 +97,12 @@ impl<'m, 'g> Run<'m, 'g> {
     /// The proof, but for its time.
     pub(super) fn proof(mut self, goes_on: &mut dyn FnMut(Progress) -> bool) -> Proof {
         let goal = Goal::new(self.motion, &self.prover.equations);
-        let is_set = !self.motion.generators.is_empty();
         let length = goal.exact_length();
         let mut state = Vec::new();
         let end = self.to(goal, goes_on).map(|end| {
             // Where nothing varies there is no window.
             let end = end.unwrap_or_else(|| End::after(length));
-            if is_set || self.ended_by.is_some() {
+            if !self.motion.generators.is_empty() || self.ended_by.is_some() {
                 state = spread::state(self.motion, &self.prover.equations, &end);
             }
             end::coordinates(self.motion, &self.prover.equations, end.gamma, &end.unknowns)
@@ -129,6 +130,8 @@ impl<'m, 'g> Run<'m, 'g> {
         let most = if self.motion.keeps_way { first } else { f64::INFINITY };
         self.keep_way();
         let (mut h, mut longest, mut short, mut refused) = (on_grid(first, unit), 0.0_f64, 0, Reason::Short);
+        // A window may be tried in a longer one's place once.
+        let mut is_longer = false;
         let of_window = self.prover.equations.operations();
         loop {
             let operations = self.attempts as f64 * of_window + self.samples.operations();
@@ -136,7 +139,8 @@ impl<'m, 'g> Run<'m, 'g> {
                 return Err(Reason::Stopped);
             }
             let (step, is_last) = goal.step(self.reached, h);
-            let ahead = self.window(&goal, step).and_then(|proved| Ok((self.ahead(&goal, &proved)?, proved)));
+            let may_be = |longer: f64| !is_longer && !is_last && longer <= most;
+            let ahead = self.seen(&goal, (step, is_last), may_be);
             let factor = match ahead {
                 Ok((Ahead::Event(met), _)) => {
                     let end = self.meet(&goal, (&met, unit))?;
@@ -145,9 +149,14 @@ impl<'m, 'g> Run<'m, 'g> {
                         return Ok(Some(end));
                     }
                     // Behind it windows are as long as before.
+                    is_longer = false;
                     h / step
                 }
                 Ok((Ahead::Passed(step), _)) => return self.last(&goal, step).map(Some),
+                Ok((Ahead::Passing(longer), _)) => {
+                    is_longer = true;
+                    longer / step
+                }
                 Ok((Ahead::Nothing, proved)) if is_last => return self.end_at(&goal, proved, None).map(Some),
                 Ok((Ahead::Nothing, proved)) => {
                     longest = longest.max(step);
@@ -160,19 +169,13 @@ impl<'m, 'g> Run<'m, 'g> {
                     let half = on_grid(0.5 * step, unit);
                     let proved = if self.is_finer { self.window(&goal, half)? } else { proved };
                     self.take(proved, None)?;
-                    refused = Reason::Short;
+                    (refused, is_longer) = (Reason::Short, false);
                     factor
                 }
                 Err(reason) => {
-                    let least = if longest > 0.0 { longest * SHORTEST } else { first * SHORTEST_FIRST };
                     // In the shortest windows numbers may leave the range first; longer ones have seen why.
                     refused = if reason == Reason::Short { refused } else { reason };
-                    // Also where a step is not a number.
-                    let can_be_shorter = step > least.max(2.0 * unit);
-                    if !can_be_shorter {
-                        return Err(self.reason(refused));
-                    }
-                    if longest > 0.0 { SHORTER } else { 0.5 }
+                    self.shorter(step, [longest, first, unit], refused)?
                 }
             };
             h = on_grid((step * factor).min(most), unit);
@@ -190,9 +193,46 @@ impl<'m, 'g> Run<'m, 'g> {
         if goal.is_ahead(&proved.bounds.sides) { Ok(proved) } else { Err(Reason::NotMonotone) }
     }
 
-    /// Looks for ends in a window.
-    fn ahead(&self, goal: &Goal, proved: &Proved) -> Result<Ahead, Reason> {
-        let met = self.watches.met(&self.prover.equations, &self.set, proved)?;
+    /// By how much the next window is shorter than one that was refused, where the longest one and the first step are
+    /// known; or the reason, if none may be.
+    fn shorter(&self, step: f64, [longest, first, unit]: [f64; 3], refused: Reason) -> Result<f64, Reason> {
+        let least = if longest > 0.0 { longest * SHORTEST } else { first * SHORTEST_FIRST };
+        // Also where a step is not a number.
+        let can_be_shorter = step > least.max(2.0 * unit);
+        if !can_be_shorter {
+            return Err(self.reason(refused));
+        }
+        Ok(if longest > 0.0 { SHORTER } else { 0.5 })
+    }
+
+    /// A window of this length, and what lies in it. One in which a formula passes 0 at the end is none, if it may not
+    /// be longer.
+    fn seen(
+        &mut self,
+        goal: &Goal,
+        (step, is_last): (f64, bool),
+        may_be: impl Fn(f64) -> bool,
+    ) -> Result<(Ahead, Proved), Reason> {
+        let proved = self.window(goal, step)?;
+        match self.ahead(goal, &proved, is_last)? {
+            Ahead::Passing(longer) if !may_be(longer) => Err(Reason::Grazed),
+            ahead => Ok((ahead, proved)),
+        }
+    }
+
+    /// Looks for ends in a window, which may be the last one.
+    fn ahead(&self, goal: &Goal, proved: &Proved, is_last: bool) -> Result<Ahead, Reason> {
+        let (equations, set) = (&self.prover.equations, &self.set);
+        let longer = || self.watches.longer(equations, set, proved).map(Ahead::Passing);
+        let met = match self.watches.met(equations, set, proved) {
+            Ok(Some(met)) => Some(met),
+            Ok(None) if is_last => None,
+            Ok(None) => match longer() {
+                Some(longer) => return Ok(longer),
+                None => None,
+            },
+            Err(reason) => return longer().ok_or(reason),
+        };
         match (goal.passed(&self.set, proved), met) {
             (None, None) => Ok(Ahead::Nothing),
             (Some(step), None) => Ok(Ahead::Passed(step)),
@@ -220,7 +260,7 @@ impl<'m, 'g> Run<'m, 'g> {
         if !ends && two_sum(self.reached, step).1 != 0.0 {
             return Err(Reason::Short);
         }
-        if !self.watches.meets_last(met.watch, &self.prover.equations, &self.set, &proved) {
+        if !self.watches.meets_once(met.watch, &self.prover.equations, &self.set, &proved) {
             return Err(Reason::Grazed);
         }
         let end = self.end_at(&met.goal, proved, Some(met.watch))?;
@@ -268,7 +308,7 @@ impl<'m, 'g> Run<'m, 'g> {
     /// bounds than it moves by. But where no window follows, it is why.
     fn is_lost(&self) -> bool {
         // What rests at 0 with all of its kind has no size, and a set of starts may be as large as the motion.
-        let is_set = !self.motion.generators.is_empty();
+        let is_set = self.motion.is_set();
         let is_kept = |(i, radius): (usize, &f64)| {
             let size = self.set.size_of_kind(i);
             *radius <= LOST * size || (is_set || size == 0.0) && radius.is_finite()

@@ -36,22 +36,7 @@ impl Scene {
         let geometry: Geometry<Extended> = Geometry::new(&self.text).unwrap();
         let start = self.start(&geometry);
         let until = Until::Length(self.numbers(self.length)[0]);
-        prove(
-            &Motion {
-                behind: &[],
-                late: 0.0,
-                leaves: None,
-                keeps_way: false,
-                geometry: &geometry,
-                start: &start,
-                unused: None,
-                until,
-                watched: &[],
-                samples: &[],
-                generators: &[],
-            },
-            &mut |_| true,
-        )
+        prove(&Motion::new(&geometry, &start, until), &mut |_| true)
     }
 }
 

@@ -17,6 +17,10 @@ use crate::geometry::Direction;
 const HALVINGS: usize = 24;
 const MOST_LOOKS: usize = 1024;
 
+/// A value that is nearer to 0 than so many times what it may be off by is about to pass it: the window in which all
+/// motions of a set do so begins before that.
+const NEAR: f64 = 4.0;
+
 /// A formula that is watched, with the side of 0 that it is on at the start of the next window.
 struct Watch {
     unknown: usize,
@@ -71,6 +75,21 @@ impl Watches {
         motion.watched.iter().enumerate().map(watch).collect::<Result<_, _>>().map(Self)
     }
 
+    /// The length of a window in which a formula passes 0, if it does so at the end of this one, or is about to: motions
+    /// of a set pass it one after the other, and all of them in one window, some way behind its start.
+    pub(super) fn longer(&self, equations: &Equations<'_>, set: &Set, proved: &Proved) -> Option<f64> {
+        let h = proved.h;
+        let longer = self.0.iter().filter_map(|watch| {
+            let seen = Seen::new(equations, set, proved, watch.unknown);
+            let (value, rate) = (seen.value(h), slope(&proved.modes[watch.unknown], h, h));
+            let is_about_to = value * rate < 0.0 && value.abs() < NEAR * seen.room;
+            let passes = is_about_to || seen.parts().last().is_some_and(|part| part.to == h);
+            let step = h + 2.0 * (value.abs() + seen.room) / rate.abs();
+            (passes && step.is_finite()).then_some(step)
+        });
+        longer.reduce(f64::max)
+    }
+
     /// The first formula that is met in a window, if there is one; an error if it is not known whether one is.
     pub(super) fn met(&self, equations: &Equations<'_>, set: &Set, proved: &Proved) -> Result<Option<Met>, Reason> {
         let mut first: Option<Met> = None;
@@ -91,15 +110,14 @@ impl Watches {
         Ok(first)
     }
 
-    /// True if this formula, and no other, is met in a window, and just before its end.
-    pub(super) fn meets_last(&self, watch: usize, equations: &Equations<'_>, set: &Set, proved: &Proved) -> bool {
+    /// True if this formula, and no other, is met in a window, and once.
+    pub(super) fn meets_once(&self, watch: usize, equations: &Equations<'_>, set: &Set, proved: &Proved) -> bool {
         self.0.iter().enumerate().all(|(place, other)| {
             let Some(passed) = Seen::new(equations, set, proved, other.unknown).passed(other.side) else {
                 return false;
             };
             let mut met = passed.iter().filter(|(_, side)| other.direction.counts(*side > 0.0));
-            let is_last = |met: Option<&(Part, f64)>| met.is_some_and(|(part, _)| part.to == proved.h);
-            if place == watch { is_last(met.next()) } else { met.next().is_none() }
+            (place != watch || met.next().is_some()) && met.next().is_none()
         })
     }
 

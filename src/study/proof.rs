@@ -167,31 +167,23 @@ pub fn prove_run<S: Real>(
     let length = run.line.signed(run.line.gamma_f() - S::from(setup.gamma_i.to_f64())).to_f64();
     let samples = events::places(&setup, run);
     let found = until(case, &setup).and_then(|until| {
-        let (acting, arguments) = (Acting::new(case, &setup)?, case.arguments());
+        // What events set is a coordinate of the proof, which stays where it is between them.
+        let scene = case.with_unknown_parameters();
+        let (acting, arguments) = (Acting::new(&scene, &setup)?, scene.arguments());
+        let also = acting.changed();
         let mut attempt = |finds: bool| -> Result<Attempt<'_>, &'static str> {
-            let of = (&acting.changed()[..], arguments.as_ref());
+            let of = (&also[..], arguments.as_ref());
             let Watching { sides, geometry, start, watched, formulas, leaves } =
-                Watching::new(case, &setup, finds, of)?;
+                Watching::new((case, &scene), &setup, finds, of)?;
             let unused = case.is_lifted().then(|| setup.place.start.q.len() - 1);
-            let motion = Motion {
-                geometry: &geometry,
-                start: &start,
-                unused,
-                until,
-                watched: &watched,
-                samples: &samples,
-                generators: &[],
-                behind: &[],
-                late: 0.0,
-                leaves,
-                keeps_way: false,
-            };
+            let motion = Motion::new(&geometry, &start, until);
+            let motion = Motion { unused, watched: &watched, samples: &samples, leaves, ..motion };
             let mut is_costly = false;
             let goes_on = &mut |progress| {
                 is_costly = is_too_costly(progress, length, most);
                 !is_costly && goes_on(progress.reached / length)
             };
-            let through = || Through::new((case, &setup), (&acting, arguments.as_ref()), &formulas);
+            let through = || Through::new((&scene, &setup), (&acting, &also, arguments.as_ref()), &formulas);
             let proof = match case.has_acting_events() || arguments.is_some() {
                 true => through().prove(&motion, &sides, goes_on),
                 false => prove(&motion, goes_on),
@@ -299,7 +291,7 @@ fn of_run<S: Real>(
         status,
         reason,
         ended_by,
-        ends: proof.end.iter().flatten().map(of).collect(),
+        ends: proof.end.iter().flatten().filter(|found| found.coordinate < position.len()).map(of).collect(),
         events,
         samples: events::of_samples(setup, run, &proof.samples),
         reached: setup.gamma_i.to_f64() + sign * proof.reached,

@@ -138,7 +138,11 @@ impl<'p> Set<'p> {
             return Err("norm depends on the start".to_owned());
         }
         let keys = unknowns.iter().map(|unknown| unknown.key.clone());
-        Ok(Self { starts: Starts::new(problem.text.clone(), keys.collect(), middles)?, conditions })
+        let starts = Starts::new(problem.text.clone(), keys.collect(), middles)?;
+        if starts.may_meet_events() {
+            return Err("an event may end the run, or acts".to_owned());
+        }
+        Ok(Self { starts, conditions })
     }
 
     /// What is proved, but for its time, if the cube with these radii has a solution.

@@ -8,12 +8,12 @@
 //!
 //! so that columns are multiplied by the middles of J, and what these leave is added to the radius.
 
-use crate::case::{Case, Event, WatchedFormula};
+use crate::case::{Case, WatchedFormula};
 use crate::geometry::{Jet, Jets, OfEnds, Reset};
 use crate::number::Extended;
 use crate::number::ball::{Ball, OFF};
 use crate::proof::Spread;
-use crate::solve::{Quantity, Setup};
+use crate::solve::Setup;
 
 /// More than the roundings of sums of few terms.
 pub(super) const UP: f64 = 1.0 + 1e-12;
@@ -35,9 +35,8 @@ impl Acting {
         }
         let start = &setup.place.start;
         let norm = setup.place.geometry.norm(&start.q, &start.q_dot);
-        let sets_parameter = |event: &Event| event.set.iter().any(|(it, _)| matches!(it, Quantity::Parameter(_)));
-        if case.events.iter().any(sets_parameter) {
-            return Err("an event that sets a parameter");
+        if case.geometry_text.is_law_of(&case.geometry_text.unknown) {
+            return Err("an event that sets the mass of the relativistic law, or c");
         }
         let resets = case.events.iter().map(|event| (!event.set.is_empty()).then(|| case.reset(event, norm)));
         let resets: Vec<Option<Reset>> = resets.collect();
@@ -64,16 +63,18 @@ impl Acting {
     }
 }
 
-/// Formulas over a set of states. `None` if one is not known.
+/// Formulas over a set of states, which are positions, momenta, and then unknown parameters. `None` if one is not known.
 pub(super) fn spreads(jets: &Jets, state: &[Option<&Spread>]) -> Option<Vec<Spread>> {
-    // The start of the motion stands in no formula.
-    let of_start = vec![Ball::exact(0.0); state.len()];
+    // The start of the motion, which has as many numbers as its end, stands in no formula.
+    let of_end = 2 * jets.dimension();
     let at = |reach: fn(&Spread) -> f64| {
         let ball = |known: &&Spread| Ball::of(known.value, OFF).widened(reach(known));
-        let end = state.iter().map(|known| known.as_ref().map_or(Ball::UNKNOWN, ball));
-        jets.at(&end.chain(of_start.iter().copied()).collect::<Vec<Ball>>())
+        let all = state.iter().map(|known| known.as_ref().map_or(Ball::UNKNOWN, ball)).collect::<Vec<Ball>>();
+        let (end, parameters) = all.split_at(of_end);
+        jets.at(&[end, &vec![Ball::exact(0.0); of_end], parameters].concat())
     };
-    let (values, slopes) = (at(|_| 0.0), at(Spread::reach));
+    let (values, mut slopes) = (at(|_| 0.0), at(Spread::reach));
+    slopes.iter_mut().for_each(|jet| drop(jet.gradient.drain(of_end..2 * of_end)));
     values.iter().zip(&slopes).map(|(value, slopes)| spread(value.value, slopes, state)).collect()
 }
 

@@ -31,13 +31,14 @@ pub(super) struct Watching<'c> {
 }
 
 impl<'c> Watching<'c> {
-    /// Those of a case that may end it or act and, if it `finds`, those of the events that it looks for. The momenta of
-    /// `changed` are no constants. Arguments of abs, sign, step and tables are followed, where there are some.
+    /// Those of a case that may end it or act and, if it `finds`, those of the events that it looks for. Parameters that
+    /// these set are unknown in `scene`. The momenta of `changed` are no constants. Arguments of abs, sign, step and
+    /// tables are followed, where there are some.
     ///
     /// # Errors
     /// The reason why it is not known which sides they are on, or where formulas change their signs.
     pub(super) fn new(
-        case: &'c Case,
+        (case, scene): (&'c Case, &Case),
         setup: &Setup<Extended>,
         finds: bool,
         (changed, arguments): (&[usize], Option<&Arguments>),
@@ -54,6 +55,8 @@ impl<'c> Watching<'c> {
         }
         let norm = geometry.norm(&start.q, &start.q_dot);
         let mut with = (**start).clone();
+        let unknown: Vec<Extended> = scene.geometry_text.unknown.iter().map(|name| case.value(name)).collect();
+        unknown.iter().for_each(|&value| append(&mut with, value));
         let mut watched = Vec::new();
         for of in &formulas {
             let formula = case.observable(of.formula);
@@ -62,8 +65,8 @@ impl<'c> Watching<'c> {
             watched.push(Watched { direction: of.direction, off, ends: of.ends });
         }
         let (mut sides, mut at_zero) = (Vec::new(), None);
-        let unknown = "a start at which abs, sign, step or a table changes";
-        let at_start = arguments.map(|arguments| at_start(arguments, start).ok_or(unknown)).transpose()?;
+        let changes = "a start at which abs, sign, step or a table changes";
+        let at_start = arguments.map(|of| at_start(of, (start, &unknown)).ok_or(changes)).transpose()?;
         for (argument, &table) in at_start.iter().flatten().zip(arguments.iter().flat_map(|of| &of.tables)) {
             let is_off = |table: Table| {
                 table.piece(argument.value).and_then(|piece| table.polynomial::<Extended>(piece)).is_none()
@@ -77,7 +80,7 @@ impl<'c> Watching<'c> {
                     at_zero = Some((sides.len(), watched.len()));
                     (Side::Positive, vec![argument.clone()])
                 }
-                _ => return Err(unknown),
+                _ => return Err(changes),
             };
             sides.push(side);
             for end in ends {
@@ -85,10 +88,11 @@ impl<'c> Watching<'c> {
                 watched.push(Watched { direction: Direction::Both, off: end.radius, ends: true });
             }
         }
-        let scene = |sides: &[Side]| case.watching(&formulas, (changed, sides), norm);
+        let before = with.q.len() - watched.len();
+        let scene = |sides: &[Side]| scene.watching(&formulas, (changed, sides), norm);
         let mut leaves = None;
         if let Some((argument, place)) = at_zero {
-            let (side, out) = left(&mut sides, argument, (&with, start.q.len() + place), scene).ok_or(unknown)?;
+            let (side, out) = left(&mut sides, argument, (&with, before + place), scene).ok_or(changes)?;
             sides[argument] = side;
             leaves = Some((place, out));
         }
@@ -127,10 +131,10 @@ fn left(
     }
 }
 
-/// The arguments at the start; `None` if one is not known there.
-fn at_start(arguments: &Arguments, start: &Start<Extended>) -> Option<Vec<Spread>> {
+/// The arguments at the start, with these values of unknown parameters; `None` if one is not known there.
+fn at_start(arguments: &Arguments, (start, unknown): (&Start<Extended>, &[Extended])) -> Option<Vec<Spread>> {
     let exact = |&value: &Extended| Some(Spread { value, columns: Vec::new(), radius: 0.0, slack: 0.0 });
-    let state: Vec<Option<Spread>> = start.q.iter().chain(&start.p).map(exact).collect();
+    let state: Vec<Option<Spread>> = start.q.iter().chain(&start.p).chain(unknown).map(exact).collect();
     spreads(&arguments.jets, &state.iter().map(Option::as_ref).collect::<Vec<_>>())
 }
 

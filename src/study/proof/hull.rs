@@ -1,10 +1,16 @@
 //! Where the motions are, and where they end, whose starts and parameters lie in intervals.
 
+use super::acting::Acting;
+use super::events::Watching;
+use super::pieces::Through;
 use super::starts::Starts;
 use crate::case::Case;
 use crate::geometry::value_of;
 use crate::number::{Extended, Real};
-use crate::proof::{Coordinate, Motion, Proof, Reason, Until, prove};
+use crate::proof::{Coordinate, Generator, Motion, Progress, Proof, Reason, Until, prove};
+
+/// Where motions meet events, the way of a set is shown at so many places.
+const PLACES: usize = 64;
 
 /// What is proved of a set of motions: the hulls of the places where they are.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +51,9 @@ fn proved(case: &Case, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, Str
     }
     let starts = Starts::new(case.text_of_run(), keys, middles)?;
     let generators = starts.generators(&radii)?;
+    if starts.may_meet_events() || starts.case.arguments().is_some() {
+        return in_pieces(&starts, &generators, goes_on);
+    }
     let geometry = starts.geometry(&generators)?;
     let motion = starts.motion(&geometry, &generators);
     let length = starts.length().to_f64();
@@ -74,15 +83,56 @@ fn proved(case: &Case, goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, Str
         OnWay { gamma: starts.setup.gamma_i + length, ends: (0..names.len()).map(of).collect() }
     };
     Ok(Hull {
-        ends: match end {
-            Ok(_) => Ok(names.iter().enumerate().filter_map(of_end).collect()),
-            Err(reason @ (Reason::Stopped | Reason::Constant)) => Err(reason.to_string()),
-            Err(reason) => {
-                Err(format!("{reason}; smaller intervals may have a proof, as of --vary KEY=START..STOP:COUNT"))
-            }
-        },
+        ends: end.map(|_| names.iter().enumerate().filter_map(of_end).collect()).map_err(told),
         way: way.iter().filter(|(length, _)| *length <= shortest).map(of_way).collect(),
         windows,
+    })
+}
+
+/// Why there is no hull, and what may help.
+fn told(reason: Reason) -> String {
+    match reason {
+        Reason::Stopped | Reason::Constant => reason.to_string(),
+        _ => format!("{reason}; smaller intervals may have a proof, as of --vary KEY=START..STOP:COUNT"),
+    }
+}
+
+/// The same where motions may meet events, or surfaces at which abs, sign, step or tables change: in pieces, of which
+/// the first one begins with the set of all starts.
+fn in_pieces(starts: &Starts, generators: &[Generator], goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, String> {
+    if generators.iter().any(|generator| generator.length != 0.0) {
+        return Err("the length of the run depends on them, and it may meet events".to_owned());
+    }
+    let (setup, scene) = (&starts.setup, starts.case.with_unknown_parameters());
+    let mut plain = starts.case.clone();
+    plain.geometry_text.unknown.clear();
+    let (acting, arguments) = (Acting::new(&scene, setup)?, scene.arguments());
+    let also = [acting.changed(), starts.kept(generators)].concat();
+    let Watching { sides, geometry, start, watched, formulas, leaves } =
+        Watching::new((&plain, &scene), setup, false, (&also, arguments.as_ref()))?;
+    let through = Through::new((&scene, setup), (&acting, &also, arguments.as_ref()), &formulas);
+    let length = starts.length();
+    let place = |k: usize| length * Extended::from(k as f64 / PLACES as f64);
+    let places: Vec<Extended> = (0..PLACES).map(place).collect();
+    let motion = starts.motion(&geometry, &[]);
+    let motion = Motion { start: &start, watched: &watched, samples: &places, is_spread: true, ..motion };
+    let side = "the side of an event, or of where abs, sign, step or a table changes, that all starts are on";
+    let behind = through.spread(&motion, generators, &sides).filter(|_| leaves.is_none()).ok_or(side)?;
+    let motion = Motion { behind: &behind, ..motion };
+    let far = length.to_f64();
+    let proof = through.prove(&motion, &sides, &mut |progress: Progress| goes_on(progress.reached / far));
+    let names = starts.case.coordinates();
+    let hull = |found: &Coordinate| within(found.value + setup.origin_of(found.coordinate), found.radius);
+    let of_way = |(found, length): (&Vec<Coordinate>, &Extended)| {
+        let of = |a: usize| found.iter().find(|found| found.coordinate == a).map(hull);
+        let length = if setup.is_backward { -*length } else { *length };
+        OnWay { gamma: setup.gamma_i + length, ends: (0..names.len()).map(of).collect() }
+    };
+    let of_end = |found: &Coordinate| Some((names.get(found.coordinate)?.clone(), hull(found)));
+    Ok(Hull {
+        ends: proof.end.map(|all| all.iter().filter_map(of_end).collect()).map_err(told),
+        way: proof.samples.iter().zip(&places).map(of_way).collect(),
+        windows: proof.windows,
     })
 }
 

@@ -17,7 +17,9 @@ use crate::case::{Case, WatchedFormula};
 use crate::geometry::{Arguments, Geometry, Jets, OfEnds, Reset, Side, Start};
 use crate::number::spline::Table;
 use crate::number::{Extended, Real};
-use crate::proof::{Coordinate, Event, Motion, Obstacle, Progress, Proof, Reason, Spread, Until, Watched, prove};
+use crate::proof::{
+    Coordinate, Event, Generator, Motion, Obstacle, Progress, Proof, Reason, Spread, Until, Watched, prove,
+};
 use crate::solve::Setup;
 
 /// To make the scene of other sides takes about so many operations.
@@ -27,6 +29,8 @@ const OF_SCENE: f64 = 1e5;
 pub(super) struct Through<'a> {
     pub(super) case: &'a Case,
     pub(super) acting: &'a Acting,
+    /// The coordinates whose momenta are no constants.
+    also: &'a [usize],
     /// The formulas that end pieces or are looked for, before what is 0 where sides end.
     pub(super) formulas: &'a [WatchedFormula<'a>],
     /// The values of the formulas, and their derivatives.
@@ -49,13 +53,13 @@ struct Behind {
 impl<'a> Through<'a> {
     pub(super) fn new(
         (case, setup): (&'a Case, &Setup<Extended>),
-        (acting, arguments): (&'a Acting, Option<&'a Arguments>),
+        (acting, also, arguments): (&'a Acting, &'a [usize], Option<&'a Arguments>),
         formulas: &'a [WatchedFormula<'a>],
     ) -> Self {
         let start = &setup.place.start;
         let norm = setup.place.geometry.norm(&start.q, &start.q_dot);
         let of: Vec<OfEnds<'_>> = formulas.iter().map(|of| OfEnds { end: of.formula, starts: &[] }).collect();
-        Self { watched: case.jets_of(&of, norm), case, acting, formulas, arguments, norm }
+        Self { watched: case.jets_of(&of, norm), case, acting, also, formulas, arguments, norm }
     }
 
     /// True if another piece follows where this formula is 0.
@@ -117,13 +121,52 @@ impl<'a> Through<'a> {
         }
     }
 
+    /// The states at the start of a motion, if these are the directions in which starts are spread around it: all
+    /// coordinates and momenta, and what is watched. `None` if it is not known on which side of it all of them are.
+    pub(super) fn spread(
+        &self,
+        motion: &Motion<'_>,
+        directions: &[Generator],
+        sides: &[Side],
+    ) -> Option<Vec<Option<Spread>>> {
+        let all = motion.geometry.dimension();
+        let n = all - motion.watched.len();
+        let own = n - self.case.geometry_text.unknown.len();
+        let of = |value: Extended, columns: Vec<f64>| {
+            let rounded = f64::EPSILON * columns.iter().map(|column| column.abs()).sum::<f64>();
+            let is_known = rounded.is_finite();
+            is_known.then_some(Spread { value, columns, radius: rounded * UP, slack: f64::INFINITY })
+        };
+        let mut state: Vec<Option<Spread>> = vec![None; 2 * all];
+        for a in 0..n {
+            // Parameters that events set are the same in all of them.
+            let columns = directions.iter().map(|of| of.q.get(a).copied().unwrap_or(0.0)).collect();
+            state[a] = of(motion.start.q[a], columns);
+        }
+        for a in 0..own {
+            state[all + a] = of(motion.start.p[a], directions.iter().map(|of| of.p[a]).collect());
+        }
+        let is_known = |value: &Spread| value.value.abs().to_f64() > value.reach() * UP;
+        let mut values = spreads(&self.watched, &of_scene(&state, [own, n, all]))?;
+        if let Some(Arguments { jets, tables }) = self.arguments {
+            let arguments = spreads(jets, &of_scene(&state, [own, n, all]))?;
+            for (k, argument) in arguments.iter().enumerate() {
+                let (side, ends) = side_of(argument, tables[k])?;
+                values.extend((side == sides[k]).then_some(ends)?);
+            }
+        }
+        values.iter().all(is_known).then_some(())?;
+        values.into_iter().enumerate().for_each(|(k, value)| state[n + k] = Some(value));
+        Some(state)
+    }
+
     /// The scene of other sides.
     fn scene(
         &self,
         scenes: &mut BTreeMap<Vec<Side>, Arc<Geometry<Extended>>>,
         sides: &[Side],
     ) -> Arc<Geometry<Extended>> {
-        let make = || Arc::new(self.case.watching(self.formulas, (&self.acting.changed(), sides), self.norm));
+        let make = || Arc::new(self.case.watching(self.formulas, (self.also, sides), self.norm));
         Arc::clone(scenes.entry(sides.to_vec()).or_insert_with(make))
     }
 
@@ -135,6 +178,7 @@ impl<'a> Through<'a> {
         mut state: Vec<Option<Spread>>,
     ) -> Result<Behind, Reason> {
         let (all, first) = (motion.geometry.dimension(), self.formulas.len());
+        // Unknown parameters are before what is watched.
         let n = all - motion.watched.len();
         let reset = self.formulas.get(place).and_then(|formula| self.acting.of(formula));
         let leaves = match reset {
@@ -169,17 +213,18 @@ impl<'a> Through<'a> {
         state: &mut [Option<Spread>],
         [n, all]: [usize; 2],
     ) -> Result<(), Reason> {
-        let changed = spreads(&reset.jets, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
+        let own = n - self.case.geometry_text.unknown.len();
+        let changed = spreads(&reset.jets, &of_scene(state, [own, n, all])).ok_or(Reason::Rough)?;
         for ((a, is_momentum), value) in reset.changed.iter().zip(changed) {
             state[if *is_momentum { all + a } else { *a }] = Some(value);
         }
-        let values = spreads(&self.watched, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
+        let values = spreads(&self.watched, &of_scene(state, [own, n, all])).ok_or(Reason::Rough)?;
         let changed = values.into_iter().zip(reset.keeps(&self.watched)).enumerate();
         for (k, (value, _)) in changed.filter(|(_, (_, is_kept))| !is_kept) {
             state[n + k] = Some(value);
         }
         let Some(Arguments { jets, tables }) = self.arguments else { return Ok(()) };
-        let values = spreads(jets, &of_scene(state, n, all)).ok_or(Reason::Rough)?;
+        let values = spreads(jets, &of_scene(state, [own, n, all])).ok_or(Reason::Rough)?;
         let mut at = n + self.formulas.len();
         for (k, (value, is_kept)) in values.iter().zip(reset.keeps(jets)).enumerate() {
             let ends = if let Side::Piece(_) = sides[k] { 2 } else { 1 };
@@ -264,9 +309,9 @@ pub(super) fn side_of(argument: &Spread, table: Option<Table>) -> Option<(Side, 
     ends.iter().all(|end| end.value.abs() > room).then(|| (Side::Piece(piece), ends.to_vec()))
 }
 
-/// q and p of a scene with n coordinates, without those that stand for formulas.
-fn of_scene(state: &[Option<Spread>], n: usize, all: usize) -> Vec<Option<&Spread>> {
-    state[..n].iter().chain(&state[all..all + n]).map(Option::as_ref).collect()
+/// q and p of a scene with n coordinates, and the parameters behind these, without what stands for formulas.
+fn of_scene(state: &[Option<Spread>], [n, watched, all]: [usize; 3]) -> Vec<Option<&Spread>> {
+    state[..n].iter().chain(&state[all..all + n]).chain(&state[n..watched]).map(Option::as_ref).collect()
 }
 
 /// What is known at the places of a piece, or before the event in whose place it ends; nothing is where it is not known

@@ -67,9 +67,6 @@ impl Starts {
     /// The reason why a proof says nothing of it.
     pub(crate) fn new(text: String, keys: Vec<String>, middles: Vec<Extended>) -> Result<Self, String> {
         let mut case = parsed(&text, &keys, &middles)?;
-        if case.has_acting_events() || case.grid.until.is_some() || case.events.iter().any(|event| event.until) {
-            return Err("an event may end the run, or acts".to_owned());
-        }
         if !case.is_determined() {
             return Err("a rate at the start is not known to all digits".to_owned());
         }
@@ -195,6 +192,18 @@ impl Starts {
         if is_linear { Ok(()) } else { Err(message()) }
     }
 
+    /// True if motions from these starts may meet events that act or end them.
+    pub(crate) fn may_meet_events(&self) -> bool {
+        let Case { grid, events, .. } = &self.case;
+        self.case.has_acting_events() || grid.until.is_some() || events.iter().any(|event| event.until)
+    }
+
+    /// The momenta, constants of the motion, that are not the same for all starts.
+    pub(crate) fn kept(&self, generators: &[Generator]) -> Vec<usize> {
+        let changes = |a: &usize| generators.iter().any(|of| of.p[*a] != 0.0 && !of.p[*a].is_nan());
+        self.setup.place.geometry.ignorable().filter(changes).collect()
+    }
+
     /// The space-time of a proof. A momentum that is not the same for all starts is no constant of it.
     ///
     /// # Errors
@@ -214,8 +223,7 @@ impl Starts {
 
     fn scene(&self, generators: &[Generator]) -> Arc<Geometry<Extended>> {
         let plain = &self.setup.place.geometry;
-        let changes = |a: &usize| generators.iter().any(|of| of.p[*a] != 0.0 && !of.p[*a].is_nan());
-        let kept: Vec<usize> = plain.ignorable().filter(changes).collect();
+        let kept = self.kept(generators);
         if kept.is_empty() && self.parameters.is_empty() {
             return Arc::clone(plain);
         }
@@ -225,24 +233,12 @@ impl Starts {
 
     /// The motions of the set.
     pub(crate) fn motion<'m>(&'m self, geometry: &'m Geometry<Extended>, generators: &'m [Generator]) -> Motion<'m> {
-        Motion {
-            geometry,
-            start: &self.start,
-            unused: self.case.is_lifted().then(|| self.setup.place.start.q.len() - 1),
-            until: match self.setup.limit {
-                Limit::Length(length) => Until::Length(length),
-                Limit::Value { coordinate, value } => {
-                    Until::Value(coordinate, value - self.setup.origin_of(coordinate))
-                }
-            },
-            watched: &[],
-            samples: &[],
-            generators,
-            behind: &[],
-            late: 0.0,
-            leaves: None,
-            keeps_way: false,
-        }
+        let until = match self.setup.limit {
+            Limit::Length(length) => Until::Length(length),
+            Limit::Value { coordinate, value } => Until::Value(coordinate, value - self.setup.origin_of(coordinate)),
+        };
+        let unused = self.case.is_lifted().then(|| self.setup.place.start.q.len() - 1);
+        Motion { unused, generators, ..Motion::new(geometry, &self.start, until) }
     }
 }
 

@@ -90,19 +90,7 @@ impl Tally {
             return self.others.push(format!("{what}: no reference"));
         };
         let own = reference.error_estimate();
-        let motion = Motion {
-            geometry,
-            start,
-            unused: None,
-            until: Until::Length(length),
-            watched: &[],
-            samples: &[],
-            generators: &[],
-            behind: &[],
-            late: 0.0,
-            leaves: None,
-            keeps_way: false,
-        };
+        let motion = Motion::new(geometry, start, Until::Length(length));
         let is_proved = self.compare(what, &motion, &reference.at(length), own);
         self.draws += 1;
         self.proved += usize::from(is_proved);
@@ -142,22 +130,7 @@ pub(super) fn end_of(text: &str, name: &str) -> (Extended, f64) {
         Limit::Length(length) => Until::Length(length),
         Limit::Value { coordinate, value } => Until::Value(coordinate, value),
     };
-    let proof = prove(
-        &Motion {
-            geometry,
-            start: &setup.place.start,
-            unused,
-            until,
-            watched: &[],
-            samples: &[],
-            generators: &[],
-            behind: &[],
-            late: 0.0,
-            leaves: None,
-            keeps_way: false,
-        },
-        &mut |_| true,
-    );
+    let proof = prove(&Motion { unused, ..Motion::new(geometry, &setup.place.start, until) }, &mut |_| true);
     let a = geometry.names().iter().position(|own| own == name).unwrap();
     let end = proof.end.unwrap_or_else(|reason| panic!("{text}: {reason} at {}", proof.reached));
     let found = end.iter().find(|found| found.coordinate == a).unwrap();

@@ -133,19 +133,7 @@ impl Tally {
         let watched = [Watched { direction, off, ends }];
         let until = Until::Length(length);
         let samples: Vec<Extended> = [0.0, 0.11, 0.52, 0.9].map(|part| length * Extended::from(part)).to_vec();
-        let motion = Motion {
-            geometry: &geometry,
-            start: &begin,
-            unused: None,
-            until,
-            watched: &watched,
-            samples: &samples,
-            generators: &[],
-            behind: &[],
-            late: 0.0,
-            leaves: None,
-            keeps_way: false,
-        };
+        let motion = Motion { watched: &watched, samples: &samples, ..Motion::new(&geometry, &begin, until) };
         let what = format!("{what}: {}, {direction:?}", looked.text);
         let mut met = looked.met(&reference, length, norm);
         let is_ended = ends && !met.is_empty();

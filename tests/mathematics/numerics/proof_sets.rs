@@ -97,19 +97,7 @@ impl Tally {
             Generator { q, p, length: part(length.to_f64()) }
         };
         let generators = [direction(false), direction(false)];
-        let motion = Motion {
-            geometry,
-            start,
-            unused: None,
-            until: Until::Length(length),
-            watched: &[],
-            samples: &[],
-            generators: &generators,
-            behind: &[],
-            late: 0.0,
-            leaves: None,
-            keeps_way: false,
-        };
+        let motion = Motion { generators: &generators, ..Motion::new(geometry, start, Until::Length(length)) };
         let set = prove(&motion, &mut |_| true);
         match &set.end {
             Ok(_) => {

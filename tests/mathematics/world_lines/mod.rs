@@ -31,6 +31,7 @@ mod proved;
 mod proved_acting;
 mod proved_kinks;
 mod proved_parameters;
+mod proved_parameters_set;
 mod proved_statements;
 mod reasons;
 mod rest;
