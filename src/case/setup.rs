@@ -215,8 +215,8 @@ impl Case {
         })
     }
 
-    /// The state behind an event that acts, but for parameters that it sets if they are not unknown, as functions of the
-    /// state before, where K is `norm` at the start.
+    /// The state behind an event that acts, but for parameters that it sets if they are not unknown, as functions of
+    /// the state before, where K is `norm` at the start.
     pub(crate) fn reset(&self, event: &Event, norm: Extended) -> Reset {
         let set = event.set.iter().filter_map(|(quantity, formula)| {
             let (coordinate, setting) = match quantity {

@@ -115,6 +115,13 @@ impl<S: Real> Hamiltonian<S> {
         })
     }
 
+    /// Returns true if a force may grow like a power below 1: with abs, a root or a power that may be no whole one.
+    pub(super) fn may_grow_like_a_root(&self) -> bool {
+        self.program.steps_to(self.program.outputs.len()).iter().any(|step| {
+            matches!(step.operation(), Operation::Call(Function::Abs | Function::Sqrt, _) | Operation::Power(..))
+        })
+    }
+
     /// The linearised equations, which are formed when they are first asked for.
     pub(crate) fn linearised(&self) -> &Equations<S> {
         self.linearised.get_or_init(|| Equations::new(self.parts.clone(), &self.active, &self.expressions))

@@ -268,6 +268,11 @@ impl<S: Real> Geometry<S> {
         self.hamiltonian.jump(|place| self.is_clock(place))
     }
 
+    /// Returns true if a force may grow like a power below 1, see [`Self::jump`] for what jumps.
+    pub(crate) fn may_grow_like_a_root(&self) -> bool {
+        self.hamiltonian.may_grow_like_a_root()
+    }
+
     /// Returns true if a component, the one-form or the force depends on the position in this coordinate.
     pub fn depends_on(&self, a: usize) -> bool {
         let Structure { first, force_first, .. } = self.structure();

@@ -93,11 +93,7 @@ impl Goal {
         let left = *length + Extended::from(*late) - Extended::from(reached);
         let near = left.to_f64();
         // Motions of a set end in the last window, which is longer than what their ends are apart.
-        let (room, mut h) = (if *late > 0.0 { ROOM * late } else { 0.0 }, h);
-        while room > 0.0 && near - h < room && near > 2.0 * room {
-            h *= 0.5;
-        }
-        if h < near * (1.0 - BEHIND) && near - h >= room {
+        if h < near * (1.0 - BEHIND) && near - h >= ROOM * late {
             return (h, false);
         }
         // The true length may be longer than these digits of it.

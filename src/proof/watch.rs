@@ -75,8 +75,8 @@ impl Watches {
         motion.watched.iter().enumerate().map(watch).collect::<Result<_, _>>().map(Self)
     }
 
-    /// The length of a window in which a formula passes 0, if it does so at the end of this one, or is about to: motions
-    /// of a set pass it one after the other, and all of them in one window, some way behind its start.
+    /// The length of a window in which a formula passes 0, if it does so at the end of this one, or is about to:
+    /// motions of a set pass it one after the other, and all of them in one window, some way behind its start.
     pub(super) fn longer(&self, equations: &Equations<'_>, set: &Set, proved: &Proved) -> Option<f64> {
         let h = proved.h;
         let longer = self.0.iter().filter_map(|watch| {

@@ -1,7 +1,7 @@
 //! Runs that end where a coordinate reaches a value or a formula changes its sign: the length of γ at which the last
 //! node is there.
 
-use super::failure::NoSolution;
+use super::failure::{NoSolution, Unfinished};
 use super::newton::tolerance;
 use super::run::Observer;
 use super::setup::{Limit, Setup};
@@ -28,11 +28,11 @@ const NEAR: f64 = 1e-9;
 
 /// The run of `setup`, with what it ended by, where its length is to be searched for: all of its windows, or the last
 /// one.
-pub(super) fn solve<S: Real>(setup: &Setup<S>, is_kept: bool) -> Result<WorldLine<S>, NoSolution> {
+pub(super) fn solve<S: Real>(setup: &Setup<S>, is_kept: bool) -> Result<WorldLine<S>, Box<Unfinished<S>>> {
     let mut ignore = |_: &WorldLine<S>| ();
     let mut solve_to = |length: S| {
         let observer: Option<Observer<'_, S>> = if is_kept { None } else { Some(&mut ignore) };
-        solve_to(setup, length, observer).map_err(|unfinished| unfinished.failure)
+        solve_to(setup, length, observer)
     };
     let (coordinate, value) = match setup.limit {
         Limit::Length(length) => return until(setup, length, &mut solve_to),
@@ -51,11 +51,15 @@ pub(super) fn solve<S: Real>(setup: &Setup<S>, is_kept: bool) -> Result<WorldLin
 }
 
 /// Solves a setup up to a length.
-type SolveTo<'s, S> = &'s mut dyn FnMut(S) -> Result<WorldLine<S>, NoSolution>;
+type SolveTo<'s, S> = &'s mut dyn FnMut(S) -> Result<WorldLine<S>, Box<Unfinished<S>>>;
 
 /// The length of the same run in `f64`, where most of a search is cheapest, or what is known without it.
-fn first_guess<S: Real>(known: S, setup: impl FnOnce() -> Setup<S>) -> Result<S, NoSolution> {
-    if S::IS_EXTENDED { Ok(S::from(solve(&setup().in_f64(), false)?.length)) } else { Ok(known) }
+fn first_guess<S: Real>(known: S, setup: impl FnOnce() -> Setup<S>) -> Result<S, Box<Unfinished<S>>> {
+    if !S::IS_EXTENDED {
+        return Ok(known);
+    }
+    let found = solve(&setup().in_f64(), false).map_err(|unfinished| unfinished.failure)?;
+    Ok(S::from(found.length))
 }
 
 /// The world-line that ends where `coordinate` is `value`, by Newton's method on γ_f with the velocity at the end of
@@ -66,7 +70,7 @@ fn at_value<S: Real>(
     coordinate: usize,
     value: S,
     solve_to: SolveTo<'_, S>,
-) -> Result<WorldLine<S>, NoSolution> {
+) -> Result<WorldLine<S>, Box<Unfinished<S>>> {
     let (start, is_of_way) = (&setup.place.start, setup.counts_from_origin(coordinate));
     let value = value - setup.origin_of(coordinate);
     let way = value - start.q[coordinate];
@@ -88,7 +92,7 @@ fn at_value<S: Real>(
 
 /// The world-line that ends where one of the formulas of the setup first changes its sign in its direction, or after
 /// the length `whole`.
-fn until<S: Real>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Result<WorldLine<S>, NoSolution> {
+fn until<S: Real>(setup: &Setup<S>, whole: S, solve_to: SolveTo<'_, S>) -> Result<WorldLine<S>, Box<Unfinished<S>>> {
     let Near { change, watched } = near(setup, whole);
     let Some((index, gamma, to_positive)) = change else { return Ok(WorldLine { watched, ..solve_to(whole)? }) };
     let start = &setup.place.start;
@@ -141,15 +145,17 @@ fn change<S: Real>(rough: &Setup, line: &WorldLine) -> Option<(usize, S, bool)> 
 }
 
 /// The failure of a search for the end of the run of `setup`.
-fn not_reached<S: Real>(error: NotFound<WorldLine<S>, NoSolution>, setup: &Setup<S>) -> NoSolution {
+fn not_reached<S: Real>(error: NotFound<WorldLine<S>, Box<Unfinished<S>>>, setup: &Setup<S>) -> Box<Unfinished<S>> {
     let (geometry, status) = (&setup.place.geometry, Status::EndTimeNotReached);
     match error {
         NotFound::Failed(failure) => failure,
-        NotFound::Missed(None) => NoSolution::new(status, geometry, setup.gamma_i.to_f64(), &setup.place.start.q),
+        NotFound::Missed(None) => {
+            NoSolution::new(status, geometry, setup.gamma_i.to_f64(), &setup.place.start.q).into()
+        }
         NotFound::Missed(Some(closest)) => {
             let failure = NoSolution::new(status, geometry, closest.gamma_f().to_f64(), closest.last_joint().q);
             let Iterations { initial_guess, history, .. } = closest.iterations;
-            NoSolution { residual: closest.gradient_norm.to_f64(), ..failure.after(initial_guess, history) }
+            NoSolution { residual: closest.gradient_norm.to_f64(), ..failure.after(initial_guess, history) }.into()
         }
     }
 }

@@ -105,7 +105,7 @@ pub fn solve_in_parts<S: Real>(
 /// judges the run, if there is one.
 ///
 /// # Errors
-/// [`Unfinished`], with the windows before the one that failed. A search for the end has none: its runs are too long.
+/// [`Unfinished`], with the windows before the one that failed.
 pub(crate) fn solve_observed<S: Real>(
     setup: &Setup<S>,
     observer: Option<Observer<'_, S>>,
@@ -117,7 +117,7 @@ pub(crate) fn solve_observed<S: Real>(
     if let (Limit::Length(length), true) = (setup.limit, setup.until.is_empty()) {
         return solve_to(setup, length, observer);
     }
-    let Some(observer) = observer else { return Ok(end::solve(setup, true)?) };
+    let Some(observer) = observer else { return end::solve(setup, true) };
     // The search keeps no more than a few windows, and the run that was found is repeated once.
     let WorldLine { ended_by, ended_at, length, .. } = end::solve(setup, false)?;
     Ok(WorldLine { ended_by, ended_at, ..solve_to(setup, length, Some(observer))? })

@@ -33,10 +33,10 @@ impl<S: Real> Run<S> {
                 format!("the run begins where the event {name} acts, and goes on beyond: it does not act there");
             found.push(Reason::new(finding, "begin before it, or with the state behind it").remaining());
         }
-        if let Some(name) = &self.undecided {
+        if let Some(gamma) = self.undecided {
             let finding = format!(
-                "{name} rests at the start where a force jumps and leads away: it may stay and it may leave, and the \
-                 equations do not say which"
+                "at gamma = {gamma:.6} the motion is where a force jumps and leads away: it may stay and it may leave, \
+                 and the equations do not say which"
             );
             found.push(Reason::new(finding, "begin beside it, on the side that is meant").remaining());
         }

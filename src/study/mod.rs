@@ -6,6 +6,7 @@ pub mod convergence;
 mod doubts;
 pub mod errors;
 pub mod facts;
+mod failed;
 pub mod find;
 pub mod many;
 mod method;
@@ -13,6 +14,7 @@ pub mod proof;
 pub mod run;
 mod sampling;
 mod solved;
+mod some_nodes;
 pub mod stability;
 mod subject;
 #[cfg(test)]

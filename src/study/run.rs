@@ -1,25 +1,27 @@
 //! One run of a case: solved, measured and judged. A row of many runs is the same.
 
-use std::fmt;
 use std::time::Instant;
 
 use crate::case::Case;
 use crate::diagnostics::gaps::Gaps;
 use crate::diagnostics::verdict::{Reason, Verdict, VerdictInput};
 use crate::diagnostics::{Diagnostics, OfX};
-use crate::geometry::{ConservedSum, Geometry, Observable};
+use crate::geometry::{ConservedSum, Geometry, Observable, Start};
 use crate::number::Real;
-use crate::solve::{NoSolution, Off, Setup, WorldLine};
+use crate::solve::{Off, Setup, WorldLine};
 use crate::study::acting::{Chains, Piece, Stopped, begins_beyond};
 use crate::study::errors::{
-    Further, OfRun, Paired, RunError, Sights, first_unseen, lost_to, may_stay_or_leave, own_error, paired, passed,
-    reference_error,
+    Further, OfRun, Paired, RunError, Sights, first_unseen, lost_to, own_error, paired, passed, reference_error,
+    several_motions,
 };
 use crate::study::facts::{coordinate_errors, facts_of_errors, suspicions};
 use crate::study::proof::{Hull, ProofOfRun};
 use crate::study::solved::{EveryWindow, solved};
+use crate::study::some_nodes::SomeNodes;
 use crate::study::subject::timed;
 use crate::trajectory::{Crossing, EventSearch, NoSamples, Sample, SampleStream};
+
+pub use super::failed::{Before, NoRun, Part};
 
 /// Conserved sums are looked at on so many nodes of a run.
 const PLACES_ALONG: usize = 64;
@@ -48,36 +50,6 @@ pub struct Wanted<'o, S: Real = f64> {
     pub of_samples: Option<SampleObserver<'o, S>>,
 }
 
-/// A piece of a run, and what was measured on its nodes.
-pub type Part<S> = (WorldLine<S>, Diagnostics<S>);
-
-/// A run before its failure.
-pub struct Before<S: Real> {
-    /// Its pieces, the last one as far as it came; of a run that is streamed its last windows.
-    pub parts: Vec<Part<S>>,
-    /// The events of the case, in the order of γ.
-    pub events: Vec<Crossing<S>>,
-    /// The samples that were asked for.
-    pub samples: Vec<Sample<S>>,
-}
-
-/// A million nodes are no message.
-impl<S: Real> fmt::Debug for Before<S> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let windows = self.parts.last().map_or(0, |(line, _)| line.window_count);
-        f.debug_struct("Before").field("windows", &windows).field("events", &self.events.len()).finish_non_exhaustive()
-    }
-}
-
-/// Why there is no run.
-#[derive(Debug)]
-pub enum NoRun<S: Real> {
-    /// It was not solved, with what there is before the failure.
-    Unsolved(NoSolution, Before<S>),
-    /// It has no such samples.
-    Unsampled(NoSamples<S>),
-}
-
 /// A run with what was measured on it.
 #[derive(Debug)]
 pub struct Run<S: Real = f64> {
@@ -104,8 +76,8 @@ pub struct Run<S: Real = f64> {
     pub unseen: Option<(String, f64)>,
     /// The name of an event that acts, and beyond which the run begins: at its place, on the way to the other side.
     pub beyond: Option<String>,
-    /// A coordinate that rests at the start where a force jumps and leads away: it may stay, and it may leave.
-    pub undecided: Option<String>,
+    /// γ at a place where a force jumps and leads away: the motion may stay there, and it may leave.
+    pub undecided: Option<f64>,
     /// The number of events that have acted.
     pub acting_events: usize,
     /// The number of changes of sign at which an event should have acted or ended the run, and has not.
@@ -116,6 +88,8 @@ pub struct Run<S: Real = f64> {
     at_end: Option<Vec<f64>>,
     /// The errors that it does not make itself.
     further: Further,
+    /// Nodes before the last windows, if only these are kept.
+    nodes: Vec<Sample<S>>,
     /// Seconds spent in measuring.
     pub seconds: f64,
 }
@@ -157,6 +131,8 @@ struct Measures<'m, 'o, S: Real> {
     observer: Option<Observer<'o, S>>,
     measured: Option<Diagnostics<S>>,
     sights: Sights,
+    /// Nodes of a run on a given grid that keeps no windows.
+    nodes: Option<SomeNodes<S>>,
     /// The parameters that events have set before what is seen next.
     set: Vec<(usize, f64)>,
 }
@@ -181,6 +157,7 @@ impl<'m, 'o, S: Real> Measures<'m, 'o, S> {
             observer: wanted.observer,
             measured: None,
             sights: Sights::default(),
+            nodes: (wanted.is_streamed && setup.settings.accuracy.is_none()).then(SomeNodes::default),
             set: Vec::new(),
         }
     }
@@ -207,6 +184,7 @@ impl<'m, 'o, S: Real> Measures<'m, 'o, S> {
         self.events.see(part);
         self.sights.see((self.case, self.setup), part, &self.set);
         self.samples.iter_mut().for_each(|samples| samples.see(part));
+        self.nodes.iter_mut().for_each(|nodes| nodes.see(part));
         if let (Some(observer), Some(samples)) = (&mut self.of_samples, &mut self.samples) {
             observer(samples.take().as_slice(), part.window_count == part.windows.len());
         }
@@ -269,6 +247,11 @@ fn conserved_sums<S: Real>(case: &Case, setup: &Setup<S>, wanted: bool) -> Vec<C
     setup.rough.geometry.conserved_sums(&setup.rough.start, || case.geometry())
 }
 
+/// γ and the state at the start of a piece, with the parameters that events have set.
+fn started<S: Real>(Piece { line, setup, .. }: &Piece<S>) -> (f64, Start, Vec<(usize, f64)>) {
+    (line.gamma_i.to_f64(), (*setup.rough.start).clone(), setup.set.clone())
+}
+
 /// Solves a case, which makes `setup`, and measures the result. Returns also the seconds in the solver; of a run that
 /// is streamed they contain those of measuring.
 pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Result<Run<S>, NoRun<S>>, f64) {
@@ -285,6 +268,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         Ok(found) => found,
         Err(stopped) => return (Err(measures.unsolved(setup, *stopped, is_seen)), solve_seconds),
     };
+    let starts: Vec<_> = pieces.iter().skip(1).map(started).collect();
     let (acting_events, start) = (pieces.iter().map(|piece| piece.acted.len()).sum(), Instant::now());
     let mut before = measures.see_pieces(pieces, is_seen);
     let (mut line, diagnostics) = before.pop().expect("a run has a piece");
@@ -292,6 +276,9 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     if let Some(none) = unsampled.filter(|_| !takes_part) {
         return (Err(NoRun::Unsampled(none)), solve_seconds);
     }
+    let ended = (line.gamma_f().to_f64(), line.end_inside().in_f64(), measures.set.clone());
+    let length = (line.gamma_f() - setup.gamma_i).to_f64().abs();
+    let undecided = several_motions(case, setup, starts.into_iter().chain([ended]), length);
     let further = Further::new(case, setup, &line, &measures.sights);
     further.limit(&mut line);
     let (missed, unseen) = (measures.events.missed(), measures.events.unseen());
@@ -302,6 +289,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     events.iter_mut().filter(|_| !further.is_nothing()).for_each(|event| event.off = None);
     let run = Run {
         is_whole: !is_streamed,
+        nodes: measures.nodes.map_or_else(Vec::new, |nodes| nodes.seen),
         further,
         sums: measures.sums.into_iter().filter_map(|(sum, holds)| holds.then_some(sum)).collect(),
         diagnostics,
@@ -314,7 +302,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         at_end,
         unseen: first_unseen(case, unseen, before.iter().map(|(line, _)| line).chain([&line])),
         beyond: begins_beyond(setup).map(|place| case.ending_names()[place].to_owned()),
-        undecided: may_stay_or_leave(case, setup),
+        undecided,
         error,
         seconds: start.elapsed().as_secs_f64(),
         before,
@@ -341,8 +329,8 @@ impl<S: Real> Run<S> {
     /// method; with `enclose` what may hide between its nodes is looked at.
     pub fn judged(&self, setup: &Setup<S>, reference: bool, enclose: bool) -> Judged {
         let Self { line, diagnostics, .. } = self;
-        // The nodes before the last windows may be gone; what is written is compared all the same.
-        let samples = if self.is_whole { &[] } else { self.samples.as_slice() };
+        // The nodes before the last windows may be gone; some of them are compared all the same.
+        let samples = if self.is_whole { &[] } else { self.nodes.as_slice() };
         let reference = if reference { reference_error(setup, line, samples) } else { None };
         let is_estimated = line.error_estimate.is_some() || (reference.is_none() && setup.settings.is_judged);
         let (at_end, noise) = (self.at_end.as_deref(), self.further.noise());

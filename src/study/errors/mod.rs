@@ -29,7 +29,7 @@ pub(crate) use conditioning::lost_to;
 pub(crate) use events::{OfRun, Paired, events_of_chain, first_unseen, paired, passed};
 pub(crate) use further::Further;
 pub(crate) use sights::Sights;
-pub(crate) use uniqueness::may_stay_or_leave;
+pub(crate) use uniqueness::several_motions;
 
 use self::between::own_windows;
 use self::carried::accuracy_beside;
@@ -164,6 +164,10 @@ pub(crate) fn own_error<S: Real>(
 ) -> Option<RunError> {
     let end = End::new(setup, line);
     if line.error_estimate.is_some() {
+        // Of a chain whose judge has met other events nothing is known.
+        if line.errors.is_empty() {
+            return None;
+        }
         let mut found = RunError::none(line.errors.len());
         found.see(line.errors.iter().copied());
         match (at_end, end.coordinate()) {

@@ -57,7 +57,7 @@ impl<'c> Watching<'c> {
         let mut with = (**start).clone();
         let unknown: Vec<Extended> = scene.geometry_text.unknown.iter().map(|name| case.value(name)).collect();
         unknown.iter().for_each(|&value| append(&mut with, value));
-        let mut watched = Vec::new();
+        let (mut watched, mut leaves) = (Vec::new(), None);
         for of in &formulas {
             let formula = case.observable(of.formula);
             let (value, off) = formula.enclosed([&start.q, &start.q_dot, &start.p], norm, OFF);
@@ -90,7 +90,6 @@ impl<'c> Watching<'c> {
         }
         let before = with.q.len() - watched.len();
         let scene = |sides: &[Side]| scene.watching(&formulas, (changed, sides), norm);
-        let mut leaves = None;
         if let Some((argument, place)) = at_zero {
             let (side, out) = left(&mut sides, argument, (&with, before + place), scene).ok_or(changes)?;
             sides[argument] = side;

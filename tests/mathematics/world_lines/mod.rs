@@ -32,6 +32,7 @@ mod proved_acting;
 mod proved_kinks;
 mod proved_parameters;
 mod proved_parameters_set;
+mod proved_sets_acting;
 mod proved_statements;
 mod reasons;
 mod rest;

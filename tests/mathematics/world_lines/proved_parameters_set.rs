@@ -104,7 +104,7 @@ fn velocities_go_on_where_parameters_of_metrics_and_forces_change() {
         "parameters.at = 3.0\nevents.back = { when = \"x - at\", set = { a = \"-a - 2\" } }\nevents.off",
     );
     // x = 1 + 2 (t − 1) is 3 at t = 2, and from there 3 + 2 s − s².
-    end(proved(&parsed(&two, &[])), "x", 3.0);
+    end(proved(&parsed(&two, &["grid.t_f=3.5"])), "x", 3.75);
 }
 
 /// By the relativistic law the energy changes with the potential. Behind the event the motion is that of a run which

@@ -36,12 +36,62 @@ fn a_motion_that_may_stay_and_leave_is_doubted() {
         ["sign(x - y)", "-sign(x - y)"],
         ["sign(y)", "sign(x)"],
         ["sign(x)*abs(x)^0.4", "0"],
+        ["sqrt(abs(x))", "0"],
+        ["3*sign(x - (t - 2)^2)", "0"],
+        ["(t - 2)^2*sign(x)", "0"],
+        ["step(t - 2.2)*sign(x)", "0"],
+        ["sign(x + y)/2 - 1/9", "1"],
     ] {
         assert!(is_undecided::<f64>(forces, ["0.0", "0.0"], ACCURATE), "{forces:?}");
         assert!(is_undecided::<f64>(forces, ["0.0", "0.0"], GIVEN), "{forces:?}");
     }
     assert!(is_undecided::<f64>(["sign(x - 0.1)", "0"], ["0.1", "0.0"], ACCURATE));
     assert!(is_undecided::<Extended>(["sign(x)", "0"], ["0.0", "0.0"], &format!("{GIVEN} solver.digits=30")));
+}
+
+/// A ball that is brought to rest on a ridge, and one under which the ridge is turned on.
+#[test]
+fn what_an_event_leaves_on_a_ridge_is_doubted() {
+    let told = |event: &str| {
+        let text = format!(
+            "potential.coordinates = [\"x\"]\npotential.formula = \"-k*abs(x)\"\nparticle.law = \"newtonian\"\n\
+             parameters.k = 1.0\ninitial = {{ x = 1.0, x_dot = 0.0 }}\nsolver.accuracy = 1e-8\ngrid.t_f = 1.0\n\
+             [events]\nstop = {{ when = \"t - 0.5\", set = {{ {event} }} }}"
+        );
+        let case = parsed(&text, &[]);
+        let setup = case.setup::<f64>();
+        // It may be refused.
+        let Ok(found) = run(&case, &setup, Wanted::default()).0 else { return false };
+        let reasons = found.judged(&setup, false, false).verdict.reasons;
+        reasons.iter().any(|reason| reason.reason.starts_with("at gamma = 0.500000 the motion is where a force"))
+    };
+    assert!(told("x = \"0\", x_dot = \"0\""));
+    assert!(!told("x = \"0\", x_dot = \"1\"") && !told("x = \"0.1\", x_dot = \"0\""));
+    assert!(!told("x = \"0\", x_dot = \"0\", k = \"-1\""));
+}
+
+/// A tolerance promises nothing, also where the judge of a run meets other events: then its errors are not known.
+#[test]
+fn a_run_whose_judge_meets_other_events_is_doubtful() {
+    let mut doubtful = 0;
+    for k in 0..60_usize {
+        let text = format!(
+            "potential = {{ coordinates = [\"x\"], formula = \"0\", force = {{ x = \"-9.81 + {}*sign(x)\" }} }}\n\
+             particle.law = \"newtonian\"\ninitial = {{ x = 0.8, x_dot = 0.0 }}\nsolver.tolerance = 1e-{}\n\
+             grid.t_f = 2.0\nevents.bounce = {{ when = \"x\", set = {{ x_dot = \"-0.9*x_dot\" }} }}",
+            1.0 + 0.2 * (k / 2) as f64,
+            [4, 10][k % 2]
+        );
+        let case = parsed(&text, &[]);
+        let setup = case.setup::<f64>();
+        if let Ok(found) = run(&case, &setup, Wanted::default()).0 {
+            let judged = found.judged(&setup, false, false);
+            let is_known = judged.verdict.error.is_some();
+            assert!(is_known || judged.verdict.grade == Grade::Doubtful, "{text}");
+            doubtful += usize::from(!is_known);
+        }
+    }
+    assert!(doubtful > 0);
 }
 
 #[test]
@@ -55,6 +105,9 @@ fn a_motion_that_is_the_only_one_is_not() {
         ["-sign(x - 3*y)", "3*sign(x - 3*y)"],
         ["-sign(x_dot)", "0"],
         ["abs(x) + 1", "0"],
+        ["sign(x + y) + 2", "0"],
+        ["(t - 2)*step(x) + (t - 2)^2", "0"],
+        ["sqrt(abs(x)) + 1", "0"],
     ] {
         assert!(!is_undecided::<f64>(forces, ["0.0", "0.0"], ACCURATE), "{forces:?}");
     }

@@ -84,6 +84,8 @@ fn parts_are_those_of_the_whole_run() {
         assert!(streamed.line.windows.len() < windows || whole.line.nodes() < 512 + 64, "{text}");
         assert_eq!((seen, nodes(&whole.line)), (nodes(&line), nodes(&line)), "{text}");
 
+        let [error, of_parts] = [&whole, &streamed].map(|run| run.judged(&setup, false, false).verdict.error);
+        assert_eq!(error, of_parts, "{text}");
         let (last, all) = (&streamed.line, &whole.line);
         assert_eq!((last.end(), last.length), (all.end(), all.length), "{text}");
         assert_eq!((last.gradient_norm, &last.iterations), (all.gradient_norm, &all.iterations), "{text}");

@@ -72,7 +72,7 @@ fn many_runs_and_checks_know_events_that_act_and_others_refuse_them() {
     folder.succeeds("check kick --run --quiet");
     let set = "run restitution --set events.floor.set.g=5";
     let text = folder.succeeds(&format!("{set} --set grid.t_f=1.0 --out first"));
-    assert!(text.contains("trusted"), "{text}");
+    assert!(text.contains("proved"), "{text}");
     folder.refuses(&[
         ("converge restitution", 2, "knows no events that act"),
         ("stability restitution", 2, "knows no events that act"),

@@ -168,6 +168,12 @@ fn rows_and_events_before_a_failure_are_kept() {
     let (rows, events) = (folder.read("out/until_failure.csv"), folder.read("out/events.csv"));
     assert!(rows.starts_with("gamma,t,r,s,t_dot,r_dot,s_dot,delta_q_t") && rows.lines().count() > 100, "{rows}");
     assert!(events.lines().count() == 2 && events.contains("turn,0.59790"), "{events}");
+    // Where the length of the run is searched for, those of the attempt that failed.
+    folder.write("search.toml", &text.replace("gamma_f", "t_f"));
+    folder.run("run search.toml --out search --quiet");
+    assert!(
+        folder.table("search/until_failure.csv").rows.len() > 100 && folder.read("search/events.csv").contains("turn")
+    );
     // Where nothing else was wanted, samples before it are kept: the fall from rest at 1.14 takes 1.35 units.
     folder.fails("run fall.toml --out few --quiet --samples-only --sample-t 0:9:0.25 --set solver.accuracy=1e-9", 3);
     let samples = folder.table("few/until_failure.csv").numbers("t");
