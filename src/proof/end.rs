@@ -44,7 +44,7 @@ impl Goal {
             Until::Value(a, value) => {
                 let (way, rate) = (value - motion.start.q[a], motion.start.q_dot[a]);
                 let unknown = equations.of.iter().position(|of| *of == (a, false));
-                match unknown.filter(|_| !equations.is_steady(a)) {
+                match unknown.filter(|_| motion.is_spread || !equations.is_steady(a)) {
                     Some(unknown) => {
                         let about = (way / rate).abs().to_f64();
                         Self::Value { unknown, value, sign: way.to_f64().signum(), about }

@@ -60,11 +60,11 @@ pub(super) struct Equations<'g> {
 
 impl<'g> Equations<'g> {
     /// From a start. Of the coordinates `unused` is no result, and the last ones are `watched`, with what their starts
-    /// are off by.
+    /// are off by. One is `followed`, also if it moves at a constant velocity.
     pub(super) fn new(
         geometry: &'g Geometry<Extended>,
         start: &Start<Extended>,
-        unused: Option<usize>,
+        [unused, followed]: [Option<usize>; 2],
         watched: &[f64],
     ) -> Self {
         let first_watched = geometry.dimension() - watched.len();
@@ -72,7 +72,8 @@ impl<'g> Equations<'g> {
         let (n, active, program) = (geometry.dimension(), geometry.active(), &hamiltonian.program);
         let is_variable = |register: Register| active.iter().any(|&a| register == a || register == 2 * n + a);
         let varies = program.depends_on(is_variable);
-        let is_steady = |a: usize| a < first_watched && !varies[hamiltonian.velocities[a]];
+        let is_constant = |a: usize| a < first_watched && !varies[hamiltonian.velocities[a]];
+        let is_steady = |a: usize| is_constant(a) && followed != Some(a);
         let ignorable: Vec<usize> = geometry.ignorable().collect();
         let is_kept: Vec<bool> = ignorable.iter().map(|&a| !is_steady(a) && unused != Some(a)).collect();
         let kept: Vec<usize> = ignorable.iter().zip(&is_kept).filter(|(_, kept)| **kept).map(|(&a, _)| a).collect();

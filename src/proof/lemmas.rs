@@ -89,7 +89,7 @@ pub(super) fn with_window<T>(rest: f64, work: impl FnOnce(&mut Prover<'_>, &Set,
     let (q, q_dot) = (scene.numbers(scene.q), scene.numbers("1, 0.2, 0.5, 0"));
     let start = Start { p: geometry.momenta(&q, &q_dot), q, q_dot };
     let c = (start.p[1] / start.q_dot[1]).to_f64();
-    let equations = Equations::new(&geometry, &start, Some(3), &[]);
+    let equations = Equations::new(&geometry, &start, [Some(3), None], &[]);
     assert_eq!(equations.of, [(1, false), (2, false), (1, true), (2, true)]);
     let mut set = Set::new(&equations, equations.columns(&[]).unwrap());
     set.errors.rest.fill(rest);

@@ -295,7 +295,12 @@ fn proved(motion: &Motion<'_>, is_finer: bool, goes_on: &mut dyn FnMut(Progress)
     let Ok(q_dot) = motion.geometry.velocities(&q, &p) else { return failed(Reason::Lost) };
     let motion = &Motion { start: &Start { q, q_dot, p }, ..*motion };
     let off: Vec<f64> = motion.watched.iter().map(|watched| watched.off).collect();
-    let equations = Equations::new(motion.geometry, motion.start, motion.unused, &off);
+    // Motions of a set are late by what its columns say of the coordinate that ends them.
+    let followed = match motion.until {
+        Until::Value(a, _) if motion.is_spread => Some(a),
+        _ => None,
+    };
+    let equations = Equations::new(motion.geometry, motion.start, [motion.unused, followed], &off);
     if equations.has_jump {
         return failed(Reason::Obstacle(Obstacle::Hidden));
     }

@@ -57,7 +57,7 @@ pub(super) fn henon_heiles(length: &'static str) -> Scene {
 pub(super) fn with_one_coordinate<T>(work: impl FnOnce(&Equations<'_>) -> T) -> T {
     let scene = Scene::new(potential(&["x"], "x^4/4", Law::Newtonian), "0, 1, 0", "1, 0.1, 0", "1");
     let geometry: Geometry<Extended> = Geometry::new(&scene.text).unwrap();
-    let equations = Equations::new(&geometry, &scene.start(&geometry), Some(2), &[]);
+    let equations = Equations::new(&geometry, &scene.start(&geometry), [Some(2), None], &[]);
     assert_eq!(equations.of, [(1, false), (1, true)]);
     assert_eq!(equations.entries.iter().map(|entry| (entry.row, entry.column)).collect::<Vec<_>>(), [(0, 1), (1, 0)]);
     work(&equations)

@@ -63,7 +63,8 @@ impl Acting {
     }
 }
 
-/// Formulas over a set of states, which are positions, momenta, and then unknown parameters. `None` if one is not known.
+/// Formulas over a set of states, which are positions, momenta, and then unknown parameters. `None` if one is not
+/// known.
 pub(super) fn spreads(jets: &Jets, state: &[Option<&Spread>]) -> Option<Vec<Spread>> {
     // The start of the motion, which has as many numbers as its end, stands in no formula.
     let of_end = 2 * jets.dimension();

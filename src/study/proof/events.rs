@@ -31,9 +31,9 @@ pub(super) struct Watching<'c> {
 }
 
 impl<'c> Watching<'c> {
-    /// Those of a case that may end it or act and, if it `finds`, those of the events that it looks for. Parameters that
-    /// these set are unknown in `scene`. The momenta of `changed` are no constants. Arguments of abs, sign, step and
-    /// tables are followed, where there are some.
+    /// Those of a case that may end it or act and, if it `finds`, those of the events that it looks for. Parameters
+    /// that these set are unknown in `scene`. The momenta of `changed` are no constants. Arguments of abs, sign, step
+    /// and tables are followed, where there are some.
     ///
     /// # Errors
     /// The reason why it is not known which sides they are on, or where formulas change their signs.

@@ -43,11 +43,11 @@ fn ball([mut z, mut speed, e]: [Extended; 3], time: &str) -> Extended {
     }
 }
 
-/// Most sets are proved, and no motion ends outside. Half of the narrow hulls are no more than four times as wide as
-/// what corners reach: as the time of each bounce is open in them, they are wider where changes of it cancel.
+/// Most sets are proved, no motion ends outside, and narrow hulls are as wide as what corners reach, but for what is
+/// quadratic in their widths.
 #[test]
 fn balls_from_a_box_bounce_into_the_hull() {
-    let (mut proved, mut wide) = (0, Vec::new());
+    let (mut proved, mut wide) = (0, 0.0_f64);
     for draw in 0..DRAWS {
         let mut random = Random(9100 + 64 * draw);
         let [z, speed, e] = [(0.6, 1.5), (-1.0, 1.0), (0.8, 0.95)].map(|(a, b)| number(&mut random, a, b));
@@ -71,11 +71,10 @@ fn balls_from_a_box_bounce_into_the_hull() {
                 [if end < reached[0] { end } else { reached[0] }, if end > reached[1] { end } else { reached[1] }];
         }
         if radius < 1e-5 {
-            wide.push(((high - low) / (reached[1] - reached[0])).to_f64());
+            wide = wide.max(((high - low) / (reached[1] - reached[0])).to_f64());
         }
     }
-    wide.sort_by(f64::total_cmp);
-    assert!(proved as f64 > 0.8 * DRAWS as f64 && wide[wide.len() / 2] < 4.0, "{proved} proved, as wide as {wide:?}");
+    assert!(proved as f64 > 0.8 * DRAWS as f64 && wide < 1.2, "{proved} proved, {wide} times as wide");
 }
 
 /// The spring of V = k|x| pushes with one force on each side: pieces of parabolas, and their turns.
