@@ -137,15 +137,13 @@ impl<'a> Through<'a> {
             let is_known = rounded.is_finite();
             is_known.then_some(Spread { value, columns, radius: rounded * UP, slack: f64::INFINITY })
         };
-        let mut state: Vec<Option<Spread>> = vec![None; 2 * all];
-        for a in 0..n {
-            // Parameters that events set are the same in all of them.
-            let columns = directions.iter().map(|of| of.q.get(a).copied().unwrap_or(0.0)).collect();
-            state[a] = of(motion.start.q[a], columns);
-        }
-        for a in 0..own {
-            state[all + a] = of(motion.start.p[a], directions.iter().map(|of| of.p[a]).collect());
-        }
+        // Parameters that events set are the same in all of them.
+        let of_place = |a: usize| directions.iter().map(|of| of.q.get(a).copied().unwrap_or(0.0)).collect();
+        let of_momentum = |a: usize| directions.iter().map(|of| of.p[a]).collect();
+        let mut state: Vec<Option<Spread>> = (0..n).map(|a| of(motion.start.q[a], of_place(a))).collect();
+        state.resize(all, None);
+        state.extend((0..own).map(|a| of(motion.start.p[a], of_momentum(a))));
+        state.resize(2 * all, None);
         let is_known = |value: &Spread| value.value.abs().to_f64() > value.reach() * UP;
         let mut values = spreads(&self.watched, &of_scene(&state, [own, n, all]))?;
         if let Some(Arguments { jets, tables }) = self.arguments {

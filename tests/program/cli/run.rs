@@ -169,7 +169,7 @@ fn rows_and_events_before_a_failure_are_kept() {
     assert!(rows.starts_with("gamma,t,r,s,t_dot,r_dot,s_dot,delta_q_t") && rows.lines().count() > 100, "{rows}");
     assert!(events.lines().count() == 2 && events.contains("turn,0.59790"), "{events}");
     // Where the length of the run is searched for, those of the attempt that failed.
-    folder.write("search.toml", &text.replace("gamma_f", "t_f"));
+    folder.write("search.toml", text.replace("gamma_f", "t_f"));
     folder.run("run search.toml --out search --quiet");
     assert!(
         folder.table("search/until_failure.csv").rows.len() > 100 && folder.read("search/events.csv").contains("turn")
