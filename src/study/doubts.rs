@@ -35,8 +35,8 @@ impl<S: Real> Run<S> {
         }
         if let Some(gamma) = self.undecided {
             let finding = format!(
-                "at gamma = {gamma:.6} the motion is where a force that jumps, or grows like a root, leads away: it may \
-                 stay and it may leave, and the equations do not say which"
+                "at gamma = {gamma:.6} the motion is where a force that jumps, or grows like a root, leads away: it \
+                 may stay and it may leave, and the equations do not say which"
             );
             found.push(Reason::new(finding, "begin beside it, on the side that is meant").remaining());
         }
