@@ -51,7 +51,7 @@ impl Steps {
             let (name, values) = match function {
                 Function::Step => ("step", [0.0, 1.0].map(|value| graph.constant(value))),
                 Function::Sign => ("sign", [-1.0, 1.0].map(|value| graph.constant(value))),
-                // What is divided by it may jump.
+                // A number that is divided by it may jump.
                 Function::Abs => ("abs", [graph.negate(argument), argument]),
                 _ => continue,
             };

@@ -5,7 +5,7 @@ use super::{GeometryError, GeometryText};
 use crate::formula::NodeId;
 use crate::number::Extended;
 
-/// What an event sets of a coordinate, or of an unknown parameter, whose place is behind them.
+/// The number of a coordinate that an event sets. An unknown parameter is one more coordinate, behind the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Setting {
     /// q^a.
@@ -87,8 +87,8 @@ fn momentum(ends: &mut Ends, a: usize, [positions, velocities]: [&[Option<NodeId
         (0..n).filter_map(|b| Some((b, *ends.metric.get(&[a.min(b), a.max(b)])?))).collect();
     let one_form = ends.one_form.get(&a).copied();
     let graph = &mut ends.scope.graph;
-    // Of two states with positions, velocities and momenta each the first one is that before; unknown parameters come
-    // last.
+    // There are two states with positions, velocities and momenta each, of which the first one is that before; unknown
+    // parameters come last.
     let place = |k: usize| if k < n { Some(k) } else { k.checked_sub(5 * n).filter(|place| *place >= n) };
     let behind = |k: usize| place(k).and_then(|place| positions[place]);
     let moved: Vec<NodeId> =

@@ -164,7 +164,7 @@ pub(crate) fn own_error<S: Real>(
 ) -> Option<RunError> {
     let end = End::new(setup, line);
     if line.error_estimate.is_some() {
-        // Of a chain whose judge has met other events nothing is known.
+        // Nothing is known of a chain whose judge has met other events.
         if line.errors.is_empty() {
             return None;
         }

@@ -1,4 +1,4 @@
-//! Whether the motion from a state is the only one.
+//! States from which there are several motions.
 //!
 //! On the top of V = −|x| a body at rest may stay, and it may leave to either side at any time: the force jumps there
 //! and leads away from the place. All of these motions solve the equations, and a run shows one of them, with no error
