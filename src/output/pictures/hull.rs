@@ -55,7 +55,9 @@ pub fn of_hull(of: &str, case: &Case, hull: &Hull) -> Chart {
         let ends = |a: usize| at.ends[a].unwrap_or([f64::NAN; 2]);
         (x.map_or([at.gamma.to_f64(); 2], ends), ends(y))
     };
-    let mut boxes: Vec<Box> = hull.way.iter().map(on).collect();
+    // While some motions have met an event and others have not, nothing is known.
+    let is_known = |(across, along): &Box| across.iter().chain(along).all(|end| end.is_finite());
+    let mut boxes: Vec<Box> = hull.way.iter().map(on).filter(is_known).collect();
     // Where a proof is lost boxes become larger than all of the motion, which could not be seen any more.
     let most = |side: fn(&Box) -> [f64; 2], middle: fn((f64, f64)) -> f64| {
         let way = Extent::of(boxes.iter().map(|one| middle(middle_of(one)))).range();

@@ -62,6 +62,17 @@ fn bounces_without_an_end_keep_what_was_before() {
     assert_eq!(folder.summary("out")["status"], "events-pile-up");
 }
 
+/// A hull that goes through bounces, where nothing is known as long as some motions have met the floor.
+#[test]
+fn the_boxes_of_a_set_that_bounces_are_drawn() {
+    let folder = Folder::new();
+    let text = folder.succeeds("run restitution --set initial.z=[0.99,1.01] --set grid.t_f=1.5 --plot --out out");
+    assert!(text.contains("hull     from all of the intervals z in [0."), "{text}");
+    let (picture, rows) = (folder.read("out/hull.svg"), folder.read("out/hull.csv"));
+    assert!(rows.contains(",,,") && rows.lines().count() == 65);
+    assert!(!picture.contains("no data") && picture.matches("<polyline").count() > 2, "{picture}");
+}
+
 /// The end of a run does not say what events have made of parameters: to go on from there with those of the file would
 /// be another motion.
 #[test]
