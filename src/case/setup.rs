@@ -201,8 +201,7 @@ impl Case {
 
     /// The arguments of abs, sign, step and tables, if there are some, and if each of them can be followed by itself.
     pub(crate) fn arguments(&self) -> Option<Arguments> {
-        let all = if self.is_backward() { None } else { geometry::arguments(&self.geometry_text) };
-        all.filter(|all| !all.tables.is_empty())
+        geometry::arguments(&self.geometry_text, self.is_backward()).filter(|all| !all.tables.is_empty())
     }
 
     /// The formulas of events that act.

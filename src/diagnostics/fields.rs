@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use super::limits::take_limits;
 use super::witnesses::{Heard, Place};
 use crate::geometry::{Contraction, ForceTerm, Samples, Structure, Term};
 use crate::number::Real;
@@ -39,12 +40,19 @@ impl<'r, S: Real> Fields<'r, S> {
         know_clocks(run, &mut velocities);
         // A number that is not finite leaves NaN, and a verdict doubts that.
         let has_second = lagrangian.c_squared.is_some();
-        let samples = if has_second { lagrangian.all_at(&rows) } else { lagrangian.first_at(&rows) };
+        let of_rows = |rows: &[&[S]]| if has_second { lagrangian.all_at(rows) } else { lagrangian.first_at(rows) };
+        let mut samples = of_rows(&rows);
+        take_limits(run, &rows, &mut samples, of_rows);
         let mut forces = vec![Vec::new(); n];
         let force = (!structure.force.is_empty()).then(|| {
-            let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
-            let mut force = Samples::zeros(structure.force_rows, points);
-            lagrangian.fill_force(&rows, &velocities, &mut force);
+            let state: Vec<&[S]> = rows.iter().copied().chain(velocities.iter().map(Vec::as_slice)).collect();
+            let of_state = |state: &[&[S]]| {
+                let mut force = Samples::zeros(structure.force_rows, state[0].len());
+                lagrangian.fill_force(&state[..n], &state[n..], &mut force);
+                force
+            };
+            let mut force = of_state(&state);
+            take_limits(run, &state, &mut force, of_state);
             for term in &structure.force {
                 forces[term.a] = (0..points).map(|k| force.at(term.value, k)).collect();
             }

@@ -23,6 +23,7 @@ mod deviations;
 mod fields;
 mod formulas;
 pub mod gaps;
+mod limits;
 mod of_x;
 mod sawtooth;
 pub mod verdict;

@@ -14,7 +14,7 @@ use pulp::{Simd, WithSimd};
 
 use super::POINTS;
 use super::enclosure::{Enclosure, HIDDEN_SHARE, Hidden, tolerated_rates};
-use super::kernel::On;
+use super::kernel::{On, leaving};
 use super::local::larger;
 use super::rule::Order;
 use super::solved::WindowNodes;
@@ -195,7 +195,9 @@ impl WithSimd for On<(&[Nodes<POINTS>], &[Watched], &mut [bool])> {
         let On((registers, watched, gentle)) = self;
         let (mut has_kink, mut passes_knot, mut ratio) = (false, false, 1.0_f64);
         for (look, gentle) in watched.iter().zip(gentle) {
-            let (kind, values) = (look.kind, Lanes::new(s, &registers[look.register]));
+            let kind = look.kind;
+            let inside = if let Kind::Side(_) = kind { Some(leaving(&registers[look.register])) } else { None };
+            let values = Lanes::new(s, inside.as_ref().unwrap_or(&registers[look.register]));
             let (least, most) = (-values.neg().largest(), values.largest());
             // At most one of three changes in turn goes back.
             let margin = 2.0 * BENT * (most - least);
@@ -250,6 +252,14 @@ pub(super) fn is_at_one_place(solver: &Solver<'_, POINTS>, gamma: f64, length: f
         let part = if is_clock { now } else { now.max(elsewhere) };
         part <= place * row.start.high.abs() * row.size.inverse
     })
+}
+
+/// Returns true if places in a window differ by no more than their rounding: that of the start may put it on either
+/// side of a surface.
+pub(super) fn stays_at_one_place(solver: &Solver<'_, POINTS>) -> bool {
+    let Solver { scales, rows, system, .. } = solver;
+    let mut known = rows[..system.positions.len()].iter().zip(&scales.clocks).filter(|(_, is_clock)| !**is_clock);
+    known.all(|(row, _)| row.increment.abs() <= ONE_PLACE * row.start.high.abs())
 }
 
 /// A knot in this first or last part of a window is at its end. What the force is off by there grows with the square

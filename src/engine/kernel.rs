@@ -39,6 +39,23 @@ pub(super) fn evaluate<S: Simd, const N: usize>(
     }
 }
 
+/// An argument of a function that jumps or has a kink is on the surface at the first node if it is less than this part
+/// of what it is at the second one. A window that crosses the surface there is off by no more than this part of the
+/// first gap, a few 1e-15 of its length.
+const ON_SURFACE: f64 = 1e-12;
+
+/// Values of such an argument, where a window that begins on the surface is on the side that it goes to: that of the
+/// first node is 0, or rounding, and what holds there is the limit from inside of the window.
+#[inline(always)]
+pub(super) fn leaving<const N: usize>(values: &Nodes<N>) -> Nodes<N> {
+    let mut values = *values;
+    let [first, second, ..] = &mut values.0[..] else { return values };
+    if first.abs() < ON_SURFACE * second.abs() {
+        *first = first.abs().max(f64::MIN_POSITIVE).copysign(*second);
+    }
+    values
+}
+
 /// The arithmetic of values that have a number on every node.
 struct Vectors<S, const N: usize> {
     s: S,
@@ -76,7 +93,11 @@ impl<S: Simd, const N: usize> Algebra for Vectors<S, N> {
 
     #[inline(always)]
     fn call(&self, to: &mut Nodes<N>, function: Function, a: &Nodes<N>) {
-        elementary::call(self.s, function, &a.0, &mut to.0);
+        if let Function::Abs | Function::Sign | Function::Step = function {
+            elementary::call(self.s, function, &leaving(a).0, &mut to.0);
+        } else {
+            elementary::call(self.s, function, &a.0, &mut to.0);
+        }
     }
 
     #[inline(always)]

@@ -183,9 +183,10 @@ pub(crate) fn may_jump(text: &GeometryText, formula: &str) -> bool {
     graph.calls(&[node]).iter().any(is_divided) || kinks(graph, &[node], &[node]).is_none()
 }
 
-/// The arguments of a scene. `None` if the sides of one may depend on those of another one.
-pub(crate) fn arguments(text: &GeometryText) -> Option<Arguments> {
-    let mut ends = Ends::new(text, Extended::ZERO, false).ok()?;
+/// The arguments of a scene, on its way back if `is_backward`. `None` if the sides of one may depend on those of
+/// another one.
+pub(crate) fn arguments(text: &GeometryText, is_backward: bool) -> Option<Arguments> {
+    let mut ends = Ends::new(text, Extended::ZERO, is_backward).ok()?;
     let n = ends.dimension();
     let found = kinks(&mut ends.scope.graph, &ends.roots, &ends.fields)?;
     let tables = found.iter().map(|kink| kink.table).collect();

@@ -268,6 +268,11 @@ impl<S: Real> Geometry<S> {
         self.hamiltonian.jump(|place| self.is_clock(place))
     }
 
+    /// Returns true if the equations of motion jump somewhere, be it at a time.
+    pub(crate) fn has_jumps(&self) -> bool {
+        self.hamiltonian.jump(|_| false).is_some()
+    }
+
     /// Returns true if a force may grow like a power below 1, see [`Self::jump`] for what jumps.
     pub(crate) fn may_grow_like_a_root(&self) -> bool {
         self.hamiltonian.may_grow_like_a_root()

@@ -110,8 +110,12 @@ impl Adaptive<'_> {
         if seen.is_none_or(|seen| seen.decay != 1.0) {
             return (Kink::Far, allowed);
         }
-        let of_kink = (KINK * self.tolerance).max(LEAST_KINK);
-        (if self.is_one_place(length, MET) { Kink::Met } else { Kink::Inside }, allowed.max(of_kink))
+        (if self.is_one_place(length, MET) { Kink::Met } else { Kink::Inside }, allowed.max(self.of_kink()))
+    }
+
+    /// The error that a window with a kink in it may add at its end.
+    pub(super) fn of_kink(&self) -> f64 {
+        (KINK * self.tolerance).max(LEAST_KINK)
     }
 
     /// Returns true if something begins to move by a kink in the window, whose place is not known to rounding: its

@@ -7,7 +7,7 @@
 mod accept;
 mod places;
 
-use super::between::{Between, Kink};
+use super::between::{Between, Kink, stays_at_one_place};
 use super::defect::Defect;
 use super::failure::edge;
 use super::ladder::Control;
@@ -202,7 +202,7 @@ impl<'g> Adaptive<'g> {
     /// Solves the accepted window again with another length, which is no longer.
     ///
     /// # Errors
-    /// If it has no solution, or if a kink is in it that was not.
+    /// If it has no solution, or if a kink is in it that was not, which is more than one place.
     fn again(&mut self, whole: &Whole, length: f64, is_last: bool) -> Result<(), Failure> {
         let tables = self.ladder.odd(&self.lent.solver.rule, length);
         let share = self.share();
@@ -218,7 +218,9 @@ impl<'g> Adaptive<'g> {
         // Where the window begins at a jump, rounding may put its first node on the other side.
         let kink = self.attempt.accepted.kink;
         let has_kink = self.between.as_mut().is_some_and(|between| between.look(&self.lent.solver).decay == 1.0);
-        if has_kink && !kink.is_inside() {
+        let solver = &self.lent.solver;
+        let is_met = length <= self.least() && (swept.local.end <= self.of_kink() || stays_at_one_place(solver));
+        if has_kink && !kink.is_inside() && !is_met {
             return Err(Failure::NotConverged);
         }
         self.lent.solver.finish(&tables, Known::Ends);
@@ -282,14 +284,17 @@ impl Windows for Adaptive<'_> {
         let slopes = self.lent.solver.rows.iter().map(|row| row.slopes_before).collect();
         let whole = Whole { length: before.length, slopes };
         let at_start = value(&self.lent.solver.start);
-        // The longest window that was solved and ends before the change, with the value at its end.
-        let mut ahead = (0.0, at_start);
+        // The longest window that was solved and ends before the change, with the value at its end; the shortest one
+        // that ends behind it.
+        let (mut ahead, mut behind) = ((0.0, at_start), f64::INFINITY);
         let mut failure = None;
-        let found = root_between(between, side, gamma, before.length, |h| match self.again(&whole, h, true) {
+        let mut at = |h: f64| match self.again(&whole, h, true) {
             Ok(()) => {
                 let here = value(&self.lent.solver.end);
                 if here * side > 0.0 && h > ahead.0 {
                     ahead = (h, here);
+                } else if here * side <= 0.0 {
+                    behind = behind.min(h);
                 }
                 Some(here)
             }
@@ -298,11 +303,18 @@ impl Windows for Adaptive<'_> {
                 failure = Some(error);
                 (h > ahead.0).then_some(-side * f64::MIN_POSITIVE)
             }
-        });
+        };
+        let mut found = root_between(between, side, gamma, before.length, &mut at);
+        // With a jump in it the motion inside tells little of where shorter windows end.
+        if found.is_none() && before.kink.is_inside() {
+            let least = f64::EPSILON * (gamma + before.length);
+            found = root_between([least, before.length], side, gamma, before.length, &mut at);
+        }
         // What is left of the way is rounding, or the failure has another reason.
         let ((length, here), least) = (ahead, HELD * f64::EPSILON * (gamma + before.length));
         let is_held = failure.is_some() && length > 0.0 && here.abs() * length <= least * (at_start - here).abs();
-        let end = if failure.is_none() { found } else { is_held.then_some(length) };
+        let is_met = failure.is_none() || behind - length <= least;
+        let end = if is_met { found } else { is_held.then_some(length) };
         // A window that is not cut any more, as is one with a jump in it, is one place: where a force holds the motion,
         // it goes to and fro in there.
         let is_one_place = end.is_none() && before.length <= self.least();
@@ -316,7 +328,11 @@ impl Windows for Adaptive<'_> {
             return Ok(true);
         }
         match failure.filter(|_| end.is_none()) {
-            Some(failure) => Err(failure),
+            Some(failure) => {
+                // The change is near, however far the window went that was solved first.
+                self.attempt.failed_at = Some((gamma, self.lent.solver.start.positions()));
+                Err(failure)
+            }
             None => Ok(end.is_some()),
         }
     }

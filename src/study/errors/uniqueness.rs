@@ -9,6 +9,8 @@
 //! while a force between those on both sides could hold it, there are several motions. On each side all is smooth, so
 //! that ä is what ȧ changes by on the way of that side.
 //!
+//! On the way back friction leads away from rest: what rests now may have moved before.
+//!
 //! A force like √|x| has no jump, and leads away from 0 all the same, as it grows faster than any multiple of x.
 //!
 //! Source: A. F. Filippov, *Differential Equations with Discontinuous Righthand Sides* (1988), §10, on uniqueness at
@@ -17,8 +19,9 @@
 use super::evaluated::Evaluated;
 use super::places::Seen;
 use crate::case::Case;
-use crate::geometry::{Arguments, Geometry, Side, Start};
+use crate::geometry::{Arguments, Geometry, Jet, Side, Start};
 use crate::number::ball::{Ball, OFF};
+use crate::number::spline::Table;
 use crate::number::{Extended, Real};
 use crate::solve::Setup;
 
@@ -32,9 +35,13 @@ const BEHIND: f64 = 1e-8;
 const STILL: f64 = 1e-42;
 /// More arguments than these are not 0 at one place by more than chance, and all of their sides are looked at.
 const MOST: usize = 4;
-/// A coordinate at 0 is moved by these: a force that grows like a power below 1 falls by less than they do.
-const MOVED: [f64; 2] = [1e-50, 1e-60];
-const SMOOTH: f64 = 1e-9;
+/// A coordinate at rest is moved by these: a force that grows like a power below 1 falls by less than they do, by this
+/// part of their powers of ten at least, as numbers of 71 digits tell.
+const MOVED: [f64; 3] = [1e-40, 1e-50, 1e-60];
+const BELOW_ONE: f64 = 1e-6;
+/// A force like x ln|x|, from which there is one motion, comes the nearer to x the smaller x is: what its power lacks
+/// to 1 falls like 1/ln|x| at least, from the first two of these to the last two to 0.82 of it.
+const STAYS: f64 = 0.9;
 
 /// γ at a state in which there may be several motions: the start of a run of this length, or one of those that are
 /// `behind`, with the parameters that events have set before.
@@ -44,23 +51,28 @@ pub(crate) fn several_motions<S: Real>(
     behind: impl Iterator<Item = (f64, Start, Vec<(usize, f64)>)>,
     length: f64,
 ) -> Option<f64> {
-    if is_led_away_by_a_power(case, setup) {
-        return Some(setup.gamma_i.to_f64());
-    }
-    setup.rough.geometry.jump()?;
-    // The sides of a motion on its way back are not followed.
-    if setup.is_backward {
+    let geometry = &setup.rough.geometry;
+    let (jumps, grows) = (geometry.jump().is_some(), geometry.may_grow_like_a_root());
+    if !jumps && !grows {
         return None;
     }
-    let first = if setup.carried.is_none() { case.start::<Extended>() } else { extended(&setup.rough.start) };
-    if Surfaces::new(case)?.has_several_motions(&first, length) {
+    let has_several = |here: &Start<Extended>, set: &[(usize, f64)]| {
+        if grows && is_led_away_by_a_power((case, setup), here, set) {
+            return true;
+        }
+        let changed = if set.is_empty() || !jumps { None } else { case.with_parameters(set, &here.in_f64().q) };
+        let surfaces = if jumps { Surfaces::new(changed.as_ref().unwrap_or(case)) } else { None };
+        surfaces.is_some_and(|surfaces| surfaces.has_several_motions(here, length))
+    };
+    let first = match setup.carried {
+        None if setup.is_backward => case.start::<Extended>().reversed(),
+        None => case.start::<Extended>(),
+        Some(_) => extended(&setup.rough.start),
+    };
+    if has_several(&first, &[]) {
         return Some(setup.gamma_i.to_f64());
     }
-    let mut others = behind.filter(|(_, here, set)| {
-        let changed = if set.is_empty() { None } else { case.with_parameters(set, &here.q) };
-        let surfaces = Surfaces::new(changed.as_ref().unwrap_or(case));
-        surfaces.is_some_and(|surfaces| surfaces.has_several_motions(&extended(here), length))
-    });
+    let mut others = behind.filter(|(_, here, set)| has_several(&extended(here), set));
     others.next().map(|(gamma, ..)| gamma)
 }
 
@@ -98,10 +110,9 @@ struct Surfaces<'c> {
 }
 
 impl<'c> Surfaces<'c> {
-    /// Those of a case, if each of them can be followed by itself, and no table has knots.
+    /// Those of a case, if each of them can be followed by itself.
     fn new(case: &'c Case) -> Option<Self> {
-        let arguments = case.arguments().filter(|all| all.tables.iter().all(Option::is_none))?;
-        Some(Self { case, arguments })
+        Some(Self { case, arguments: case.arguments()? })
     }
 
     fn has_several_motions(&self, state: &Start<Extended>, length: f64) -> bool {
@@ -116,18 +127,23 @@ impl<'c> Surfaces<'c> {
     /// For each choice of sides of the arguments that are 0 in a state, which way each of these goes in the scene of
     /// these sides: 1 is to its own side, −1 away from it, and 0 neither. `None` if none is 0, or too many are.
     fn ways(&self, Start { q, p, .. }: &Start<Extended>, length: f64) -> Option<Vec<Vec<f64>>> {
-        let Arguments { jets, .. } = &self.arguments;
+        let Arguments { jets, tables } = &self.arguments;
         let ball = |value: &Extended| Ball::of(*value, OFF);
         let start = vec![Ball::exact(0.0); 2 * q.len()];
         let values = jets.at(&q.iter().chain(p).map(ball).chain(start).collect::<Vec<Ball>>());
         let is_zero = |value: Ball, size: f64| (value.hi + value.lo).abs() <= value.rad + ZERO * size;
         let size = q.iter().chain(p).fold(1.0, |size: f64, value| size.max(value.abs().to_f64()));
-        let at: Vec<usize> = (0..values.len()).filter(|&k| is_zero(values[k].value, size)).collect();
+        let is_at = |&k: &usize| tables[k].is_none() && is_zero(values[k].value, size);
+        let at: Vec<usize> = (0..values.len()).filter(is_at).collect();
         if at.is_empty() || at.len() > MOST {
             return None;
         }
-        let mut sides: Vec<Side> =
-            values.iter().map(|jet| if jet.value.hi > 0.0 { Side::Positive } else { Side::Negative }).collect();
+        // No force jumps at a knot, and either of the pieces that meet there tells what it is.
+        let side = |(jet, table): (&Jet, &Option<Table>)| match table {
+            Some(table) => table.piece(jet.value.hi).map(Side::Piece),
+            None => Some(if jet.value.hi > 0.0 { Side::Positive } else { Side::Negative }),
+        };
+        let mut sides: Vec<Side> = values.iter().zip(tables).map(side).collect::<Option<_>>()?;
         (0..1_usize << at.len())
             .map(|choice| {
                 let is_up = |place: usize| choice >> place & 1 == 1;
@@ -143,9 +159,11 @@ impl<'c> Surfaces<'c> {
 
     /// The signs of ȧ, or of ä where ȧ is 0, of all arguments in the scene of these sides.
     fn ways_on(&self, sides: &[Side], [q, p]: [&[Extended]; 2], length: f64) -> Option<Vec<f64>> {
-        let (n, m) = (q.len(), sides.len());
-        let geometry = self.case.watching(&[], (&[], sides), Extended::ZERO);
-        let [q, p] = [q, p].map(|row| [row, &vec![Extended::ZERO; m]].concat());
+        let (n, geometry) = (q.len(), self.case.watching(&[], (&[], sides), Extended::ZERO));
+        // A table has two ends, the knots of a piece.
+        let ends = |side: &Side| if let Side::Piece(_) = side { 2 } else { 1 };
+        let first = |k: usize| n + sides[..k].iter().map(ends).sum::<usize>();
+        let [q, p] = [q, p].map(|row| [row, &vec![Extended::ZERO; first(sides.len()) - n]].concat());
         let here = Rates::new(&geometry, [&q, &p])?;
         let all = here.q[..n].iter().chain(&here.p).fold(Extended::ZERO, |sum, rate| sum + rate.abs());
         let [behind, step] = [BEHIND, STEP].map(|part| Extended::from(part * length));
@@ -157,42 +175,47 @@ impl<'c> Surfaces<'c> {
             true => value.signum().to_f64(),
             false => 0.0,
         };
-        let way = |k: usize| match sign(here.q[n + k], ZERO) {
-            0.0 => sign((next.q[n + k] - there.q[n + k]) / step, STILL),
+        let way = |k: usize| match sign(here.q[k], ZERO) {
+            0.0 => sign((next.q[k] - there.q[k]) / step, STILL),
             way => way,
         };
-        Some((0..m).map(way).collect())
+        Some((0..sides.len()).map(|k| way(first(k))).collect())
     }
 }
 
-/// True if a coordinate rests at 0 at the start, no force is on it, and one that grows like a power below 1 leads away.
-fn is_led_away_by_a_power<S: Real>(case: &Case, setup: &Setup<S>) -> bool {
-    let (geometry, Start { q, q_dot, p }) = (&setup.rough.geometry, &*setup.rough.start);
-    if !q.iter().zip(q_dot).any(|(q, q_dot)| *q == 0.0 && *q_dot == 0.0) || !geometry.may_grow_like_a_root() {
+/// True if a coordinate rests in a state, where events have set these parameters, no force is on it there, and one that
+/// grows like a power below 1 leads away.
+fn is_led_away_by_a_power<S: Real>(
+    (case, setup): (&Case, &Setup<S>),
+    here: &Start<Extended>,
+    set: &[(usize, f64)],
+) -> bool {
+    let Start { q, q_dot, p } = here.in_f64();
+    if q_dot.iter().all(|&rate| rate != 0.0) {
         return false;
     }
-    let place = Seen { q: q.clone(), p: p.clone(), set: Vec::new(), part: 0.0 };
-    let Some(mut here) = Evaluated::new(case, setup, &place) else { return false };
-    let (n, numbers) = (q.len(), q.iter().chain(p).map(|&value| Extended::from(value)).collect::<Vec<Extended>>());
-    let rates = here.exact(&place, |k, _| numbers[k]);
-    let rests =
-        |a: &usize| rates[*a] == Extended::ZERO && rates[n + a] == Extended::ZERO && numbers[*a] == Extended::ZERO;
-    let at_rest: Vec<usize> = (0..here.count).filter(rests).collect();
-    at_rest.into_iter().any(|a| {
+    let place = Seen { q, p, set: set.to_vec(), part: 0.0 };
+    let Some(mut rates) = Evaluated::new(case, setup, &place) else { return false };
+    let (n, count) = (here.q.len(), rates.count);
+    let numbers: Vec<Extended> = here.q.iter().chain(&here.p).copied().collect();
+    // The rates where some of these numbers are changed.
+    let mut at = |changes: &[(usize, Extended)]| {
+        let change = |k: usize| changes.iter().filter(|(place, _)| *place == k).fold(numbers[k], |sum, c| sum + c.1);
+        rates.exact(&place, |k, _| change(k))
+    };
+    let still = at(&[]);
+    let little = Extended::from(STEP);
+    (0..count).filter(|a| still[*a] == Extended::ZERO && still[n + a] == Extended::ZERO).any(|a| {
         [1.0, -1.0].into_iter().any(|side| {
-            let [far, near] = MOVED.map(|by| {
-                let by = Extended::from(side * by);
-                let pushed = here.exact(&place, |k, _| if k == a { numbers[k] + by } else { numbers[k] });
-                // With a little of its momentum it moves to where the force points.
-                let little = Extended::from(STEP) * pushed[n + a];
-                let moved = here.exact(&place, |k, _| match k {
-                    k if k == a => numbers[k] + by,
-                    k if k == n + a => numbers[k] + little,
-                    k => numbers[k],
-                });
-                (Extended::from(side) * (moved[a] - pushed[a]) / Extended::from(STEP)).to_f64()
+            let size = numbers[a].abs().to_f64().max(1.0);
+            // The acceleration to this side: what its momentum makes of its velocity, times the force on it.
+            let forces = MOVED.map(|by| {
+                let moved = (a, Extended::from(side * by * size));
+                let [pushed, moving] = [at(&[moved]), at(&[moved, (n + a, little)])];
+                (Extended::from(side) * pushed[n + a] * (moving[a] - pushed[a]) / little).to_f64()
             });
-            far > 0.0 && near > SMOOTH * far && near < 0.5 * far
+            let lacks = [0, 1].map(|k| 1.0 - (forces[k] / forces[k + 1]).log10() / (MOVED[k] / MOVED[k + 1]).log10());
+            forces.iter().all(|force| *force > 0.0) && lacks[0] > BELOW_ONE && lacks[1] >= STAYS * lacks[0]
         })
     })
 }

@@ -9,38 +9,48 @@ use crate::common::parsed;
 
 const HALF: f64 = 0.5;
 
-/// A particle in |x|: pieces of parabolas that meet at x = 0 with the same speed.
+/// Where motions end.
+const LENGTH: &str = "20";
+/// On the way there, and on the way back to the same time before the start: what t_f and velocities are multiplied by.
+const WAYS: [f64; 2] = [1.0, -1.0];
+
+/// A particle in |x|: pieces of parabolas that meet at x = 0 with the same speed, on both ways.
 #[test]
 fn in_the_potential_of_abs_parabolas_follow_each_other() {
-    let most = largest(|random| {
-        let [x, v] = [number(random, 0.5, 2.0), number(random, -1.0, 1.0)];
-        let case = parsed(
-            &format!(
-                "potential.formula = \"abs(x)\"\nparticle.law = \"newtonian\"\ninitial = {{ x = {x}, x_dot = {v} }}\n\
-                 grid.t_f = 20.0\nsolver.accuracy = 1e-9"
-            ),
-            &[],
-        );
-        let [x, v] = [x, v].map(|text| decimal(&text));
-        // To x = 0 with the speed w, and from there on ways of 2 w from 0 to 0.
-        let w = (v * v + Extended::from(2.0) * x).sqrt();
-        let mut left = decimal("20") - (v + w);
-        let mut sign = -Extended::ONE;
-        while left > Extended::from(2.0) * w {
-            left -= Extended::from(2.0) * w;
-            sign = -sign;
-        }
-        off(&proved(&case)?, "x", sign * (w * left - left * left * Extended::from(HALF)))
-    });
-    assert!(most <= 1.0 && most > 1e-6, "{most}");
+    let of_way = |way: f64| {
+        largest(|random| {
+            let [x, v] = [number(random, 0.5, 2.0), number(random, -1.0, 1.0)];
+            let case = parsed(
+                &format!(
+                    "potential.formula = \"abs(x)\"\nparticle.law = \"newtonian\"\n\
+                 initial = {{ x = {x}, x_dot = \"{way}*{v}\" }}\ngrid.t_f = \"{way}*{LENGTH}\"\n\
+                 solver.accuracy = 1e-9"
+                ),
+                &[],
+            );
+            let [x, v] = [x, v].map(|text| decimal(&text));
+            // To x = 0 with the speed w, and from there on ways of 2 w from 0 to 0.
+            let w = (v * v + Extended::from(2.0) * x).sqrt();
+            let mut left = decimal("20") - (v + w);
+            let mut sign = -Extended::ONE;
+            while left > Extended::from(2.0) * w {
+                left -= Extended::from(2.0) * w;
+                sign = -sign;
+            }
+            off(&proved(&case)?, "x", sign * (w * left - left * left * Extended::from(HALF)))
+        })
+    };
+    for most in WAYS.map(of_way) {
+        assert!(most <= 1.0 && most > 1e-6, "{most}");
+    }
 }
 
-/// A spring with dry friction f, from this start to t = 20.
-fn with_friction(x: &str, v: &str, f: &str) -> Case {
+/// A spring with dry friction f, from this start to t = 20, or to −20 with the opposite velocity.
+fn with_friction(x: &str, v: &str, f: &str, way: f64) -> Case {
     let text = format!(
         "potential = {{ formula = \"x^2/2\", force = {{ x = \"-{f}*sign(x_dot)\" }} }}\n\
-         particle.law = \"newtonian\"\ninitial = {{ x = {x}, x_dot = {v} }}\ngrid.t_f = 20.0\n\
-         solver.accuracy = 1e-9"
+         particle.law = \"newtonian\"\ninitial = {{ x = {x}, x_dot = \"{way}*{v}\" }}\n\
+         grid.t_f = \"{way}*{LENGTH}\"\nsolver.accuracy = 1e-9"
     );
     parsed(&text, &[])
 }
@@ -56,19 +66,25 @@ fn from_turn(mut turn: Extended, f: Extended, mut left: Extended) -> Extended {
     sign * (f + (turn - f) * left.cos())
 }
 
-/// A spring with dry friction: half turns about +f and −f, where the velocity changes its sign and x is beyond ±f.
+/// A spring with dry friction: half turns about +f and −f, where the velocity changes its sign and x is beyond ±f. On
+/// the way back every half turn has what friction takes from it.
 #[test]
 fn dry_friction_takes_the_same_from_every_half_turn() {
-    let most = largest(|random| {
-        let [x, v, f] = [number(random, 1.0, 2.0), number(random, 0.1, 1.0), number(random, 0.01, 0.05)];
-        let case = with_friction(&x, &v, &f);
-        let [x, v, f] = [x, v, f].map(|text| decimal(&text));
-        // Up to the first turn about −f.
-        let radius = ((x + f) * (x + f) + v * v).sqrt();
-        let left = decimal("20") - arc_cosine((x + f) / radius);
-        off(&proved(&case)?, "x", from_turn(radius - f, f, left))
-    });
-    assert!(most <= 1.0 && most > 1e-6, "{most}");
+    let of_way = |way: f64| {
+        largest(|random| {
+            let [x, v, f] = [number(random, 1.0, 2.0), number(random, 0.1, 1.0), number(random, 0.01, 0.05)];
+            let case = with_friction(&x, &v, &f, way);
+            let [x, v, f] = [x, v, f].map(|text| decimal(&text));
+            let f = Extended::from(way) * f;
+            // Up to the first turn about −f.
+            let radius = ((x + f) * (x + f) + v * v).sqrt();
+            let left = decimal("20") - arc_cosine((x + f) / radius);
+            off(&proved(&case)?, "x", from_turn(radius - f, f, left))
+        })
+    };
+    for most in WAYS.map(of_way) {
+        assert!(most <= 1.0 && most > 1e-6, "{most}");
+    }
 }
 
 /// From rest the velocity is 0, where friction jumps: the motion leaves to the side to which it is driven on both
@@ -77,12 +93,12 @@ fn dry_friction_takes_the_same_from_every_half_turn() {
 fn a_body_is_released_where_friction_does_not_hold_it() {
     let most = largest(|random| {
         let [x, f] = [number(random, 1.0, 2.0), number(random, 0.01, 0.05)];
-        let case = with_friction(&x, "0.0", &f);
+        let case = with_friction(&x, "0.0", &f, 1.0);
         let [x, f] = [x, f].map(|text| decimal(&text));
         off(&proved(&case)?, "x", from_turn(x, f, decimal("20")))
     });
     assert!(most <= 1.0 && most > 1e-6, "{most}");
-    let held = proved(&with_friction("0.01", "0.0", "0.02"));
+    let held = proved(&with_friction("0.01", "0.0", "0.02", 1.0));
     assert!(held.is_none_or(|proof| proof.ends.is_empty()));
 }
 

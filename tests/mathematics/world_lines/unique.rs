@@ -14,7 +14,7 @@ fn is_undecided<S: Real>([force, force_y]: [&str; 2], [x, y_dot]: [&str; 2], fur
          particle.law = \"newtonian\"\nparticle.masses = {{ x = 1.0, y = 100.0 }}\n\
          initial = {{ t = 2.0, x = {x}, y = 0.0, x_dot = 0.0, y_dot = {y_dot} }}\ngrid.t_f = 2.5\n"
     );
-    let case = parsed(&text, &further.split(' ').collect::<Vec<_>>());
+    let case = parsed(&text, &further.split(' ').chain([HILL]).collect::<Vec<_>>());
     let setup = case.setup::<S>();
     let found = run(&case, &setup, Wanted::default()).0.unwrap_or_else(|none| panic!("{force}: {none:?}"));
     let judged = found.judged(&setup, false, false);
@@ -23,6 +23,7 @@ fn is_undecided<S: Real>([force, force_y]: [&str; 2], [x, y_dot]: [&str; 2], fur
     told
 }
 
+const HILL: &str = "tables.hill={x=[-9.0,0.0,1.0,9.0],y=[0.0,0.0,0.5,0.0]}";
 const ACCURATE: &str = "solver.accuracy=1e-8";
 const GIVEN: &str = "grid.n_gamma=16 grid.windows=4 scheme.sbp=GLL16 scheme.form=weak";
 
@@ -37,6 +38,9 @@ fn a_motion_that_may_stay_and_leave_is_doubted() {
         ["sign(y)", "sign(x)"],
         ["sign(x)*abs(x)^0.4", "0"],
         ["sqrt(abs(x))", "0"],
+        ["sign(x)*abs(x)^0.99", "0"],
+        ["sign(x)*abs(x)^0.99 + x", "0"],
+        ["sign(x) + hill(y)", "hill(y)"],
         ["3*sign(x - (t - 2)^2)", "0"],
         ["(t - 2)^2*sign(x)", "0"],
         ["step(t - 2.2)*sign(x)", "0"],
@@ -46,7 +50,17 @@ fn a_motion_that_may_stay_and_leave_is_doubted() {
         assert!(is_undecided::<f64>(forces, ["0.0", "0.0"], GIVEN), "{forces:?}");
     }
     assert!(is_undecided::<f64>(["sign(x - 0.1)", "0"], ["0.1", "0.0"], ACCURATE));
+    assert!(is_undecided::<f64>(["sqrt(abs(x - 0.1))", "0"], ["0.1", "0.0"], ACCURATE));
     assert!(is_undecided::<Extended>(["sign(x)", "0"], ["0.0", "0.0"], &format!("{GIVEN} solver.digits=30")));
+}
+
+/// What rests after friction may have moved before, and what leads away does so on both ways.
+#[test]
+fn on_the_way_back_friction_leads_away() {
+    let back = format!("{ACCURATE} grid.t_f=1.5");
+    let told = |force: &str| is_undecided::<f64>([force, "0"], ["0.0", "0.0"], &back);
+    assert!(told("-sign(x_dot)") && told("sign(x)") && told("-sign(x_dot)/3 + hill(x)"));
+    assert!(!told("sign(x_dot)") && !told("-sign(x)") && !told("2 - sign(x_dot)"));
 }
 
 /// A ball that is brought to rest on a ridge, and one under which the ridge is turned on.
@@ -70,26 +84,25 @@ fn what_an_event_leaves_on_a_ridge_is_doubted() {
     assert!(!told("x = \"0\", x_dot = \"0\", k = \"-1\""));
 }
 
-/// A tolerance promises nothing, also where the judge of a run meets other events: then its errors are not known.
+/// A tolerance promises nothing, also where the judge of a run meets other events: a ball that is sent back in a
+/// potential where neighbouring motions part.
 #[test]
 fn a_run_whose_judge_meets_other_events_is_doubtful() {
     let mut doubtful = 0;
-    for k in 0..60_usize {
+    for y in ["0.1", "0.15", "0.2"] {
         let text = format!(
-            "potential = {{ coordinates = [\"x\"], formula = \"0\", force = {{ x = \"-9.81 + {}*sign(x)\" }} }}\n\
-             particle.law = \"newtonian\"\ninitial = {{ x = 0.8, x_dot = 0.0 }}\nsolver.tolerance = 1e-{}\n\
-             grid.t_f = 2.0\nevents.bounce = {{ when = \"x\", set = {{ x_dot = \"-0.9*x_dot\" }} }}",
-            1.0 + 0.2 * (k / 2) as f64,
-            [4, 10][k % 2]
+            "potential.coordinates = [\"x\", \"y\"]\npotential.formula = \"(x^2 + y^2)/2 + x^2*y - y^3/3\"\n\
+             particle.law = \"newtonian\"\ninitial = {{ x = 0.0, y = {y}, x_dot = 0.5, y_dot = 0.1 }}\n\
+             solver.tolerance = 1e-4\ngrid.t_f = 500.0\n\
+             events.turn = {{ when = \"x - 0.2\", set = {{ x_dot = \"-x_dot\" }} }}"
         );
         let case = parsed(&text, &[]);
         let setup = case.setup::<f64>();
-        if let Ok(found) = run(&case, &setup, Wanted::default()).0 {
-            let judged = found.judged(&setup, false, false);
-            let is_known = judged.verdict.error.is_some();
-            assert!(is_known || judged.verdict.grade == Grade::Doubtful, "{text}");
-            doubtful += usize::from(!is_known);
-        }
+        let found = run(&case, &setup, Wanted::default()).0.unwrap_or_else(|none| panic!("{y}: {none:?}"));
+        let judged = found.judged(&setup, false, false);
+        let is_known = judged.verdict.error.is_some_and(f64::is_finite);
+        assert!(is_known || judged.verdict.grade == Grade::Doubtful, "{text}");
+        doubtful += usize::from(!is_known);
     }
     assert!(doubtful > 0);
 }
@@ -108,6 +121,8 @@ fn a_motion_that_is_the_only_one_is_not() {
         ["sign(x + y) + 2", "0"],
         ["(t - 2)*step(x) + (t - 2)^2", "0"],
         ["sqrt(abs(x)) + 1", "0"],
+        ["abs(x)^1.01", "0"],
+        ["x + hill(x) - sign(x)", "1"],
     ] {
         assert!(!is_undecided::<f64>(forces, ["0.0", "0.0"], ACCURATE), "{forces:?}");
     }
