@@ -89,7 +89,8 @@ impl<S: Real> Told<'_, S> {
     fn error(&self) -> String {
         let Some(error) = &self.judged.error else {
             let is_judged = self.case.settings.is_judged;
-            return if is_judged { "unknown: no second solve reaches the end" } else { "not judged" }.to_owned();
+            return if is_judged { "unknown: no second solve reaches the end in the same way" } else { "not judged" }
+                .to_owned();
         };
         let most = error.at_most();
         let judge = error.judge.describe();

@@ -233,7 +233,7 @@ impl Verdict {
                 "leave --no-error and solver.error out",
             )],
             None => vec![Reason::new(
-                "the error is not known, because no second solve reaches the end",
+                "the error is not known, because no second solve reaches the end in the same way",
                 "ask for solver.accuracy, or end the run earlier",
             )],
         };

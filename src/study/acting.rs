@@ -97,9 +97,6 @@ pub fn solve_acting(case: &Case, setup: &Setup) -> Result<Chains, Box<Stopped>> 
     }
     let mut round = Rounds::new(wanted);
     let mut pieces = chain(case, setup, round.marches()[1], false)?;
-    if pieces.len() == 1 {
-        return chain(case, setup, wanted, false).map(Chains::alone);
-    }
     let mut least = f64::INFINITY;
     loop {
         let coarser = chain(case, setup, round.marches()[0], true).ok();

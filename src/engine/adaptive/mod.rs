@@ -5,22 +5,21 @@
 //! march, see [`companion`](super::companion).
 
 mod accept;
+mod ending;
 mod places;
 
-use super::between::{Between, Kink, stays_at_one_place};
+use super::between::{Between, Kink};
 use super::defect::Defect;
 use super::failure::edge;
 use super::ladder::Control;
 use super::ladder::Ladder;
-use super::stop::root_between;
 use super::sweeps::Swept;
-use super::tuning::{AHEAD, ALONE, EXACT, FIRST, LEFT, LOOSEST};
+use super::tuning::{AHEAD, ALONE, EXACT, FIRST, LOOSEST};
 use super::view::Lent;
-use super::window::{Known, Solver};
+use super::window::Solver;
 use super::{Accuracy, Failure, Handed, OfState, POINTS, Window, Windows};
 use crate::geometry::{Geometry, OutsideGeometry, Start};
 use crate::number::Compensated;
-use crate::number::vector::Nodes;
 use crate::sbp::collocation::Collocation;
 use crate::sbp::legendre::Family;
 
@@ -88,16 +87,6 @@ impl Target {
         if done > 0.0 { gamma / done.min(1.0) } else { f64::INFINITY }
     }
 }
-
-/// A window with its slopes, from which shorter ones with the same start are guessed.
-struct Whole {
-    length: f64,
-    slopes: Vec<Nodes<POINTS>>,
-}
-
-/// A window that ends before a place by so many units in the last place of γ ends there: a search ends within two, and
-/// γ at the end of a window is rounded twice.
-const HELD: f64 = 8.0;
 
 /// A window that was accepted.
 #[derive(Debug, Clone, Copy, Default)]
@@ -199,35 +188,6 @@ impl<'g> Adaptive<'g> {
         self.attempt.failed_at = None;
     }
 
-    /// Solves the accepted window again with another length, which is no longer.
-    ///
-    /// # Errors
-    /// If it has no solution, or if a kink is in it that was not, which is more than one place.
-    fn again(&mut self, whole: &Whole, length: f64, is_last: bool) -> Result<(), Failure> {
-        let tables = self.ladder.odd(&self.lent.solver.rule, length);
-        let share = self.share();
-        self.lent.solver.is_patient = true;
-        // Sweeps over a window that is as long as the motion allows need a good guess.
-        let Solver { system, rule, rows, .. } = &mut self.lent.solver;
-        rows.iter_mut().zip(&whole.slopes).for_each(|(row, slopes)| row.slopes_before = *slopes);
-        let within = rule.within(system.order, length, length / whole.length);
-        let swept = self.lent.solver.solve(&tables, Some(&within), LEFT * share);
-        self.lent.solver.is_patient = false;
-        let swept = swept?;
-        self.sweeps += swept.sweeps;
-        // Where the window begins at a jump, rounding may put its first node on the other side.
-        let kink = self.attempt.accepted.kink;
-        let has_kink = self.between.as_mut().is_some_and(|between| between.look(&self.lent.solver).decay == 1.0);
-        let solver = &self.lent.solver;
-        let is_met = length <= self.least() && (swept.local.end <= self.of_kink() || stays_at_one_place(solver));
-        if has_kink && !kink.is_inside() && !is_met {
-            return Err(Failure::NotConverged);
-        }
-        self.lent.solver.finish(&tables, Known::Ends);
-        self.attempt.accepted = Accepted { length, is_last, kink, swept };
-        Ok(())
-    }
-
     /// γ at the end of the accepted window.
     pub(super) fn gamma_at_end(&self) -> f64 {
         self.attempt.gamma.high + self.attempt.accepted.length
@@ -280,61 +240,7 @@ impl Windows for Adaptive<'_> {
     }
 
     fn end_where(&mut self, between: [f64; 2], side: f64, value: OfState<'_>) -> Result<bool, Failure> {
-        let (before, gamma) = (self.attempt.accepted, self.attempt.gamma.high);
-        let slopes = self.lent.solver.rows.iter().map(|row| row.slopes_before).collect();
-        let whole = Whole { length: before.length, slopes };
-        let at_start = value(&self.lent.solver.start);
-        // The longest window that was solved and ends before the change, with the value at its end; the shortest one
-        // that ends behind it.
-        let (mut ahead, mut behind) = ((0.0, at_start), f64::INFINITY);
-        let mut failure = None;
-        let mut at = |h: f64| match self.again(&whole, h, true) {
-            Ok(()) => {
-                let here = value(&self.lent.solver.end);
-                if here * side > 0.0 && h > ahead.0 {
-                    ahead = (h, here);
-                } else if here * side <= 0.0 {
-                    behind = behind.min(h);
-                }
-                Some(here)
-            }
-            Err(error) => {
-                // Where a force that jumps holds the motion, no window ends behind the change.
-                failure = Some(error);
-                (h > ahead.0).then_some(-side * f64::MIN_POSITIVE)
-            }
-        };
-        let mut found = root_between(between, side, gamma, before.length, &mut at);
-        // With a jump in it the motion inside tells little of where shorter windows end.
-        if found.is_none() && before.kink.is_inside() {
-            let least = f64::EPSILON * (gamma + before.length);
-            found = root_between([least, before.length], side, gamma, before.length, &mut at);
-        }
-        // What is left of the way is rounding, or the failure has another reason.
-        let ((length, here), least) = (ahead, HELD * f64::EPSILON * (gamma + before.length));
-        let is_held = failure.is_some() && length > 0.0 && here.abs() * length <= least * (at_start - here).abs();
-        let is_met = failure.is_none() || behind - length <= least;
-        let end = if is_met { found } else { is_held.then_some(length) };
-        // A window that is not cut any more, as is one with a jump in it, is one place: where a force holds the motion,
-        // it goes to and fro in there.
-        let is_one_place = end.is_none() && before.length <= self.least();
-        if is_one_place {
-            self.attempt.accepted.kink = Kink::Inside;
-        }
-        let (length, is_last) = end.map_or((before.length, before.is_last), |length| (length, true));
-        self.again(&whole, length, is_last)?;
-        if is_one_place {
-            self.attempt.accepted.is_last = true;
-            return Ok(true);
-        }
-        match failure.filter(|_| end.is_none()) {
-            Some(failure) => {
-                // The change is near, however far the window went that was solved first.
-                self.attempt.failed_at = Some((gamma, self.lent.solver.start.positions()));
-                Err(failure)
-            }
-            None => Ok(end.is_some()),
-        }
+        self.end_at_change(between, side, value)
     }
 
     fn set_floors(&mut self, floors: &[(usize, f64)]) {

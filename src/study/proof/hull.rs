@@ -8,7 +8,10 @@ use crate::case::Case;
 use crate::geometry::value_of;
 use crate::number::{Extended, Real};
 use crate::proof::{Coordinate, Generator, Motion, Progress, Proof, Reason, Until, prove};
+use crate::solve::{Limit, Quantity};
 
+/// The place of t by Newton's law.
+const T: usize = 0;
 /// Where motions meet events, the way of a set is shown at so many places.
 const PLACES: usize = 64;
 
@@ -97,6 +100,21 @@ fn told(reason: Reason) -> String {
     }
 }
 
+/// The end at a time of motions to a γ, if that is the same for all: by Newton's law, where t moves at one velocity
+/// whatever events act. At which γ each motion meets an event says nothing then, and behind it all that are at one time
+/// are together.
+fn at_a_time(starts: &Starts, generators: &[Generator]) -> Option<Until> {
+    let (case, setup) = (&starts.case, &starts.setup);
+    let Limit::Length(length) = setup.limit else { return None };
+    let of_t =
+        |quantity: &Quantity| matches!(quantity, Quantity::Position(T) | Quantity::Velocity(T) | Quantity::Momentum(T));
+    let sets_t = case.events.iter().flat_map(|event| &event.set).any(|(quantity, _)| of_t(quantity));
+    let is_alike = |of: &Generator| of.q[T] == 0.0 && of.p[setup.place.start.q.len() - 1] == 0.0;
+    let start = &setup.place.start;
+    let is_one = case.is_lifted() && !sets_t && generators.iter().all(is_alike);
+    is_one.then(|| Until::Value(T, start.q[T] + start.q_dot[T] * length))
+}
+
 /// The same where motions may meet events, or surfaces at which abs, sign, step or tables change: in pieces, of which
 /// the first one begins with the set of all starts.
 fn in_pieces(starts: &Starts, generators: &[Generator], goes_on: &mut dyn FnMut(f64) -> bool) -> Result<Hull, String> {
@@ -115,7 +133,8 @@ fn in_pieces(starts: &Starts, generators: &[Generator], goes_on: &mut dyn FnMut(
     let place = |k: usize| length * Extended::from(k as f64 / PLACES as f64);
     let places: Vec<Extended> = (0..PLACES).map(place).collect();
     let motion = starts.motion(&geometry, &[]);
-    let motion = Motion { start: &start, watched: &watched, samples: &places, is_spread: true, ..motion };
+    let until = at_a_time(starts, generators).unwrap_or(motion.until);
+    let motion = Motion { start: &start, watched: &watched, samples: &places, is_spread: true, until, ..motion };
     let side = "the side of an event, or of where abs, sign, step or a table changes, that all starts are on";
     let behind = through.spread(&motion, generators, &sides).filter(|_| leaves.is_none()).ok_or(side)?;
     let motion = Motion { behind: &behind, ..motion };

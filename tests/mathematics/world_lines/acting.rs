@@ -144,6 +144,28 @@ fn bounces_without_an_end_end_the_run_with_their_reason() {
     }
 }
 
+/// The same where the force on the ball jumps on the very floor, through which no march falls.
+#[test]
+fn bounces_on_the_surface_of_a_jump_end_the_run_with_their_reason() {
+    let text = r#"
+        potential.coordinates = ["x"]
+        potential.formula = "0"
+        potential.force.x = "-1 - 3*step(0.1 - x)"
+        particle.law = "newtonian"
+        initial = { x = 0.69, x_dot = -0.75 }
+        grid.t_f = 5.0
+        events.floor = { when = "x - 0.1", set = { x_dot = "-0.5*x_dot" } }
+    "#;
+    // It falls with the speed w, and bounces for 2 w/2 (1 + 1/2 + 1/4 + …).
+    let w = (0.75_f64 * 0.75 + 2.0 * 0.59).sqrt();
+    let end = (w - 0.75) + 2.0 * w;
+    for power in 6..14 {
+        let failure = solved(text, &[&format!("solver.tolerance=1e-{power}")]).unwrap_err();
+        assert_eq!(failure.status, Status::EventsPileUp, "1e-{power}: {failure}");
+        assert!((failure.gamma - end).abs() < 1e-6, "1e-{power}: {failure}");
+    }
+}
+
 /// A floor of which the rounding is not small: the ball bounces on a sphere of radius 1.
 #[test]
 fn bounces_on_a_sphere_end_where_heights_are_rounding() {

@@ -30,6 +30,30 @@ fn dry_friction_takes_as_much_in_each_half_turn() {
     }
 }
 
+/// A start on the surface of a jump is on the side that the motion goes to, whatever rounding makes of it: one window
+/// leads away from there.
+#[test]
+fn a_motion_that_starts_on_the_surface_of_a_jump_leaves_it() {
+    for (force, x_dot, wanted) in [
+        ("2 - sign(x_dot)", 0.0, 0.5),
+        ("-2 - sign(x_dot)", 0.0, -0.5),
+        ("3*step(x) - 2", 1.0, 1.5),
+        ("3*step(-x) - 1", 1.0, 0.5),
+        ("(3 - sign(x_dot))/2", 0.0, 0.5),
+    ] {
+        for power in 4..13 {
+            let accuracy = 10.0_f64.powi(-power);
+            let line = text_solved(&format!(
+                "potential.coordinates = [\"x\"]\npotential.formula = \"0\"\npotential.force.x = \"{force}\"\n\
+                 particle.law = \"newtonian\"\ninitial = {{ x = 0.0, x_dot = {x_dot} }}\ngrid.t_f = 1.0\n\
+                 solver.accuracy = {accuracy:e}\n"
+            ));
+            let off = (line.end().q[1] - wanted).abs();
+            assert!(off <= accuracy && line.windows.len() <= 3, "{force} {accuracy:e}: {off:e}");
+        }
+    }
+}
+
 /// After five half turns the spring is weaker than the friction.
 #[test]
 fn a_block_that_sticks_ends_the_run() {

@@ -53,9 +53,10 @@ fn balls_from_a_box_bounce_into_the_hull() {
         let [z, speed, e] = [(0.6, 1.5), (-1.0, 1.0), (0.8, 0.95)].map(|(a, b)| number(&mut random, a, b));
         let radius = random.scale(1e-8, 1e-2);
         let ((z, of_z), (speed, of_speed)) = (around(&z, radius), around(&speed, 0.5 * radius));
+        let limit = ["t_f", "gamma_f"][draw as usize % 2];
         let text = format!(
             "potential = {{ coordinates = [\"z\"], formula = \"9.81*z\" }}\nparticle.law = \"newtonian\"\n\
-             initial = {{ z = {z}, z_dot = {speed} }}\ngrid.t_f = 1.5\nsolver.accuracy = 1e-9\n[events]\n\
+             initial = {{ z = {z}, z_dot = {speed} }}\ngrid.{limit} = 1.5\nsolver.accuracy = 1e-9\n[events]\n\
              floor = {{ when = \"z\", direction = \"down\", set = {{ z_dot = \"-{e}*z_dot\" }} }}"
         );
         let found = hull(&parsed(&text, &[]), &mut |_| true);
