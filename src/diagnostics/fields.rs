@@ -29,6 +29,10 @@ pub(super) struct Fields<'r, S> {
 
 /// A window in which a coordinate moves by no more than so many roundings of it.
 const ROUNDED: f64 = 64.0;
+/// A window is short if it is no longer than this part of the run, and noisy if rounding is more than this part of a
+/// velocity.
+const SHORT: f64 = 1e-6;
+const NOISY: f64 = 1e-10;
 
 impl<'r, S: Real> Fields<'r, S> {
     /// Differentiates the rows of `run`, and fills in the rest.
@@ -38,6 +42,7 @@ impl<'r, S: Real> Fields<'r, S> {
         let n = structure.dimension;
         let mut velocities: Vec<Vec<S>> = (0..n).map(|a| derivative(run, rows[a], |view| view.first(a))).collect();
         know_clocks(run, &mut velocities);
+        know_in_short_windows(run, &mut velocities);
         // A number that is not finite leaves NaN, and a verdict doubts that.
         let has_second = lagrangian.c_squared.is_some();
         let of_rows = |rows: &[&[S]]| if has_second { lagrangian.all_at(rows) } else { lagrangian.first_at(rows) };
@@ -99,6 +104,31 @@ fn know_clocks<S: Real>(run: &WorldLine<S>, velocities: &mut [Vec<S>]) {
         for nodes in run.windows.iter().map(Window::nodes).filter(is_rounding) {
             if geometry.is_clock(place) {
                 velocities[a][nodes].fill(run.velocities(run.joint(0))[a]);
+            }
+        }
+    }
+}
+
+/// Beside a kink or a jump windows may be so short that D̄q^a is hardly more than rounding there. Velocities are those
+/// of the momenta at the ends then, and between these on a straight line: how they bend is less than rounding.
+fn know_in_short_windows<S: Real>(run: &WorldLine<S>, velocities: &mut [Vec<S>]) {
+    let is_short = |view: &WindowNodes<'_, S>| view.window.length() <= S::from(SHORT) * run.length;
+    for view in run.views().filter(|view| run.accuracy.is_some() && is_short(view)) {
+        let (first, length) = (view.window.gamma_at(0), view.window.length());
+        let ends = [view.start, view.end].map(|joint| run.velocities(joint));
+        let rounding = S::EPSILON * S::from(row_sum(view.window, 0));
+        let is_noisy = |(a, q): (usize, &S)| {
+            let is_clock = run.geometry().active().iter().position(|&active| active == a);
+            let is_clock = is_clock.is_some_and(|place| run.geometry().is_clock(place));
+            !is_clock && rounding * q.abs() > S::from(NOISY) * ends[0][a].abs().max(ends[1][a].abs())
+        };
+        if !view.start.q.iter().enumerate().any(is_noisy) {
+            continue;
+        }
+        for (k, node) in view.window.nodes().enumerate() {
+            let share = if length > S::ZERO { (view.window.gamma_at(k) - first) / length } else { S::ZERO };
+            for (a, row) in velocities.iter_mut().enumerate() {
+                row[node] = ends[0][a] + share * (ends[1][a] - ends[0][a]);
             }
         }
     }
