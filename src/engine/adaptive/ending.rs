@@ -18,6 +18,9 @@ struct Whole {
 /// γ at the end of a window is rounded twice.
 const HELD: f64 = 8.0;
 
+/// A shorter part of a window than this is its start: in the square of it numbers would be below their range.
+const NEAR_START: f64 = 1e-60;
+
 /// What windows of other lengths have shown of a change of sign.
 struct Tried {
     /// The longest window that was solved and ends before it, with the value at its end.
@@ -55,7 +58,7 @@ impl Adaptive<'_> {
         if found.is_none() && before.kink.is_inside() {
             found = root_between([least, before.length], side, gamma, before.length, &mut at);
         }
-        let end = tried.end(found, at_start, HELD * least);
+        let end = tried.end(found, at_start, HELD * least).map(|length| length.max(NEAR_START * before.length));
         // A window that is not cut any more, as is one with a jump in it, is one place: where a force holds the motion,
         // it goes to and fro in there.
         let is_one_place = end.is_none() && before.length <= self.least();
@@ -86,6 +89,9 @@ impl Adaptive<'_> {
         value: OfState<'_>,
         tried: &mut Tried,
     ) -> Option<f64> {
+        if h < NEAR_START * whole.length {
+            return Some(value(&self.lent.solver.start));
+        }
         if let Err(error) = self.again(whole, h, true) {
             // Where a force that jumps holds the motion, no window ends behind the change.
             tried.failure = Some(error);
