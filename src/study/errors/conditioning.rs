@@ -18,6 +18,8 @@ use crate::solve::{Lossy, NoSolution, Setup, Status};
 const OF_TOLERANCE: f64 = 1e-2;
 /// A coordinate is far from 0 if it is so many times what it moves by: its rounding is more than is ordinary then.
 pub(super) const FAR: f64 = ORDINARY / ROUNDING;
+/// A place that has moved on by so many roundings of it is beside the surface on which it was.
+const ROUNDINGS: f64 = 8.0;
 
 /// What was found of the formulas of a run.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,6 +46,16 @@ pub(crate) struct Lost {
     pub(super) finding: Finding,
     /// The largest share that a rate loses.
     pub(super) share: f64,
+}
+
+/// A start that has moved on by some roundings, where velocities are the first of these rates.
+fn leaving(start: &Seen, rates: &[Extended]) -> Seen {
+    let on = |(&q, &rate): (&f64, &Extended)| {
+        let by = ROUNDINGS * f64::EPSILON * q.abs();
+        if rate == Extended::ZERO { q } else { q + by * rate.to_f64().signum() }
+    };
+    let q = start.q.iter().zip(rates).map(on).collect();
+    Seen { q, p: start.p.clone(), set: start.set.clone(), part: 0.0 }
 }
 
 impl Formulas {
@@ -156,9 +168,16 @@ impl Largest {
         let (n, Some(found)) = (start.q.len(), here.losses(start, None)) else { return };
         let numbers: Vec<f64> = start.q.iter().chain(&start.p).copied().collect();
         let losses = found.largest();
+        // On the surface of a jump, which constants of more digits are beside, rounding takes the side alone. The run
+        // has that of where it goes.
+        let leaves = if here.rough.has_jumps() { here.losses(&leaving(start, &found.exact), None) } else { None };
+        let is_lost = |a: usize| {
+            let is_lost = |exact: Extended, loss: f64| loss > 0.0 && exact.to_f64().abs() <= loss;
+            let beside = |of: &Losses| is_lost(of.exact[n + a], of.largest()[n + a]);
+            is_lost(found.exact[n + a], losses[n + a]) && leaves.as_ref().is_none_or(beside)
+        };
         for a in 0..here.count.min(self.at_start.len()) {
-            let exact = found.exact[n + a].to_f64().abs();
-            if losses[n + a] > 0.0 && exact <= losses[n + a] {
+            if is_lost(a) {
                 self.at_start[a] = losses[n + a];
                 self.rests[a] = found.exact[a].to_f64() == 0.0;
                 let scales = here.scales(start, &found.exact, &numbers);

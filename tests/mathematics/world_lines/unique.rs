@@ -130,3 +130,24 @@ fn a_motion_that_is_the_only_one_is_not() {
     assert!(!is_undecided::<f64>(["sign(x - y)", "0"], ["0.0", "0.7"], ACCURATE));
     assert!(!is_undecided::<f64>(["sign(x)", "0"], ["1e-9", "0.0"], ACCURATE));
 }
+
+/// Where a decimal is, which is no double, one side of a surface has what rounding makes of a formula there.
+#[test]
+fn a_start_on_the_surface_of_a_jump_is_no_loss_of_digits() {
+    for (x, x_dot, wanted) in [("0.7", 1.0, 0.7), ("-1.843", 0.5, -1.843), ("0.387", -2.0, 0.387)] {
+        let text = format!(
+            "potential.coordinates = [\"x\"]\npotential.formula = \"0\"\npotential.force.x = \"3 - 2*sign(x - ({x}))\"\n\
+             particle.law = \"newtonian\"\ninitial = {{ x = {x}, x_dot = {x_dot} }}\ngrid.t_f = 0.5\n\
+             solver.accuracy = 1e-9"
+        );
+        let case = parsed(&text, &[]);
+        let setup = case.setup::<f64>();
+        let found = run(&case, &setup, Wanted::default()).0.unwrap_or_else(|none| panic!("{x}: {none:?}"));
+        let judged = found.judged(&setup, false, false);
+        assert_eq!(judged.verdict.grade, Grade::Trusted, "{x}: {:?}", judged.verdict.reasons);
+        // Above the surface the force is 1, and below it 5, where the last one turns and stays.
+        let push = if x_dot > 0.0 { 1.0 } else { 5.0 };
+        let end = wanted + x_dot * 0.5 + push * 0.125;
+        assert!((found.line.end().q[1] - end).abs() < 1e-9, "{x}");
+    }
+}
