@@ -136,7 +136,8 @@ fn a_motion_that_is_the_only_one_is_not() {
 fn a_start_on_the_surface_of_a_jump_is_no_loss_of_digits() {
     for (x, x_dot, wanted) in [("0.7", 1.0, 0.7), ("-1.843", 0.5, -1.843), ("0.387", -2.0, 0.387)] {
         let text = format!(
-            "potential.coordinates = [\"x\"]\npotential.formula = \"0\"\npotential.force.x = \"3 - 2*sign(x - ({x}))\"\n\
+            "potential.coordinates = [\"x\"]\npotential.formula = \"0\"\n\
+             potential.force.x = \"3 - 2*sign(x - ({x}))\"\n\
              particle.law = \"newtonian\"\ninitial = {{ x = {x}, x_dot = {x_dot} }}\ngrid.t_f = 0.5\n\
              solver.accuracy = 1e-9"
         );
