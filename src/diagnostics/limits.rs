@@ -1,7 +1,7 @@
 //! The values at the first nodes of windows that begin where something jumps: the limits from inside.
 //!
-//! What a sign or a step is on the very surface is neither what it is before nor behind, and the equations of a window
-//! hold on the side that it goes to.
+//! On the very surface a sign or a step is neither what it is before nor what it is behind, and the equations of a
+//! window hold on the side that it goes to.
 
 use crate::geometry::Samples;
 use crate::number::Real;

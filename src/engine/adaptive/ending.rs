@@ -21,7 +21,7 @@ const HELD: f64 = 8.0;
 /// A shorter part of a window than this is its start: in the square of it numbers would be below their range.
 const NEAR_START: f64 = 1e-60;
 
-/// What windows of other lengths have shown of a change of sign.
+/// Findings of windows of other lengths about a change of sign.
 struct Tried {
     /// The longest window that was solved and ends before it, with the value at its end.
     ahead: (f64, f64),
@@ -37,7 +37,7 @@ impl Tried {
         let (length, here) = self.ahead;
         // Windows on both sides meet.
         let is_met = self.failure.is_none() || self.behind.0 - length <= least || length == 0.0 && self.behind.1;
-        // What is left of the way is rounding, or the failure has another reason.
+        // The rest of the way is rounding, or the failure has another reason.
         let is_held = length > 0.0 && here.abs() * length <= least * (at_start - here).abs();
         if is_met { found } else { is_held.then_some(length) }
     }

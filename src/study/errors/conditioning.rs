@@ -49,7 +49,7 @@ pub(crate) struct Lost {
 }
 
 /// A start that has moved on by some roundings, where velocities are the first of these rates.
-fn leaving(start: &Seen, rates: &[Extended]) -> Seen {
+fn moved_on(start: &Seen, rates: &[Extended]) -> Seen {
     let on = |(&q, &rate): (&f64, &Extended)| {
         let by = ROUNDINGS * f64::EPSILON * q.abs();
         if rate == Extended::ZERO { q } else { q + by * rate.to_f64().signum() }
@@ -170,7 +170,7 @@ impl Largest {
         let losses = found.largest();
         // On the surface of a jump, which constants of more digits are beside, rounding takes the side alone. The run
         // has that of where it goes.
-        let leaves = if here.rough.has_jumps() { here.losses(&leaving(start, &found.exact), None) } else { None };
+        let leaves = if here.rough.has_jumps() { here.losses(&moved_on(start, &found.exact), None) } else { None };
         let is_lost = |a: usize| {
             let is_lost = |exact: Extended, loss: f64| loss > 0.0 && exact.to_f64().abs() <= loss;
             let beside = |of: &Losses| is_lost(of.exact[n + a], of.largest()[n + a]);

@@ -54,7 +54,7 @@ fn a_motion_that_may_stay_and_leave_is_doubted() {
     assert!(is_undecided::<Extended>(["sign(x)", "0"], ["0.0", "0.0"], &format!("{GIVEN} solver.digits=30")));
 }
 
-/// What rests after friction may have moved before, and what leads away does so on both ways.
+/// A body that rests after friction may have moved before, and a force that leads away does so on both ways.
 #[test]
 fn on_the_way_back_friction_leads_away() {
     let back = format!("{ACCURATE} grid.t_f=1.5");
