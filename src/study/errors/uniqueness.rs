@@ -27,6 +27,8 @@ use crate::solve::Setup;
 
 /// A number is 0 if it is below this share of all rates: constants have some 71 digits.
 const ZERO: f64 = 1e-60;
+/// The same of an argument in a state in doubles, which may be beside a surface that is no double.
+const OF_DOUBLES: f64 = 4.0 * f64::EPSILON;
 /// What ȧ changes by is looked at over this part of the length of a run, some way behind the state: what is 0 just
 /// there, as t² from t = 0, may lead on in the next moment.
 const STEP: f64 = 1e-25;
@@ -56,23 +58,24 @@ pub(crate) fn several_motions<S: Real>(
     if !jumps && !grows {
         return None;
     }
-    let has_several = |here: &Start<Extended>, set: &[(usize, f64)]| {
-        if grows && is_led_away_by_a_power((case, setup), here, set) {
-            return true;
-        }
+    let has_several = |here: &Start<Extended>, set: &[(usize, f64)], zero: f64| {
         let changed = if set.is_empty() || !jumps { None } else { case.with_parameters(set, &here.in_f64().q) };
         let surfaces = if jumps { Surfaces::new(changed.as_ref().unwrap_or(case)) } else { None };
-        surfaces.is_some_and(|surfaces| surfaces.has_several_motions(here, length))
+        // Where arguments stand in others, states beside the place tell as much as can be told: a jump is a power of 0.
+        let by_power = grows || jumps && surfaces.is_none();
+        by_power && is_led_away_by_a_power((case, setup), here, set)
+            || surfaces.is_some_and(|surfaces| surfaces.has_several_motions((here, zero), length))
     };
     let first = match setup.carried {
         None if setup.is_backward => case.start::<Extended>().reversed(),
         None => case.start::<Extended>(),
         Some(_) => extended(&setup.rough.start),
     };
-    if has_several(&first, &[]) {
+    let zero = if setup.carried.is_none() { ZERO } else { OF_DOUBLES };
+    if has_several(&first, &[], zero) {
         return Some(setup.gamma_i.to_f64());
     }
-    let mut others = behind.filter(|(_, here, set)| has_several(&extended(here), set));
+    let mut others = behind.filter(|(_, here, set)| has_several(&extended(here), set, OF_DOUBLES));
     others.next().map(|(gamma, ..)| gamma)
 }
 
@@ -115,7 +118,7 @@ impl<'c> Surfaces<'c> {
         Some(Self { case, arguments: case.arguments()? })
     }
 
-    fn has_several_motions(&self, state: &Start<Extended>, length: f64) -> bool {
+    fn has_several_motions(&self, state: (&Start<Extended>, f64), length: f64) -> bool {
         self.ways(state, length).is_some_and(|ways| {
             let led = ways.iter().filter(|ways| ways.iter().all(|way| *way > 0.0)).count();
             // With one argument there are two sides: it is held where none pushes it to the other one.
@@ -125,13 +128,14 @@ impl<'c> Surfaces<'c> {
     }
 
     /// For each choice of sides of the arguments that are 0 in a state, which way each of these goes in the scene of
-    /// these sides: 1 is to its own side, −1 away from it, and 0 neither. `None` if none is 0, or too many are.
-    fn ways(&self, Start { q, p, .. }: &Start<Extended>, length: f64) -> Option<Vec<Vec<f64>>> {
+    /// these sides: 1 is to its own side, −1 away from it, and 0 neither. `None` if none is 0, up to this share of all
+    /// numbers, or too many are.
+    fn ways(&self, (Start { q, p, .. }, zero): (&Start<Extended>, f64), length: f64) -> Option<Vec<Vec<f64>>> {
         let Arguments { jets, tables } = &self.arguments;
         let ball = |value: &Extended| Ball::of(*value, OFF);
         let start = vec![Ball::exact(0.0); 2 * q.len()];
         let values = jets.at(&q.iter().chain(p).map(ball).chain(start).collect::<Vec<Ball>>());
-        let is_zero = |value: Ball, size: f64| (value.hi + value.lo).abs() <= value.rad + ZERO * size;
+        let is_zero = |value: Ball, size: f64| (value.hi + value.lo).abs() <= value.rad + zero * size;
         let size = q.iter().chain(p).fold(1.0, |size: f64, value| size.max(value.abs().to_f64()));
         let is_at = |&k: &usize| tables[k].is_none() && is_zero(values[k].value, size);
         let at: Vec<usize> = (0..values.len()).filter(is_at).collect();

@@ -41,6 +41,9 @@ fn a_motion_that_may_stay_and_leave_is_doubted() {
         ["sign(x)*abs(x)^0.99", "0"],
         ["sign(x)*abs(x)^0.99 + x", "0"],
         ["sign(x) + hill(y)", "hill(y)"],
+        ["max(sign(x), 0) + min(sign(x), 0)", "0"],
+        ["sign(sign(x))", "0"],
+        ["sign(max(x, 0)) - sign(max(-x, 0))", "0"],
         ["3*sign(x - (t - 2)^2)", "0"],
         ["(t - 2)^2*sign(x)", "0"],
         ["step(t - 2.2)*sign(x)", "0"],
@@ -82,6 +85,25 @@ fn what_an_event_leaves_on_a_ridge_is_doubted() {
     assert!(told("x = \"0\", x_dot = \"0\""));
     assert!(!told("x = \"0\", x_dot = \"1\"") && !told("x = \"0.1\", x_dot = \"0\""));
     assert!(!told("x = \"0\", x_dot = \"0\", k = \"-1\""));
+}
+
+/// The place where an event leaves a body is a double, and the ridge there may be none.
+#[test]
+fn what_an_event_leaves_beside_a_ridge_by_rounding_is_doubted() {
+    for (top, force) in
+        [("0.3", "-2.5 + 3.54*sign(x - 0.3)"), ("0.3", "1 - 3*sign(0.3 - x)"), ("1.7", "4*sign(x - 1.7)")]
+    {
+        let text = format!(
+            "potential.coordinates = [\"x\"]\npotential.formula = \"0\"\npotential.force.x = \"{force}\"\n\
+             particle.law = \"newtonian\"\ninitial = {{ x = 2.69, x_dot = 0.52 }}\ngrid.t_f = 1.0\n\
+             solver.accuracy = 1e-6\nevents.stop = {{ when = \"t - 0.5\", set = {{ x = \"{top}\", x_dot = \"0\" }} }}"
+        );
+        let case = parsed(&text, &[]);
+        let setup = case.setup::<f64>();
+        // It may be refused.
+        let Ok(found) = run(&case, &setup, Wanted::default()).0 else { continue };
+        assert_eq!(found.judged(&setup, false, false).verdict.grade, Grade::Doubtful, "{text}");
+    }
 }
 
 /// A tolerance promises nothing, also where the judge of a run meets other events: a ball that is sent back in a
