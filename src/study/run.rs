@@ -269,6 +269,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         Err(stopped) => return (Err(measures.unsolved(setup, *stopped, is_seen)), solve_seconds),
     };
     let starts: Vec<_> = pieces.iter().skip(1).map(started).collect();
+    let windows: usize = pieces.iter().map(|piece| piece.line.window_count).sum();
     let (acting_events, start) = (pieces.iter().map(|piece| piece.acted.len()).sum(), Instant::now());
     let mut before = measures.see_pieces(pieces, is_seen);
     let (mut line, diagnostics) = before.pop().expect("a run has a piece");
@@ -277,8 +278,8 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         return (Err(NoRun::Unsampled(none)), solve_seconds);
     }
     let ended = (line.gamma_f().to_f64(), line.end_inside().in_f64(), measures.set.clone());
-    let length = (line.gamma_f() - setup.gamma_i).to_f64().abs();
-    let undecided = several_motions(case, setup, starts.into_iter().chain([ended]), length);
+    let window = (line.gamma_f() - setup.gamma_i).to_f64().abs() / windows as f64;
+    let undecided = several_motions((case, setup), &measures.sights, starts.into_iter().chain([ended]), window);
     let further = Further::new(case, setup, &line, &measures.sights);
     further.limit(&mut line);
     let (missed, unseen) = (measures.events.missed(), measures.events.unseen());

@@ -6,7 +6,7 @@ use crate::geometry::{Motion, Point, Start};
 use crate::number::Real;
 use crate::number::root::root;
 use crate::sbp::polynomial::Tables;
-use crate::solve::{Solution, WindowNodes, WorldLine};
+use crate::solve::{Solution, Window, WindowNodes, WorldLine};
 
 /// A world-line at one value of γ.
 #[derive(Debug, Clone, PartialEq)]
@@ -131,6 +131,9 @@ impl<'l, S: Real> Sampler<'l, S> {
     }
 }
 
+/// Two values of a coordinate that differ by no more than so many roundings are equal.
+const TIES: f64 = 4.0;
+
 /// The distance in γ that counts as none.
 pub(super) fn least<S: Real>(line: &WorldLine<S>, window: usize) -> S {
     let window = &line.windows[window];
@@ -197,10 +200,15 @@ impl<S: Real> SampleStream<S> {
             self.before = self.values.iter().take_while(|&&value| outside(value)).count();
         }
         if let Coordinate::Value(a) = self.coordinate {
+            let passed = |window: &Window<S>| window.gamma[1] - window.gamma[0];
+            let rate = end / solution.windows.iter().fold(S::ZERO, |sum, window| sum + passed(window));
             let turns = |view: WindowNodes<'_, S>| {
                 let change = view.end.q[a] - view.start.q[a];
+                // In a window that is shorter than the rounding of the coordinate, it says nothing.
+                let rounding = S::from(TIES) * S::EPSILON * view.end.q[a].abs();
+                let is_tie = change.abs().max((rate * passed(view.window)).abs()) <= rounding;
                 // Written so that no change at all is a turn.
-                !(if end < S::ZERO { change < S::ZERO } else { change > S::ZERO })
+                !(is_tie || if end < S::ZERO { change < S::ZERO } else { change > S::ZERO })
             };
             self.has_turned |= solution.views().any(turns);
         }

@@ -3,7 +3,7 @@
 use super::places::Seen;
 use crate::case::Case;
 use crate::engine::Rates;
-use crate::geometry::{Geometry, GeometryText, WrittenRates};
+use crate::geometry::{Geometry, GeometryText, Point, WrittenRates};
 use crate::number::ball::Ball;
 use crate::number::{Extended, Real};
 use crate::solve::Setup;
@@ -102,14 +102,10 @@ impl Evaluated {
     /// The rates as windows compute them, in which products are rounded with sums, as they are computed at points, and
     /// by the Lagrangian: q̇^a and then ṗ_a.
     pub(super) fn computed(&mut self, Seen { q, p, .. }: &Seen) -> [Vec<f64>; 3] {
-        let (n, mut point) = (q.len(), self.rough.point());
-        let mut rates = vec![f64::NAN; 2 * n];
-        if point.evaluate(q, p).is_err() {
-            return [rates.clone(), rates.clone(), rates];
-        }
-        (0..n).for_each(|a| rates[a] = point.q_dot(a));
-        rates[n..].fill(0.0);
-        self.rough.active().iter().enumerate().for_each(|(place, &a)| rates[n + a] = point.p_dot(place));
+        let n = q.len();
+        let Some(rates) = at_point(&self.rough, &mut self.rough.point(), [q, p]) else {
+            return std::array::from_fn(|_| vec![f64::NAN; 2 * n]);
+        };
         let of_lagrangian = [&rates[..n], &self.rough.forces(q, &rates[..n])].concat();
         let mut of_windows = self.windows.at(&self.rough, q, p);
         // Rates that leave the range of numbers on their way are mended at points.
@@ -134,6 +130,11 @@ impl Evaluated {
         let all: Vec<Extended> =
             seen.q.iter().chain(&seen.p).enumerate().map(|(k, &value)| changed(k, value)).collect();
         let (q, p) = all.split_at(seen.q.len());
+        self.exact_at(q, p)
+    }
+
+    /// The same at a state that is no double.
+    pub(super) fn exact_at(&mut self, q: &[Extended], p: &[Extended]) -> Vec<Extended> {
         self.exact.at(q, p)
     }
 
@@ -213,4 +214,14 @@ impl Evaluated {
         }
         scales.iter().zip(rates).map(|(scale, rate)| scale + rate.to_f64().abs()).collect()
     }
+}
+
+/// The rates at a point, q̇^a and then ṗ_a; `None` outside of the domain.
+pub(super) fn at_point(geometry: &Geometry, point: &mut Point<f64>, [q, p]: [&[f64]; 2]) -> Option<Vec<f64>> {
+    point.evaluate(q, p).ok()?;
+    let n = q.len();
+    let mut rates = vec![0.0; 2 * n];
+    (0..n).for_each(|a| rates[a] = point.q_dot(a));
+    geometry.active().iter().enumerate().for_each(|(place, &a)| rates[n + a] = point.p_dot(place));
+    Some(rates)
 }

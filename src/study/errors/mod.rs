@@ -9,6 +9,7 @@
 //! rounding takes from its formulas.
 
 mod added_up;
+mod beside;
 mod between;
 mod carried;
 mod compare;

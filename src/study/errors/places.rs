@@ -17,6 +17,10 @@ const ONE_PLACE: f64 = 16.0 * f64::EPSILON;
 const MOST_MEETINGS: usize = 16;
 /// No window is cut to meet a jump that is longer than this share of the run so far.
 const SHORT: f64 = 1e-8;
+/// Beside a place that is reached at rest windows are shorter than this part of the mean so far, and so many of their
+/// starts are kept.
+const MET_SHORT: f64 = 1e-4;
+const MOST_SHORT: usize = 64;
 
 /// Some places of a run, inside its windows, with the parameters that events have set before them.
 #[derive(Debug)]
@@ -33,6 +37,8 @@ pub(super) struct Places {
     /// Short windows, and by how much what the others change of each momentum is uncertain, in all.
     meetings: Vec<Meeting>,
     met: Vec<f64>,
+    /// The starts of windows that are far shorter than the others, with γ: the slowest of them.
+    short: Vec<(f64, Seen)>,
 }
 
 /// A short window, in which a force may jump.
@@ -91,8 +97,8 @@ impl Default for Places {
 impl Places {
     /// None yet, of which from so many to twice as many will be kept.
     pub(super) fn of(kept: usize) -> Self {
-        let (seen, largest, fastest, meetings, met) = Default::default();
-        Self { kept, stride: 1, next: 0, seen, largest, fastest, meetings, met }
+        let (seen, largest, fastest, meetings, met, short) = Default::default();
+        Self { kept, stride: 1, next: 0, seen, largest, fastest, meetings, met, short }
     }
 
     /// Takes the next part of a run into account, where events have `set` parameters. A part that contains the first
@@ -133,7 +139,7 @@ impl Places {
     /// Where a force jumps it acts from somewhere in a window on: what it does there is uncertain, for as much of the
     /// window as rounding moves the place.
     fn see_met<S: Real>(&mut self, part: &WorldLine<S>, set: &[(usize, f64)]) {
-        let geometry = part.geometry();
+        let (geometry, first) = (part.geometry(), part.window_count - part.windows.len());
         for (index, window) in part.windows.iter().enumerate() {
             let (start, end) = (part.joint(index), part.joint(index + 1));
             let [from, to] = window.gamma.map(S::to_f64);
@@ -156,16 +162,25 @@ impl Places {
                     uncertain = uncertain.max((f64::EPSILON * largest / way).min(1.0));
                 }
             }
+            let state = || Seen { part: h, ..Seen::of(part, [start.q.to_vec(), start.p.to_vec()], set) };
+            if h * ((first + index) as f64) < MET_SHORT * from {
+                self.see_short(geometry.active(), (part.gamma_at(window.gamma[0]).to_f64(), state()));
+            }
             if uncertain > 0.0 {
                 let changes = end.p.iter().zip(start.p).map(|(&to, &from)| part.signed(to - from).to_f64()).collect();
-                let state = Seen {
-                    q: start.q.iter().enumerate().map(|(a, &q)| (q - part.origin_of(a)).to_f64()).collect(),
-                    p: start.p.iter().map(|&p| part.signed(p).to_f64()).collect(),
-                    set: set.to_vec(),
-                    part: h,
-                };
-                self.meet(Meeting { start: state, gamma: from, length: h, changes, uncertain, is_one_place });
+                self.meet(Meeting { start: state(), gamma: from, length: h, changes, uncertain, is_one_place });
             }
+        }
+    }
+
+    /// Keeps the starts of short windows, at which a coordinate moves least.
+    fn see_short(&mut self, active: &[usize], short: (f64, Seen)) {
+        self.short.push(short);
+        if self.short.len() > MOST_SHORT {
+            let least = |(_, seen): &(f64, Seen)| active.iter().fold(f64::INFINITY, |p, &a| p.min(seen.p[a].abs()));
+            let fastest = (0..self.short.len())
+                .max_by(|&one, &other| least(&self.short[one]).total_cmp(&least(&self.short[other])));
+            self.short.swap_remove(fastest.unwrap_or_default());
         }
     }
 
@@ -204,6 +219,20 @@ impl Places {
     pub(super) fn sizes_of_momenta(&self, coordinates: usize) -> Vec<f64> {
         let largest = |a: usize| self.seen.iter().fold(0.0_f64, |size, seen| size.max(seen.p[a].abs()));
         (0..coordinates).map(largest).collect()
+    }
+
+    /// The starts of windows that are far shorter than the others, with γ.
+    pub(super) fn short(&self) -> impl Iterator<Item = &(f64, Seen)> {
+        self.short.iter()
+    }
+
+    /// The sizes of all q^a, as they have been so far, and of all p_a, in a state; 1 where nothing is known.
+    pub(super) fn sizes(&self, Seen { q, p, .. }: &Seen) -> impl Iterator<Item = f64> {
+        let momenta = self.sizes_of_momenta(q.len());
+        let known = |size: f64| if size > 0.0 { size } else { 1.0 };
+        let positions = q.iter().enumerate().map(|(a, q)| self.largest.get(a).map_or(q.abs(), |far| far.max(q.abs())));
+        let momenta = p.iter().zip(momenta).map(|(p, size)| size.max(p.abs()));
+        positions.chain(momenta).map(known).collect::<Vec<_>>().into_iter()
     }
 
     /// The windows in which forces may jump at places that are rounded, and by how much each momentum is uncertain

@@ -188,3 +188,25 @@ fn a_circular_orbit_has_samples_though_its_radial_momentum_is_rounding() {
         assert!((sample.q[1] - 10.0).abs() < 1e-11 && (sample.q[2] - phi).abs() < 1e-11, "{gamma}: {:?}", sample.q);
     }
 }
+
+/// Windows that are cut to meet a jump are shorter than the rounding of t.
+#[test]
+fn a_time_is_a_place_also_where_windows_are_shorter_than_its_rounding() {
+    let mut ties = 0;
+    for x in 11..21 {
+        let text = format!(
+            "potential.coordinates = ['x']\npotential.formula = '0'\npotential.force.x = '-3 + sign(x - 0.3)'\n\
+             particle.law = 'newtonian'\ninitial = {{ t = 1000.3, x = {}, x_dot = 0.7 }}\ngrid.t_f = 1003.0\n\
+             solver.accuracy = 1e-12\n",
+            f64::from(x) / 10.0
+        );
+        let line: WorldLine = line_of(&parsed(&text, &[]));
+        ties += line.views().filter(|view| view.end.q[0] == view.start.q[0]).count();
+        let mut stream = SampleStream::new(Coordinate::Value(0), vec![1000.5, 1001.0, 1002.0], false);
+        stream.see(&line);
+        let samples = stream.finish(&line).unwrap_or_else(|none| panic!("{x}: {none:?}"));
+        assert_eq!(samples.len(), 3);
+        assert!(samples.iter().all(|sample| (sample.gamma + 1000.3 - sample.q[0]).abs() < 1e-11), "{x}");
+    }
+    assert!(ties > 0, "no window is so short");
+}

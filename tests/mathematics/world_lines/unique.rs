@@ -1,6 +1,7 @@
 //! What rests where a force jumps: it is doubted if it may stay and leave, and not if it can do one of them only.
 
 use crate::common::parsed;
+use crate::random_scenes::random::Random;
 use geodesic_ivp::diagnostics::verdict::Grade;
 use geodesic_ivp::number::{Extended, Real};
 use geodesic_ivp::study::run::{Wanted, run};
@@ -43,6 +44,13 @@ fn a_motion_that_may_stay_and_leave_is_doubted() {
         ["sign(x) + hill(y)", "hill(y)"],
         ["max(sign(x), 0) + min(sign(x), 0)", "0"],
         ["sign(sign(x))", "0"],
+        ["sign(x^3)", "0"],
+        ["sign(x^3) + 0.1", "0"],
+        ["step(x^3) - 0.5", "0"],
+        ["sign(x*abs(x))", "0"],
+        ["max(sign(x_dot), 0)", "0"],
+        ["sign(x^3 + x_dot^3)", "0"],
+        ["max(step(x) - 0.5, 0)", "0"],
         ["sign(max(x, 0)) - sign(max(-x, 0))", "0"],
         ["3*sign(x - (t - 2)^2)", "0"],
         ["(t - 2)^2*sign(x)", "0"],
@@ -63,7 +71,56 @@ fn on_the_way_back_friction_leads_away() {
     let back = format!("{ACCURATE} grid.t_f=1.5");
     let told = |force: &str| is_undecided::<f64>([force, "0"], ["0.0", "0.0"], &back);
     assert!(told("-sign(x_dot)") && told("sign(x)") && told("-sign(x_dot)/3 + hill(x)"));
+    assert!(told("-max(sign(x_dot), 0) - min(sign(x_dot), 0)") && told("-sign(x_dot^3)"));
     assert!(!told("sign(x_dot)") && !told("-sign(x)") && !told("2 - sign(x_dot)"));
+}
+
+#[test]
+fn a_start_at_rest_on_a_kink_of_a_potential_is_doubted_on_its_top_only() {
+    let tops = ["-abs(x)", "-max(x, 0)", "-max(min(x, 1), -x)", "-min(max(x, -x), 5)", "-max(x, max(-x, 0))"];
+    let others = ["abs(x)", "max(x, 0)", "max(min(x, 1), -x)", "max(x, x^2)", "-abs(x - 1)", "x - max(x, 0)/2"];
+    for (potential, is_top) in tops.map(|top| (top, true)).into_iter().chain(others.map(|other| (other, false))) {
+        let text = format!(
+            "potential.coordinates = [\"x\"]\npotential.formula = \"{potential}\"\nparticle.law = \"newtonian\"\n\
+             initial = {{ x = 0.0, x_dot = 0.0 }}\ngrid.t_f = 0.5\nsolver.accuracy = 1e-8"
+        );
+        let case = parsed(&text, &[]);
+        let setup = case.setup::<f64>();
+        // In a hollow it may be refused, where it stays.
+        let Ok(found) = run(&case, &setup, Wanted::default()).0 else {
+            assert!(!is_top, "{potential}");
+            continue;
+        };
+        let reasons = found.judged(&setup, false, false).verdict.reasons;
+        let told = reasons.iter().any(|reason| reason.reason.contains("it may stay and it may leave"));
+        assert_eq!(told, is_top, "{potential}: {reasons:?}");
+    }
+}
+
+/// What comes to rest on a ridge may go on, stay and return: rounding decides what a run shows.
+#[test]
+fn a_ridge_that_is_reached_at_rest_is_no_run_to_trust() {
+    let (mut random, mut doubtful) = (Random(5), 0);
+    for draw in 0..60 {
+        // Quarters, so that many of the starts are doubles.
+        let [push, speed] = [(); 2].map(|()| (1 + (random.next() >> 11) % 12) as f64 / 4.0);
+        let top = [0.0, 0.3, 1.0, -0.25][draw % 4];
+        let text = format!(
+            "potential.coordinates = [\"x\"]\npotential.formula = \"-{push}*abs(x - ({top}))\"\n\
+             particle.law = \"newtonian\"\ninitial = {{ x = {:?}, x_dot = {speed} }}\ngrid.t_f = {:?}\n\
+             solver.accuracy = 1e-{}",
+            top - speed * speed / (2.0 * push),
+            1.5 * speed / push,
+            4 + draw % 10
+        );
+        let case = parsed(&text, &[]);
+        let setup = case.setup::<f64>();
+        // It may be refused.
+        let Ok(found) = run(&case, &setup, Wanted::default()).0 else { continue };
+        assert_eq!(found.judged(&setup, false, false).verdict.grade, Grade::Doubtful, "{text}");
+        doubtful += 1;
+    }
+    assert!(doubtful > 0);
 }
 
 /// A ball that is brought to rest on a ridge, and one under which the ridge is turned on.
@@ -145,6 +202,10 @@ fn a_motion_that_is_the_only_one_is_not() {
         ["sqrt(abs(x)) + 1", "0"],
         ["abs(x)^1.01", "0"],
         ["x + hill(x) - sign(x)", "1"],
+        ["-max(sign(x), 0) - min(sign(x), 0)", "0"],
+        ["2 + sign(sign(x))", "0"],
+        ["-sign(x^3)", "0"],
+        ["step(x^2)", "0"],
     ] {
         assert!(!is_undecided::<f64>(forces, ["0.0", "0.0"], ACCURATE), "{forces:?}");
     }
