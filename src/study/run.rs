@@ -287,7 +287,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
     let Paired { mut events, unpaired, at_end } =
         paired(case, (&line, setup), measures.events.finish(&line), of_judge.as_deref(), &of_run);
     // What the run does not make itself moves events, too.
-    events.iter_mut().filter(|_| !further.is_nothing()).for_each(|event| event.off = None);
+    events.iter_mut().filter(|_| further.moves_events()).for_each(|event| event.off = None);
     let run = Run {
         is_whole: !is_streamed,
         nodes: measures.nodes.map_or_else(Vec::new, |nodes| nodes.seen),

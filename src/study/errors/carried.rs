@@ -51,6 +51,8 @@ pub(super) struct Along {
     states: Vec<Start>,
     /// Some of its places.
     pub(super) sights: Sights,
+    /// The accuracy of its windows.
+    accuracy: f64,
 }
 
 /// An error along a run.
@@ -66,9 +68,12 @@ pub(super) struct Carried {
 }
 
 impl Along {
-    /// The run of `setup`, which reaches so far, from its start. `None` if it does not get to the end.
+    /// The run of `setup`, which reaches so far, from its start. `None` if it does not get to the end, also with less
+    /// accurate windows: where a force is small, as at its beginning, rounding takes more from it.
     pub(super) fn new<S: Real>(case: &Case, setup: &Setup<S>, extent: &Extent) -> Option<Self> {
-        Self::from(case, setup, extent, (*setup.rough.start).clone())
+        let from = |accuracy: f64| Self::from(case, setup, (extent.length, accuracy), (*setup.rough.start).clone());
+        let looser = |accuracy: &f64| (*accuracy < ACCURACY[1]).then_some((LESS * accuracy).min(ACCURACY[1]));
+        std::iter::successors(Some(accuracy_beside(extent.lost)), looser).find_map(from)
     }
 
     /// The error that a start which is off by `off` makes along this run. `None` if it is not known: two runs from the
@@ -93,7 +98,7 @@ impl Along {
         let visible = VISIBLE / share(&off.q, &sizes.q).max(share(&off.p, &sizes.p));
         for factor in [visible.clamp(1.0, 1.0 / f64::MIN_POSITIVE), 1.0] {
             let other = moved(geometry, &setup.rough.start, off, factor);
-            let other = other.and_then(|start| Self::from(case, setup, extent, start));
+            let other = other.and_then(|start| Self::from(case, setup, (extent.length, self.accuracy), start));
             let found = other.map(|other| compared(geometry, [base, &other.states], factor, &extent.end));
             let is_proportional = |found: &Carried| factor * share(&found.largest, &sizes.q) <= PROPORTIONAL;
             if factor == 1.0 || found.as_ref().is_some_and(is_proportional) {
@@ -103,12 +108,7 @@ impl Along {
         None
     }
 
-    fn from<S: Real>(
-        case: &Case,
-        setup: &Setup<S>,
-        &Extent { length, lost, .. }: &Extent,
-        start: Start,
-    ) -> Option<Self> {
+    fn from<S: Real>(case: &Case, setup: &Setup<S>, (length, accuracy): (f64, f64), start: Start) -> Option<Self> {
         let of = (case, setup);
         let mut setup = setup.in_f64();
         let place = Place { start: Arc::new(start), ..setup.rough.clone() };
@@ -131,14 +131,14 @@ impl Along {
                 states.push(part.turned(Start { q, q_dot, p }));
             }
         };
-        let accuracy = Accuracy::Estimated(accuracy_beside(lost));
+        let windows = Accuracy::Estimated(accuracy);
         if setup.has_acting_events() {
-            chain(case, &setup, accuracy, false).ok()?.iter().for_each(|piece| see(&piece.line, &piece.setup.set));
+            chain(case, &setup, windows, false).ok()?.iter().for_each(|piece| see(&piece.line, &piece.setup.set));
         } else {
-            setup.settings.accuracy = Some(accuracy);
+            setup.settings.accuracy = Some(windows);
             solve_in_parts(&setup, &mut |part| see(part, &setup.set)).ok()?;
         }
-        (states.len() > PLACES).then_some(Self { states, sights })
+        (states.len() > PLACES).then_some(Self { states, sights, accuracy })
     }
 }
 

@@ -14,7 +14,7 @@ use super::sights::Sights;
 use super::{Noise, RunError};
 use crate::case::Case;
 use crate::diagnostics::verdict::{CoordinateError, Reason};
-use crate::engine::{Accuracy, GOOD_DIGITS};
+use crate::engine::{Accuracy, GOOD_DIGITS, Rounds};
 use crate::geometry::{Geometry, Start};
 use crate::number::norm::larger;
 use crate::number::{Extended, Real};
@@ -105,6 +105,7 @@ pub(crate) struct Further {
     share: f64,
     /// The largest losses of what it is certified with, at the places that were seen.
     certified: Vec<f64>,
+    moves_events: bool,
 }
 
 impl Further {
@@ -150,8 +151,9 @@ impl Further {
                 (Part::new(found, || Reason::new(&finding, &remedy)), [finding, remedy])
             }
         };
-        let further = Self { inherited, lost, of_formula, momenta, share, certified };
-        match of_far_end(case, setup, line) {
+        let moves_events = [&inherited, &lost].into_iter().any(|part| *part != Part::Nothing);
+        let further = Self { inherited, lost, of_formula, momenta, share, certified, moves_events };
+        match of_end(case, setup, line) {
             None => further,
             Some((off, finding)) => further.with(off, told(case, finding, setup.settings.accuracy)),
         }
@@ -163,9 +165,9 @@ impl Further {
         Self { lost: self.lost.with(off), of_formula, ..self }
     }
 
-    /// True if there are no such errors.
-    pub(crate) fn is_nothing(&self) -> bool {
-        [&self.inherited, &self.lost].into_iter().all(|part| *part == Part::Nothing)
+    /// True if events are off by them: that the end of a run is rounded moves none.
+    pub(crate) fn moves_events(&self) -> bool {
+        self.moves_events
     }
 
     /// Where they are larger than what is good to some digits, the run is nowhere known to be good to these.
@@ -283,24 +285,33 @@ fn told(case: &Case, Finding { sentence, is_all, far }: Finding, accuracy: Optio
     [sentence, remedy]
 }
 
-/// By how much a run is off at the end if it ends at a time that is far from 0 beside the way there: few decimals are
-/// doubles.
-fn of_far_end<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>) -> Option<(Off, Finding)> {
+/// By how much a run is off at the end if it ends at a time that is far from 0 beside the way there, or where motion is
+/// fast: few decimals are doubles.
+fn of_end<S: Real>(case: &Case, setup: &Setup<S>, line: &WorldLine<S>) -> Option<(Off, Finding)> {
     let (coordinate, value) = line.ended_at.filter(|_| !S::IS_EXTENDED)?;
     let start = setup.rough.start.q[coordinate] + setup.origin_of(coordinate).to_f64();
     let (value, state) = (value.to_f64(), line.end().in_f64());
     let rounding = (case.t_f::<Extended>()? - Extended::from(value)).to_f64().abs();
     let way = (value - start).abs();
-    if way == 0.0 || value.abs() <= FAR * way || rounding == 0.0 {
+    if way == 0.0 || rounding == 0.0 {
         return None;
     }
     let late = rounding / state.q_dot[coordinate].abs();
     let off = |rates: Vec<f64>| rates.into_iter().map(|rate| late * rate.abs()).collect::<Vec<f64>>();
     let mut q = off(state.q_dot.clone());
+    // The least error that a run claims has room for a part of itself.
+    let least = line.accuracy.map_or(f64::INFINITY, |accuracy| ROOM * Rounds::new(accuracy).error(0.0));
+    let is_claimed = q.iter().zip(&line.sizes).all(|(off, size)| *off <= least * size);
+    if value.abs() <= FAR * way && is_claimed {
+        return None;
+    }
     q[coordinate] = 0.0;
     let p = off(rates_of_momenta(&setup.rough.geometry, &state));
     Some((Off { q, p }, of_coordinate(&setup.rough.geometry.names()[coordinate], value, rounding / way)))
 }
+
+/// The least error that a run claims has room for so much of itself that comes from elsewhere.
+const ROOM: f64 = 0.1;
 
 /// What is uncertain since forces jump at places that are rounded.
 struct Met {

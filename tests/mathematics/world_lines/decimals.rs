@@ -37,3 +37,26 @@ fn the_decimals_of_a_case_are_part_of_the_error() {
     let beyond = |times: f64| found.iter().filter(|off| **off > times).count();
     assert!(found.len() > 45 && beyond(3.0) <= 2 && beyond(10.0) == 0, "{} {found:?}", found.len());
 }
+
+/// A fast oscillator to a time that is no double: it moves until the double beside that time, or on from it.
+#[test]
+fn the_decimals_of_an_end_are_part_of_the_error() {
+    let off = |tenths: usize| {
+        let text = format!(
+            "potential.formula = \"450*x^2\"\nparticle.law = \"newtonian\"\n\
+             initial = {{ t = 250.25, x = 1.0, x_dot = 0.0 }}\ngrid.t_f = {}.{}\nsolver.accuracy = 1e-13",
+            251 + tenths / 10,
+            tenths % 10
+        );
+        let case = parsed(&text, &[]);
+        let setup = case.setup();
+        let run = run::<f64>(&case, &setup, Wanted::default()).0.ok()?;
+        let mut judged = run.judged(&setup, false, false);
+        let claimed = judged.error.as_ref().unwrap().at_most_at_end()[1];
+        prove_run(&case, &run, &mut judged, f64::INFINITY, &mut |_| true);
+        let proof = judged.proof.unwrap();
+        Some(proof.ends.iter().find(|end| end.name == "x").expect("it is proved").run_off_by / claimed)
+    };
+    let found: Vec<f64> = (0..40).filter_map(off).collect();
+    assert!(found.len() > 20 && found.iter().all(|off| *off <= 1.0), "{} {found:?}", found.len());
+}
