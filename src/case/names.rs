@@ -9,7 +9,7 @@ use crate::formula::similar::nearest;
 use crate::formula::{is_identifier, is_reserved};
 
 /// More coordinates than this are a mistake.
-const MOST_COORDINATES: usize = 64;
+const MOST_COORDINATES: usize = 512;
 /// Names of columns and keys that stand beside those of the coordinates.
 const COLUMNS: [&str; 5] = ["gamma", "window", "event", "norm", "solve"];
 /// Prefixes of the columns and keys that are made of names.

@@ -208,10 +208,15 @@ fn shared(geometry: &Geometry) -> Vec<Vec<usize>> {
 }
 
 fn rate(jacobian: &[f64], n: usize) -> f64 {
-    let square = |i: usize, j: usize| (0..n).map(|k| jacobian[i * n + k] * jacobian[k * n + j]).sum::<f64>();
+    // Most entries are 0 where many bodies move.
+    let mut square = vec![0.0; n * n];
+    for (row, of) in square.chunks_exact_mut(n.max(1)).zip(jacobian.chunks_exact(n.max(1))) {
+        for (k, &entry) in of.iter().enumerate().filter(|(_, entry)| **entry != 0.0) {
+            row.iter_mut().zip(&jacobian[k * n..][..n]).for_each(|(sum, other)| *sum += entry * other);
+        }
+    }
     // The fourth power of a rate may be out of the range of numbers where the rate is not.
-    let rates =
-        (0..n * n).map(|at| (at / n, at % n)).map(|(i, j)| square(i, j).abs().sqrt() * square(j, i).abs().sqrt());
+    let rates = (0..n * n).map(|at| square[at].abs().sqrt() * square[at % n * n + at / n].abs().sqrt());
     let rates: Vec<f64> = rates.collect();
     let largest = max_abs(&rates);
     if largest == 0.0 {

@@ -9,15 +9,16 @@ impl<S: Real> Graph<S> {
     /// The derivative of the expression rooted at `root` with respect to a variable, as a new expression of the same
     /// graph.
     pub(crate) fn derivative(&mut self, root: NodeId, variable: usize) -> NodeId {
-        let is_unknown = |graph: &Self, id: NodeId| {
-            graph.may_contain(id, variable) && !graph.derivatives.contains_key(&(id, variable))
+        let unknown = |graph: &Self, id: NodeId| {
+            let id = graph.varying(id, variable);
+            (graph.may_contain(id, variable) && !graph.derivatives.contains_key(&(id, variable))).then_some(id)
         };
         let mut waiting = Vec::new();
-        waiting.extend(Some(root).filter(|&root| is_unknown(self, root)));
+        waiting.extend(unknown(self, root));
         while let Some(&id) = waiting.last() {
             // The last one waits for its operands, if they have no derivatives yet.
             let place = waiting.len();
-            waiting.extend(self.nodes[id].operands().filter(|&operand| is_unknown(self, operand)));
+            waiting.extend(self.nodes[id].operands().filter_map(|operand| unknown(self, operand)));
             if waiting.len() == place {
                 let derivative = self.derivative_of_node(id, variable);
                 self.derivatives.insert((id, variable), derivative);
@@ -27,8 +28,21 @@ impl<S: Real> Graph<S> {
         self.known_derivative(root, variable)
     }
 
+    /// The node with the same derivative that is left of a sum without the last terms that do not contain the variable:
+    /// of a sum over all pairs of many bodies each coordinate is in few.
+    fn varying(&self, mut id: NodeId, variable: usize) -> NodeId {
+        loop {
+            id = match self.nodes[id] {
+                Node::Apply(Operation::Add(a, b) | Operation::Subtract(a, b)) if !self.may_contain(b, variable) => a,
+                Node::Apply(Operation::Add(a, b)) if !self.may_contain(a, variable) => b,
+                _ => return id,
+            };
+        }
+    }
+
     /// A derivative that was formed, or that of a node without the variable.
     fn known_derivative(&mut self, id: NodeId, variable: usize) -> NodeId {
+        let id = self.varying(id, variable);
         self.derivatives.get(&(id, variable)).copied().unwrap_or_else(|| self.whole(0))
     }
 

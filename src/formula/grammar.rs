@@ -15,8 +15,8 @@ use super::{FormulaError, Function, PAIRS, hint};
 use crate::number::Real;
 use crate::number::spline::Table;
 
-/// The longest expression that is accepted: the potential of nine bodies in space has two kilobytes.
-const MAX_BYTES: usize = 65_536;
+/// The longest expression that is accepted: the potential of two hundred bodies in space has a megabyte.
+const MAX_BYTES: usize = 1 << 22;
 /// The deepest nesting that is accepted. The parser is recursive, so that nesting costs stack.
 const MAX_DEPTH: usize = 64;
 /// The most powers that are exponents of each other, for the same reason.

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::Function;
 pub(crate) use super::operation::NodeId;
 use super::operation::Operation;
+use super::variables::{LAST, OtherVariables, bit};
 use crate::number::Real;
 
 /// A value of the graph; operands are earlier nodes.
@@ -36,6 +37,7 @@ pub(crate) struct Graph<S> {
     pub(super) nodes: Vec<Node>,
     /// The variables in every node, a bit each; all from the 64th on share the last one.
     pub(super) variables: Vec<u64>,
+    others: OtherVariables,
     constants: Vec<S>,
     /// The constants that no operation folds.
     held: Vec<usize>,
@@ -49,6 +51,7 @@ impl<S: Real> Default for Graph<S> {
         Self {
             nodes: Vec::new(),
             variables: Vec::new(),
+            others: OtherVariables::default(),
             // The constants that are looked for most often are found first.
             constants: vec![S::ZERO, S::ONE, -S::ONE],
             held: Vec::new(),
@@ -58,11 +61,6 @@ impl<S: Real> Default for Graph<S> {
     }
 }
 
-/// The bit of a variable in a set of them.
-pub(super) fn bit(variable: usize) -> u64 {
-    1 << variable.min(63)
-}
-
 impl<S: Real> Graph<S> {
     fn insert(&mut self, node: Node) -> NodeId {
         let key = match node {
@@ -70,23 +68,30 @@ impl<S: Real> Graph<S> {
             _ => node,
         };
         *self.index.entry(key).or_insert_with(|| {
-            self.variables.push(match node {
-                Node::Variable(index) => bit(index),
-                _ => node.operands().fold(0, |all, operand| all | self.variables[operand]),
-            });
+            match node {
+                Node::Variable(index) => {
+                    self.variables.push(bit(index));
+                    self.others.push_variable(index);
+                }
+                _ => {
+                    self.variables.push(node.operands().fold(0, |all, operand| all | self.variables[operand]));
+                    self.others.push(node.operands());
+                }
+            }
             self.nodes.push(node);
             self.nodes.len() - 1
         })
     }
 
     /// Returns true if the node may depend on the variable; it does not, if it may not.
-    pub(super) fn may_contain(&self, id: NodeId, variable: usize) -> bool {
-        self.variables[id] & bit(variable) != 0
+    pub(crate) fn may_contain(&self, id: NodeId, variable: usize) -> bool {
+        self.variables[id] & bit(variable) != 0 && (bit(variable) != LAST || self.others.contains(id, variable))
     }
 
     /// Returns true if two nodes may depend on one variable; they do not, if they may not.
     pub(crate) fn may_share(&self, one: NodeId, other: NodeId) -> bool {
-        self.variables[one] & self.variables[other] != 0
+        let shared = self.variables[one] & self.variables[other];
+        shared & !LAST != 0 || shared != 0 && self.others.share(one, other)
     }
 
     /// Returns true if there is a node for this product.

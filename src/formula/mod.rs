@@ -31,6 +31,7 @@ pub mod similar;
 mod steep;
 #[cfg(test)]
 mod tests;
+mod variables;
 mod wide;
 
 pub use crate::number::Function;

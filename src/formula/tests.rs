@@ -273,3 +273,23 @@ fn reduced_expressions_stay_exact_and_in_range() {
         assert!((found - 1.0).abs() < 1e-14, "{unit:e}: {found}");
     }
 }
+
+/// Of many variables each node knows its own, and derivatives are formed of the terms that contain one.
+#[test]
+fn a_sum_of_many_variables_has_short_derivatives() {
+    let mut graph = Graph::<f64>::default();
+    let names: Vec<String> = (0..300).map(|k| format!("x{k}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let text: Vec<String> = (1..300).map(|k| format!("x{}*x{k}^2", k - 1)).collect();
+    let sum = nodes(&mut graph, &names, &[text.join(" + ")])[0];
+    assert!((0..300).all(|variable| graph.may_contain(sum, variable)) && !graph.may_contain(sum, 300));
+    let slopes: Vec<NodeId> = (0..300).map(|variable| graph.derivative(sum, variable)).collect();
+    for (k, &slope) in slopes.iter().enumerate() {
+        // Of x_{k−1} x_k² and x_k x_{k+1}².
+        let others = (0..300).filter(|&other| graph.may_contain(slope, other));
+        let wanted = (k.saturating_sub(1)..(k + 2).min(300)).filter(|&other| k > 0 || other > 0);
+        assert_eq!(others.collect::<Vec<_>>(), wanted.collect::<Vec<_>>(), "{k}");
+        let share = |other: usize| graph.may_share(slope, slopes[other]);
+        assert!((0..300).all(|other| share(other) == (other.abs_diff(k) <= 2)), "{k}");
+    }
+}

@@ -29,8 +29,12 @@ impl ConservedSum {
     }
 }
 
-/// Points that are looked at for each active coordinate.
+/// Points that are looked at for each active coordinate, and so many more than coordinates at most: as many values as
+/// coordinates tell of every sum.
 const POINTS_PER_COORDINATE: usize = 4;
+const MORE_POINTS: usize = 64;
+/// The same in extended precision, of twice as many as there are coordinates.
+const MORE_EXACT: usize = 16;
 /// A pivot below this share of the largest entry of its column is zero: in `f64`, and in extended precision.
 const ZERO: [f64; 2] = [1e-9, 1e-40];
 /// The distance of the points from the start, relative to the sizes of coordinates.
@@ -52,7 +56,7 @@ impl Geometry<f64> {
         if active.is_empty() || null_vectors(self.rows(&places), ZERO[0]).is_empty() {
             return Vec::new();
         }
-        let few = &places[..places.len().min(2 * active.len())];
+        let few = &places[..places.len().min(2 * active.len()).min(active.len() + MORE_EXACT)];
         let exact = exact();
         null_vectors(exact.rows(few), ZERO[1]).into_iter().map(|c| exact.sum_of(&c)).collect()
     }
@@ -66,7 +70,8 @@ impl Geometry<f64> {
 
     /// Places inside the domain that lie anywhere around the start, by the sizes that it has.
     fn places_around(&self, start: &Start) -> Vec<Place> {
-        let count = POINTS_PER_COORDINATE * self.active().len();
+        let active = self.active().len();
+        let count = (POINTS_PER_COORDINATE * active).min(active + MORE_POINTS);
         let mut noise = Noise::default();
         let sizes = [&start.q, &start.q_dot].map(|values| {
             let own: Vec<f64> = values.iter().map(|value| value.abs()).collect();
@@ -124,12 +129,12 @@ fn null_vectors<S: Real>(mut rows: Vec<Vec<S>>, zero: f64) -> Vec<Vec<S>> {
         row.iter_mut().zip(&scales).for_each(|(entry, &scale)| *entry = scaled(*entry, scale));
     }
     let zero = S::from(zero);
-    let mut pivots: Vec<usize> = Vec::new();
+    let (mut pivots, mut is_pivot) = (Vec::new(), vec![false; columns]);
     loop {
         let done = pivots.len();
         let candidates = (done..rows.len()).flat_map(|row| (0..columns).map(move |column| (row, column)));
         let size = |&(row, column): &(usize, usize)| rows[row][column].abs();
-        let best = candidates.filter(|(_, column)| !pivots.contains(column));
+        let best = candidates.filter(|(_, column)| !is_pivot[*column]);
         let best = best.max_by(|a, b| size(a).partial_cmp(&size(b)).unwrap_or(Ordering::Equal));
         let Some((row, column)) = best.filter(|best| size(best) > zero) else { break };
         rows.swap(done, row);
@@ -143,8 +148,9 @@ fn null_vectors<S: Real>(mut rows: Vec<Vec<S>>, zero: f64) -> Vec<Vec<S>> {
             }
         }
         pivots.push(column);
+        is_pivot[column] = true;
     }
-    let free = (0..columns).filter(|column| !pivots.contains(column));
+    let free = (0..columns).filter(|column| !is_pivot[*column]);
     let vector = |free: usize| {
         let mut c = vec![S::ZERO; columns];
         c[free] = S::ONE;

@@ -66,16 +66,16 @@ fn structure_of<S: Real>(parts: &mut Parts<S>) -> (Structure<S>, Vec<NodeId>) {
     }
     structure.rows_of_values = rows.len();
     for &(ab, node) in &components {
-        for c in 0..n {
+        for c in (0..n).filter(|&c| parts.graph.may_contain(node, c)).collect::<Vec<_>>() {
             let node = parts.graph.derivative(node, c);
             structure.first.extend(source(&parts.graph, node, &mut rows).map(|value| Term { ab, by: [c], value }));
         }
     }
     structure.rows_of_first = rows.len();
     for &(ab, node) in &components {
-        for c in 0..n {
-            for d in c..n {
-                let first = parts.graph.derivative(node, c);
+        for c in (0..n).filter(|&c| parts.graph.may_contain(node, c)).collect::<Vec<_>>() {
+            let first = parts.graph.derivative(node, c);
+            for d in (c..n).filter(|&d| parts.graph.may_contain(first, d)).collect::<Vec<_>>() {
                 let node = parts.graph.derivative(first, d);
                 let value = source(&parts.graph, node, &mut rows);
                 structure.second.extend(value.map(|value| Term { ab, by: [c, d], value }));

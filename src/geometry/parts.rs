@@ -1,10 +1,10 @@
 //! From the text of a scene to expressions: components, one-form and force as nodes of one graph.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
 use super::presets::Preset;
-use super::text::{GeometryError, GeometryText, Law, Place, Potential, uses};
+use super::text::{GeometryError, GeometryText, Law, Place, Potential, uses, words};
 use crate::formula::{self, Graph, Known, Names, NodeId};
 use crate::number::Real;
 
@@ -134,9 +134,15 @@ impl<S: Real> Scope<S> {
 
 /// The places of named formulas, each after those that it uses.
 fn in_order(named: &[(String, String)]) -> Result<Vec<usize>, GeometryError> {
-    let mut order = Vec::new();
+    let places: HashMap<&str, usize> = named.iter().enumerate().map(|(k, (name, _))| (name.as_str(), k)).collect();
+    let used = |(_, text): &(String, String)| {
+        let found: BTreeSet<usize> = words(text).filter_map(|word| places.get(word).copied()).collect();
+        found.into_iter().collect()
+    };
+    let used: Vec<Vec<usize>> = named.iter().map(used).collect();
+    let (mut order, mut is_done) = (Vec::new(), vec![false; named.len()]);
     for k in 0..named.len() {
-        append(k, named, &mut order, &mut Vec::new())?;
+        append(k, (named, &used), (&mut order, &mut is_done), &mut Vec::new())?;
     }
     Ok(order)
 }
@@ -144,11 +150,11 @@ fn in_order(named: &[(String, String)]) -> Result<Vec<usize>, GeometryError> {
 /// Appends what formula `k` uses, and itself; those on the `path` wait for it.
 fn append(
     k: usize,
-    named: &[(String, String)],
-    order: &mut Vec<usize>,
+    (named, used): (&[(String, String)], &[Vec<usize>]),
+    (order, is_done): (&mut Vec<usize>, &mut [bool]),
     path: &mut Vec<usize>,
 ) -> Result<(), GeometryError> {
-    if order.contains(&k) {
+    if is_done[k] {
         return Ok(());
     }
     if let Some(start) = path.iter().position(|&other| other == k) {
@@ -156,11 +162,12 @@ fn append(
         return Err(GeometryError::Circular(circle.collect()));
     }
     path.push(k);
-    for used in (0..named.len()).filter(|&used| uses(&named[k].1, &named[used].0)) {
-        append(used, named, order, path)?;
+    for &other in &used[k] {
+        append(other, (named, used), (order, is_done), path)?;
     }
     path.pop();
     order.push(k);
+    is_done[k] = true;
     Ok(())
 }
 

@@ -213,9 +213,14 @@ pub(crate) fn with_dependent(parameters: &[(String, String)], mut names: Vec<Str
     names
 }
 
+/// The words of a text, in which names occur.
+pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'))
+}
+
 /// Returns true if `name` occurs in the text as a word of its own.
 pub(crate) fn uses(text: &str, name: &str) -> bool {
-    text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).any(|word| word == name)
+    words(text).any(|word| word == name)
 }
 
 /// One of the formulas of a scene.

@@ -16,8 +16,9 @@ mod product;
 mod sum;
 mod write;
 
-use super::graph::{Graph, Node, NodeId, bit};
+use super::graph::{Graph, Node, NodeId};
 use super::operation::Operation;
+use super::variables::bit;
 use crate::number::Real;
 use product::Product;
 
