@@ -18,9 +18,10 @@ use super::kernel::{On, leaving};
 use super::local::larger;
 use super::rule::Order;
 use super::solved::WindowNodes;
+use super::touch::{Touched, interpolated};
 use super::tuning::KINK;
 use super::window::Solver;
-use crate::formula::{BENT, Kind, Watched, watched_registers};
+use crate::formula::{BENT, Function, Kind, Watched, watched_registers};
 use crate::number::root::root;
 use crate::number::spline::Table;
 use crate::number::vector::{Lanes, Level, Nodes};
@@ -38,6 +39,7 @@ pub(super) struct Between {
     gentle: Vec<bool>,
     /// True if a kink is between its first node and its last one.
     has_kink: bool,
+    touched: Vec<Touched>,
 }
 
 /// The smoothness of a window.
@@ -84,7 +86,15 @@ impl Between {
         let gentle = vec![false; watched.len()];
         let at_start = |a: usize| geometry.active().contains(&a).then(|| start.q[a].high);
         let start = (0..geometry.dimension()).map(at_start).collect();
-        can_hide.then_some(Self { enclosure: None, start, watched, is_all, gentle, has_kink: false })
+        can_hide.then_some(Self {
+            enclosure: None,
+            start,
+            watched,
+            is_all,
+            gentle,
+            has_kink: false,
+            touched: Vec::new(),
+        })
     }
 
     /// Looks at the solved window.
@@ -104,6 +114,19 @@ impl Between {
             _ => None,
         });
         knots.min_by(f64::total_cmp)
+    }
+
+    /// The part of the window that was solved at which the motion touches a place where a force jumps, in a run to an
+    /// accuracy. The first window of a run may leave such a place.
+    pub(super) fn touches(&mut self, solver: &Solver<'_, POINTS>, accuracy: f64, is_first: bool) -> Option<f64> {
+        let (registers, nodes) = (&solver.system.registers, solver.fractions());
+        self.touched.resize_with(self.watched.len(), Touched::default);
+        let all = self.watched.iter().zip(&mut self.touched);
+        let jumps = all.filter(|(look, _)| matches!(look.kind, Kind::Side(Function::Sign | Function::Step)));
+        let looks = jumps.filter_map(|(look, touched)| {
+            touched.look(nodes, &registers[look.register].0[..nodes.len()], accuracy, is_first)
+        });
+        looks.min_by(f64::total_cmp)
     }
 
     /// Looks for something that may hide in the window that was looked at, of length `h`, in a run of this length to an
@@ -283,13 +306,4 @@ fn first_knot(table: Table, nodes: &[f64], values: &[f64]) -> Option<f64> {
         });
         knots.find(|at| (AT_END..1.0 - AT_END).contains(at))
     })
-}
-
-/// The polynomial through values on nodes, by Lagrange's formula.
-fn interpolated(nodes: &[f64], values: &[f64], at: f64) -> f64 {
-    let weight = |k: usize| {
-        let others = nodes.iter().enumerate().filter(|(j, _)| *j != k);
-        others.fold(1.0, |product, (_, node)| product * (at - node) / (nodes[k] - node))
-    };
-    values.iter().enumerate().map(|(k, value)| value * weight(k)).sum()
 }

@@ -329,4 +329,8 @@ impl Windows for Companion<'_> {
     fn unresolved(&self) -> usize {
         self.finer.unresolved()
     }
+
+    fn touched(&self) -> Option<f64> {
+        self.finer.touched()
+    }
 }

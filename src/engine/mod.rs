@@ -69,6 +69,7 @@ mod system;
 mod tangents;
 #[cfg(test)]
 mod tests;
+mod touch;
 mod tuning;
 mod view;
 mod window;
@@ -79,6 +80,7 @@ pub(crate) use self::rates::Rates;
 pub use self::rounds::Rounds;
 pub use self::sensitivity::{Growth, Sensitivity};
 pub use self::solved::{Handed, Marched, OfState, Solved, State, Window, WindowNodes};
+pub(crate) use self::touch::Touched;
 
 use std::ops::{ControlFlow, Deref, DerefMut};
 
@@ -244,6 +246,12 @@ pub trait Windows {
     /// are not looked at.
     fn unresolved(&self) -> usize {
         0
+    }
+
+    /// γ at the first place where the motion touches a place where a force jumps, nearer than the accuracy tells.
+    /// Windows of one length are not looked at.
+    fn touched(&self) -> Option<f64> {
+        None
     }
 }
 

@@ -57,6 +57,7 @@ impl<'o, S: Real> Run<'o, S> {
             errors: Vec::new(),
             sizes: Vec::new(),
             windows_unproved: None,
+            touched: None,
             sensitivity: is_sensitive.then(|| {
                 let behind = setup.carried.as_ref().and_then(|carried| carried.sensitivity.as_deref().cloned());
                 behind.unwrap_or_else(|| Sensitivity::new(m, observer.is_none()))

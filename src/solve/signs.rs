@@ -42,6 +42,8 @@ pub(crate) struct Watched {
     pub(crate) sides: Vec<f64>,
     /// The first place where one may have changed its sign unseen: its own among them, and γ from the start.
     pub(crate) unseen: Option<(usize, f64)>,
+    /// The first place where one turns so near to zero that the error of the run decides whether it changes its sign.
+    pub(crate) touched: Option<(usize, f64)>,
 }
 
 /// A place, with the value there.

@@ -30,8 +30,7 @@ pub(super) fn origin_of<S: Real>(origin: Option<(usize, S)>, a: usize) -> S {
     origin.filter(|(coordinate, _)| *coordinate == a).map_or(S::ZERO, |(_, origin)| origin)
 }
 
-/// The start or the end of a window. In the strong form the momenta are p*, which differ from g_ab (Dq^b)_N + A_a: the
-/// last node takes up the compatibility defect.
+/// The start or the end of a window. In the strong form momenta are p*: the last node has the compatibility defect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Joint<'l, S> {
     /// q^a.
@@ -82,6 +81,8 @@ pub struct WorldLine<S = f64> {
     pub errors: Vec<f64>,
     /// With an accuracy: the number of windows of which it is not proved that nothing steep hides between their nodes.
     pub windows_unproved: Option<usize>,
+    /// With an accuracy: γ at the first touch of a place where a force jumps, which the error may make a passage.
+    pub touched: Option<f64>,
     /// The growth of small changes of the start, if it was asked for.
     pub sensitivity: Option<Sensitivity>,
     /// The accuracy that the windows were chosen for, if they were.
@@ -182,8 +183,7 @@ impl<'l, S: Real> WindowNodes<'l, S> {
         for (a, slopes) in velocities.iter_mut().enumerate() {
             self.window.derivative(rows[a], self.first(a), slopes);
         }
-        let velocities: Vec<&[S]> = velocities.iter().map(Vec::as_slice).collect();
-        let mut momenta = geometry.rows_of_momenta(&rows, &velocities);
+        let mut momenta = geometry.rows_of_momenta(&rows, &velocities.iter().map(Vec::as_slice).collect::<Vec<_>>());
         if line.form == Form::Strong {
             let ends = momenta.iter_mut().filter_map(|row| row.last_mut()).zip(self.end.p);
             ends.for_each(|(last, &end)| *last = end);

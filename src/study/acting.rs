@@ -235,6 +235,7 @@ fn add_up<S: Real>(line: &mut WorldLine<S>, before: Option<&Piece<S>>) {
     line.window_count += before.window_count;
     line.iterations.count += before.iterations.count;
     line.gradient_norm = larger(line.gradient_norm, before.gradient_norm);
+    line.touched = before.touched.or(line.touched);
     line.windows_unproved = line.windows_unproved.zip(before.windows_unproved).map(|(one, other)| one + other);
 }
 

@@ -40,6 +40,20 @@ impl<S: Real> Run<S> {
             );
             found.push(Reason::new(finding, "begin beside it, on the side that is meant").remaining());
         }
+        if let Some(gamma) = self.line.touched {
+            let finding = format!(
+                "at gamma = {gamma:.6} the motion touches a place where a force jumps, or hardly passes it: its error \
+                 decides which"
+            );
+            found.push(Reason::new(finding, "ask for a smaller solver.accuracy, which may tell"));
+        }
+        if let Some((name, gamma)) = &self.touched {
+            let finding = format!(
+                "at gamma = {gamma:.6} what {name} watches turns so near to zero that the error of the run decides \
+                 whether it happens"
+            );
+            found.push(Reason::new(finding, "ask for a smaller solver.accuracy, which may tell"));
+        }
         if setup.settings.sensitivity && self.line.sensitivity.is_none() {
             let finding = "solver.sensitivity ends where several events act at one place".to_owned();
             found.push(Reason::new(finding, COMPARE).remaining());

@@ -11,8 +11,8 @@ use crate::number::Real;
 use crate::solve::{Off, Setup, WorldLine};
 use crate::study::acting::{Chains, Piece, Stopped, begins_beyond};
 use crate::study::errors::{
-    Further, OfRun, Paired, RunError, Sights, first_unseen, lost_to, own_error, paired, passed, reference_error,
-    several_motions,
+    Further, OfRun, Paired, RunError, Sights, first_touched, first_unseen, lost_to, own_error, paired, passed,
+    reference_error, several_motions,
 };
 use crate::study::facts::{coordinate_errors, facts_of_errors, suspicions};
 use crate::study::proof::{Hull, ProofOfRun};
@@ -74,6 +74,9 @@ pub struct Run<S: Real = f64> {
     pub unpaired: Option<String>,
     /// The name of the first event that may have happened unseen, as its formula changes too narrowly, and γ there.
     pub unseen: Option<(String, f64)>,
+    /// The name of the first event that acts or ends the run of which its error decides whether it happens, and γ
+    /// there.
+    pub touched: Option<(String, f64)>,
     /// The name of an event that acts, and beyond which the run begins: at its place, on the way to the other side.
     pub beyond: Option<String>,
     /// γ at a place where a force jumps and leads away: the motion may stay there, and it may leave.
@@ -302,6 +305,7 @@ pub fn run<S: Real>(case: &Case, setup: &Setup<S>, wanted: Wanted<'_, S>) -> (Re
         unpaired,
         at_end,
         unseen: first_unseen(case, unseen, before.iter().map(|(line, _)| line).chain([&line])),
+        touched: first_touched(case, before.iter().map(|(line, _)| line).chain([&line])),
         beyond: begins_beyond(setup).map(|place| case.ending_names()[place].to_owned()),
         undecided,
         error,

@@ -63,6 +63,7 @@ impl Adaptive<'_> {
             if self.must_be_shorter(trial.rung, length, kink) {
                 continue;
             }
+            self.see_touch(length, kink);
             let tables = match &odd {
                 Some(tables) => tables,
                 None => self.ladder.rung(&self.lent.solver.rule, trial.rung, None).0,
@@ -189,6 +190,15 @@ impl Adaptive<'_> {
             self.attempt.unresolved += usize::from(!is_harmless);
         }
         can_be_shorter
+    }
+
+    /// Looks whether the motion touches a place where a force jumps in a window of this length.
+    fn see_touch(&mut self, length: f64, kink: Kink) {
+        let accuracy = self.accuracy;
+        let Some(between) = self.between.as_mut().filter(|_| !kink.is_inside()) else { return };
+        let part = between.touches(&self.lent.solver, accuracy, self.attempt.windows == 0);
+        let gamma = part.map(|part| self.attempt.gamma.high + part * length);
+        self.attempt.touched = self.attempt.touched.or(gamma);
     }
 
     /// Windows that are shorter are not cut any more.

@@ -58,6 +58,8 @@ pub(super) struct Attempt {
     pub(in crate::engine) failed_at: Option<(f64, Vec<f64>)>,
     /// Number of windows in which something may hide.
     unresolved: usize,
+    /// γ at the first place where the motion touches a place where a force jumps.
+    touched: Option<f64>,
     /// Number of windows that were solved.
     pub(super) windows: usize,
     /// The last one, as it was accepted.
@@ -284,5 +286,9 @@ impl Windows for Adaptive<'_> {
 
     fn unresolved(&self) -> usize {
         self.attempt.unresolved
+    }
+
+    fn touched(&self) -> Option<f64> {
+        self.attempt.touched
     }
 }

@@ -314,6 +314,9 @@ impl<'s, S: Real> March<'s, S> {
         (line.error_estimate, line.errors) = (self.engine.error_estimate(), self.engine.errors());
         (line.sizes, line.good_until) = (self.engine.sizes(), self.engine.good_until());
         line.windows_unproved = Some(self.engine.unresolved());
+        // The last window may have gone on behind the end.
+        let touched = self.engine.touched().filter(|gamma| *gamma <= line.length.to_f64());
+        line.touched = touched.map(|gamma| line.gamma_at(S::from(gamma)).to_f64());
         line.iterations.count = self.engine.sweeps();
         line
     }

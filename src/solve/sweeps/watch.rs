@@ -1,6 +1,6 @@
 //! Formulas at whose first change of sign a run ends: where it is in a window that was solved.
 
-use crate::engine::{Dense, State, Window};
+use crate::engine::{Accuracy, Dense, State, Touched, Window};
 use crate::geometry::{Direction, Geometry, Observable};
 use crate::number::Real;
 use crate::number::root::root;
@@ -40,6 +40,7 @@ struct Watch {
     here: Sign<f64>,
     end: Sign<f64>,
     seen: Seen<f64>,
+    touched: Touched,
 }
 
 /// The formulas, and what they read.
@@ -50,6 +51,9 @@ pub(super) struct Watches<'g> {
     tables: Tables<f64>,
     /// The first place in the window that was looked at where one may do what was not seen: its own, and γ.
     unseen: Option<(usize, f64)>,
+    /// The same where one touches zero, nearer than this accuracy tells.
+    touched: Option<(usize, f64)>,
+    accuracy: f64,
 }
 
 impl<'g> Watches<'g> {
@@ -64,7 +68,16 @@ impl<'g> Watches<'g> {
             });
             let begin = Sign::new(known[0], known[1]);
             let (direction, acts) = (until.direction, until.change.is_some());
-            Watch { formula, direction, acts, begin, here: begin, end: begin, seen: Seen::default() }
+            Watch {
+                formula,
+                direction,
+                acts,
+                begin,
+                here: begin,
+                end: begin,
+                seen: Seen::default(),
+                touched: Touched::default(),
+            }
         };
         Self {
             watches: setup.until.iter().enumerate().map(watch).collect(),
@@ -72,6 +85,8 @@ impl<'g> Watches<'g> {
             search: Search::default(),
             tables: Tables::default(),
             unseen: None,
+            touched: None,
+            accuracy: setup.settings.accuracy.map_or(0.0, Accuracy::value),
         }
     }
 
@@ -84,6 +99,7 @@ impl<'g> Watches<'g> {
     /// The window that was looked at is a part of the run, where so much is known of the formulas.
     pub(super) fn accept(&mut self, window: &Window<'_>, known: &mut Watched) {
         known.unseen = known.unseen.or(self.unseen);
+        known.touched = known.touched.or(self.touched);
         known.sides.clear();
         known.sides.extend(self.watches.iter().map(|watch| watch.end.side));
         if self.watches.iter().any(|watch| watch.end.side == 0.0) {
@@ -105,15 +121,18 @@ impl<'g> Watches<'g> {
 
     /// The first change of sign in a window that counts.
     pub(super) fn change(&mut self, window: &mut Window<'_>) -> Option<Change> {
-        let (gamma, length) = (window.gamma, window.length);
-        let Self { inside, watches, search, tables, unseen, .. } = self;
+        let (gamma, length, is_first) = (window.gamma, window.length, window.index == 0);
+        let Self { inside, watches, search, tables, unseen, touched, accuracy } = self;
         let rule = &*expansion(tables, window.nodes().points());
         inside.see(window, watches, rule);
         let mut within = Within { inside, window };
         let (mut first, least): (Option<Change>, f64) = (None, f64::EPSILON * (gamma + length) / length);
-        *unseen = None;
+        (*unseen, *touched) = (None, None);
         for (place, watch) in watches.iter_mut().enumerate() {
-            let Watch { formula, direction, here, end, seen, .. } = watch;
+            let Watch { formula, direction, here, end, seen, touched: own, .. } = watch;
+            if let Some(fraction) = own.look(&seen.places, &seen.values, *accuracy, is_first) {
+                touched.get_or_insert((place, gamma + fraction * length));
+            }
             let wanted = Wanted { direction: *direction, is_first: true, least, rule };
             *end = *here;
             search.begin();

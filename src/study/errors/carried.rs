@@ -67,6 +67,13 @@ pub(super) struct Carried {
     pub(super) end: Vec<f64>,
 }
 
+impl Carried {
+    /// True if no error is above these.
+    pub(super) fn is_below(&self, errors: &[f64]) -> bool {
+        errors.len() >= self.largest.len() && self.largest.iter().zip(errors).all(|(own, error)| own <= error)
+    }
+}
+
 impl Along {
     /// The run of `setup`, which reaches so far, from its start. `None` if it does not get to the end, also with less
     /// accurate windows: where a force is small, as at its beginning, rounding takes more from it.

@@ -125,6 +125,17 @@ impl Evaluated {
         (rates, off)
     }
 
+    /// By how much half a unit in the last place of every coordinate that moves changes each of these rates, with a
+    /// pattern of signs.
+    pub(super) fn moved_by_rounding(&mut self, Seen { q, p, .. }: &Seen, rates: &[f64], pattern: u32) -> Vec<f64> {
+        let moved = |(a, &value): (usize, &f64)| {
+            if rates[a] == 0.0 { value } else { value * (1.0 + side(a, pattern) * f64::EPSILON) }
+        };
+        let moved: Vec<f64> = q.iter().enumerate().map(moved).collect();
+        let others = self.windows.at(&self.rough, &moved, p);
+        others.iter().zip(rates).map(|(other, rate)| 0.5 * (other - rate).abs()).collect()
+    }
+
     /// The rates in 70 digits.
     pub(super) fn exact(&mut self, seen: &Seen, changed: impl Fn(usize, f64) -> Extended) -> Vec<Extended> {
         let all: Vec<Extended> =

@@ -113,11 +113,23 @@ pub(crate) fn first_unseen<'l, S: Real>(
     pieces: impl Iterator<Item = &'l WorldLine<S>>,
 ) -> Option<(String, f64)> {
     let found = found.map(|(watch, gamma)| (case.events[watch].name.clone(), gamma.to_f64()));
-    let of_piece = |line: &WorldLine<S>| {
-        let (place, gamma) = line.watched.unseen?;
-        Some((case.ending_names()[place].to_owned(), line.gamma_at(S::from(gamma)).to_f64()))
-    };
+    let of_piece = |line: &WorldLine<S>| named(case, line, line.watched.unseen);
     found.or_else(|| pieces.into_iter().find_map(of_piece))
+}
+
+/// The first place where a formula that ends pieces of the run turns so near to zero that errors decide whether it
+/// changes its sign.
+pub(crate) fn first_touched<'l, S: Real>(
+    case: &Case,
+    mut pieces: impl Iterator<Item = &'l WorldLine<S>>,
+) -> Option<(String, f64)> {
+    pieces.find_map(|line| named(case, line, line.watched.touched))
+}
+
+/// The name of a formula that ends pieces, and γ, of its place and γ from the start of a piece.
+fn named<S: Real>(case: &Case, line: &WorldLine<S>, found: Option<(usize, f64)>) -> Option<(String, f64)> {
+    let (place, gamma) = found?;
+    Some((case.ending_names()[place].to_owned(), line.gamma_at(S::from(gamma)).to_f64()))
 }
 
 /// The watch whose event ended a run, if one did. `grid.until` is watched behind all events.

@@ -128,7 +128,9 @@ impl Further {
         let momenta = sights.places.sizes_of_momenta(n);
         let mut off = met(case, setup, &sights.places);
         off.iter_mut().zip(at_start(case, setup, length)).for_each(|(off, more)| *off += more);
-        let met = Met::new(&setup.rough.geometry, &off, &momenta);
+        let rounded = rounded_along(&formulas, line, sights, &momenta);
+        let is_rounded_alone = formulas == Formulas::Conditioned && off.iter().all(|off| *off == 0.0);
+        let met = Met::new(&setup.rough.geometry, [&off, &rounded], &momenta);
         let (lost, of_formula) = match (formulas, met) {
             (Formulas::Unknown, _) => (Part::Unknown(Reason::new(NO_VALUE, WELL)), Default::default()),
             (Formulas::Conditioned, None) => (Part::Nothing, Default::default()),
@@ -148,7 +150,12 @@ impl Further {
                 let [finding, remedy] = of_formula.unwrap_or_default();
                 let off = in_energy(&setup.rough.geometry, &setup.rough.start, sizes);
                 let found = if is_known { along(&off) } else { None };
-                (Part::new(found, || Reason::new(&finding, &remedy)), [finding, remedy])
+                let is_seen = is_rounded_alone && found.as_ref().is_some_and(|found| found.is_below(&line.errors));
+                if is_seen {
+                    (Part::Nothing, Default::default())
+                } else {
+                    (Part::new(found, || Reason::new(&finding, &remedy)), [finding, remedy])
+                }
             }
         };
         let moves_events = [&inherited, &lost].into_iter().any(|part| *part != Part::Nothing);
@@ -273,6 +280,17 @@ impl Further {
     }
 }
 
+/// By how much momenta are moved in all as coordinates are rounded, where nothing else knows of it. The rounding of a
+/// coordinate that is far from 0 is part of what formulas lose. A march and its judge round alike where they have the
+/// same nodes, and differ by more elsewhere.
+fn rounded_along<S: Real>(formulas: &Formulas, line: &WorldLine<S>, sights: &Sights, momenta: &[f64]) -> Vec<f64> {
+    let is_far = matches!(formulas, Formulas::Lost(lost) if lost.finding.far.is_some());
+    let known = line.error_estimate.unwrap_or(0.0);
+    let rounded: Vec<f64> = sights.loudest.moved_by_rounding().skip(momenta.len()).collect();
+    let is_known = rounded.iter().zip(momenta).all(|(rounded, size)| *rounded <= known * size);
+    if is_far || is_known { vec![0.0; momenta.len()] } else { rounded }
+}
+
 /// What is said of a formula that loses digits, and what to do about it.
 fn told(case: &Case, Finding { sentence, is_all, far }: Finding, accuracy: Option<Accuracy>) -> [String; 2] {
     let well = far.map_or_else(|| WELL.to_owned(), |name| format!("count {name} from a value near its start"));
@@ -322,18 +340,21 @@ struct Met {
 }
 
 impl Met {
-    /// `None` if it is no more than any formula loses, beside the sizes of momenta.
-    fn new(geometry: &Geometry, met: &[f64], momenta: &[f64]) -> Option<Self> {
-        let most = met.iter().zip(momenta).enumerate().max_by(|(_, one), (_, other)| one.0.total_cmp(other.0));
+    /// What is `met`, and what the rounding of coordinates changes of forces that are steep. `None` if it is no more
+    /// than any formula loses, beside the sizes of momenta.
+    fn new(geometry: &Geometry, [met, rounded]: [&[f64]; 2], momenta: &[f64]) -> Option<Self> {
+        let off: Vec<f64> = met.iter().zip(rounded).map(|(met, rounded)| met + rounded).collect();
+        let most = off.iter().zip(momenta).enumerate().max_by(|(_, one), (_, other)| one.0.total_cmp(other.0));
         let (a, (most, _)) = most.filter(|(_, (met, size))| **met > ORDINARY * **size)?;
         let name = &geometry.names()[a];
-        Some(Self {
-            off: met.to_vec(),
-            finding: format!(
-                "where a force jumps is known to rounding alone, which leaves {most:.1e} of p_{name} open"
-            ),
-            remedy: "let it rise over some way, or count the coordinate from near that place".to_owned(),
-        })
+        let what = if met[a] >= rounded[a] {
+            "where a force jumps is known to rounding alone, which"
+        } else {
+            "a force is so steep that the rounding of what it depends on"
+        };
+        let finding = format!("{what} leaves {most:.1e} of p_{name} open");
+        let remedy = "let it rise over some way, or count the coordinate from near that place".to_owned();
+        Some(Self { off, finding, remedy })
     }
 }
 

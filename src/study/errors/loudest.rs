@@ -1,7 +1,7 @@
 //! The nodes of a run at which formulas lose most digits. Places that are spread over a run may all miss a short part
 //! of it where a formula loses its digits, as in a pulse. So each window is looked at, in balls of 32 digits.
 
-use super::evaluated::{Evaluated, ORDINARY};
+use super::evaluated::{Evaluated, ORDINARY, PATTERNS};
 use super::places::Seen;
 use crate::case::Case;
 use crate::number::Real;
@@ -13,6 +13,9 @@ const KEPT: usize = 16;
 /// So many are if all nodes are looked at twice.
 const KEPT_OF_ALL: usize = 16 * KEPT;
 
+/// A sum of independent numbers is hardly ever more than so many standard deviations.
+const DEVIATIONS: f64 = 3.0;
+
 /// The nodes of a run at which rates are most off.
 #[derive(Debug)]
 pub(super) struct Loudest {
@@ -23,11 +26,14 @@ pub(super) struct Loudest {
     sizes: Vec<f64>,
     /// By how much what is lost at a node moves the run, with the node and its part of γ.
     kept: Vec<(f64, Seen)>,
+    /// The sums of squares of what the rounding of coordinates adds to each q^a and p_a, where it changes a rate by
+    /// more than is ordinary: on the steep sides of a pulse, say.
+    rounded: Vec<f64>,
 }
 
 impl Loudest {
     pub(super) fn new(is_of_all: bool) -> Self {
-        Self { is_of_all, here: None, sizes: Vec::new(), kept: Vec::new() }
+        Self { is_of_all, here: None, sizes: Vec::new(), kept: Vec::new(), rounded: Vec::new() }
     }
 
     /// Takes the next part of a run of `case` into account, where events have `set` parameters. A part that contains
@@ -39,7 +45,8 @@ impl Loudest {
         set: &[(usize, f64)],
     ) {
         if part.window_count == part.windows.len() {
-            (self.sizes, self.kept) = (vec![0.0; 2 * part.geometry().dimension()], Vec::new());
+            self.sizes = vec![0.0; 2 * part.geometry().dimension()];
+            (self.kept, self.rounded) = (Vec::new(), self.sizes.clone());
         }
         if S::IS_EXTENDED {
             return;
@@ -51,9 +58,10 @@ impl Loudest {
             let inner = window.points().max(3) - 2;
             let nodes = if is_of_all { 1..inner + 1 } else { inner.div_ceil(2)..inner.div_ceil(2) + 1 };
             let length = window.length().to_f64() / nodes.len() as f64;
+            let others = inner as f64 / nodes.len() as f64;
             for node in nodes {
                 let seen = Seen { part: length, ..Seen::of(part, sampler.inside(index, node), set) };
-                let share = self.share((case, setup), &seen);
+                let share = self.share((case, setup), &seen, (index + node) as u32 % PATTERNS, others);
                 if share > ORDINARY {
                     self.keep(share * length, seen);
                 }
@@ -61,11 +69,18 @@ impl Loudest {
         }
     }
 
-    /// The largest share that a rate of a result is off by at a node, of its largest size so far.
-    fn share<R: Real>(&mut self, of: (&Case, &Setup<R>), seen: &Seen) -> f64 {
+    /// The largest share that a rate of a result is off by at a node, of its largest size so far. Takes what rounding
+    /// of its place changes into account, for so many nodes.
+    fn share<R: Real>(&mut self, of: (&Case, &Setup<R>), seen: &Seen, pattern: u32, nodes: f64) -> f64 {
         let Some(here) = Evaluated::where_set(&mut self.here, of, seen) else { return 0.0 };
         let (rates, off) = here.off(seen);
         self.sizes.iter_mut().zip(&rates).for_each(|(size, rate)| *size = size.max(rate.abs()));
+        let moved = here.moved_by_rounding(seen, &rates, pattern);
+        for ((square, by), size) in self.rounded.iter_mut().zip(moved).zip(&self.sizes) {
+            // Roundings of nodes are independent, and lie anywhere within half a unit: their variance is a third of
+            // its square.
+            *square += if by > ORDINARY * size { (by * seen.part).powi(2) / (3.0 * nodes) } else { 0.0 };
+        }
         let n = self.sizes.len() / 2;
         let results = off.iter().zip(&self.sizes).enumerate().filter(|(k, _)| k % n < here.count);
         results.filter(|(_, (off, _))| **off > 0.0).map(|(_, (off, size))| off / size).fold(0.0, f64::max)
@@ -78,6 +93,11 @@ impl Loudest {
             let least = (0..self.kept.len()).min_by(|&one, &other| self.kept[one].0.total_cmp(&self.kept[other].0));
             least.into_iter().for_each(|least| drop(self.kept.swap_remove(least)));
         }
+    }
+
+    /// By how much each q^a and p_a is moved in all as coordinates are rounded, where that is more than is ordinary.
+    pub(super) fn moved_by_rounding(&self) -> impl Iterator<Item = f64> {
+        self.rounded.iter().map(|square| DEVIATIONS * square.sqrt())
     }
 
     /// These nodes.

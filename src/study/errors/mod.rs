@@ -27,7 +27,7 @@ mod uniqueness;
 
 pub(crate) use compare::{chain_error, sizes_of};
 pub(crate) use conditioning::lost_to;
-pub(crate) use events::{OfRun, Paired, events_of_chain, first_unseen, paired, passed};
+pub(crate) use events::{OfRun, Paired, events_of_chain, first_touched, first_unseen, paired, passed};
 pub(crate) use further::Further;
 pub(crate) use sights::Sights;
 pub(crate) use uniqueness::several_motions;

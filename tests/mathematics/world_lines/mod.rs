@@ -17,6 +17,7 @@ mod failures;
 mod features;
 mod from_rest;
 mod gaps;
+mod grazes;
 mod hidden;
 mod invariances;
 mod kinks;
