@@ -30,8 +30,9 @@ impl Touched {
     pub(crate) fn look(&mut self, nodes: &[f64], values: &[f64], share: f64, is_first: bool) -> Option<f64> {
         let [least, most] = [f64::min, f64::max].map(|of| values.iter().copied().fold(values[0], of));
         self.widest = self.widest.max(most - least);
-        let last = nodes.len() - 1;
-        let is_far = values.iter().all(|value| value.abs() > NEAR * (most - least));
+        let (last, near) = (nodes.len() - 1, share.max(ROUNDED) * self.widest);
+        let looked_at = near.max(NEAR * (most - least));
+        let is_far = values.iter().all(|value| value.abs() > looked_at);
         if is_far || most - least <= TOLD * self.widest {
             return None;
         }
@@ -42,16 +43,16 @@ impl Touched {
         if !is_first {
             all.insert(0, [before, interpolated(nodes, values, before)]);
         }
-        let k = turning_point(&all).filter(|&k| all[k][1].abs() <= NEAR * (most - least))?;
-        let (is_maximum, near) = (all[k][1] > all[k - 1][1], share.max(ROUNDED) * self.widest);
+        let k = turning_point(&all).filter(|&k| all[k][1].abs() <= looked_at)?;
+        let is_maximum = all[k][1] > all[k - 1][1];
         // What begins on a side comes back to zero, and does not go on from it.
         let has_side = values[0].abs() > near;
         if if has_side { is_maximum != (values[0] < 0.0) } else { is_first } {
             return None;
         }
         let at = extremum(nodes, values, [all[k - 1][0], all[k + 1][0]], is_maximum);
-        let is_near = interpolated(nodes, values, at).abs() <= near;
-        (is_near && (nodes[0]..=nodes[last]).contains(&at)).then_some(at)
+        // The run may end between the place where it passes zero and the one where it turns.
+        (interpolated(nodes, values, at).abs() <= near && at >= nodes[0]).then_some(at)
     }
 }
 
