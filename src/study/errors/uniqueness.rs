@@ -32,8 +32,10 @@ const OF_DOUBLES: f64 = 4.0 * f64::EPSILON;
 /// they are off by, and what they grow by is next to nothing.
 const MOMENT: f64 = 1e-4;
 const OF_DOUBLES_MOMENT: f64 = 1e-3;
-/// In short windows they are followed for so many times their length.
+/// In short windows they are followed for so many times their length, and for this part of a mean window at least:
+/// what a high jump does while a motion passes it is none of what the motion may do.
 const TURNED: f64 = 4.0;
+const PASSED: f64 = 1e-7;
 /// The velocity that a momentum makes is looked at with one so large.
 const STEP: f64 = 1e-25;
 /// A coordinate at rest is moved by these: a force that grows like a power below 1 falls by less than they do, by this
@@ -80,8 +82,9 @@ pub(crate) fn several_motions<S: Real>(
         let mut short = sights.places.short();
         let mut part = |seen: &Seen| {
             let rates = Evaluated::where_set(&mut here, (case, setup), seen);
-            // Where it turned is known to the length of the window there.
-            rates.is_some_and(|rates| motions_part_in_doubles(rates, seen, sights, TURNED * seen.part))
+            // Where it turned is known to the length of the window there. What just passes has passed in a moment.
+            let moment = (TURNED * seen.part).max(PASSED * window);
+            rates.is_some_and(|rates| motions_part_in_doubles(rates, seen, sights, moment))
         };
         short.find(|(_, seen)| jumps && part(seen)).map(|(gamma, _)| *gamma)
     })

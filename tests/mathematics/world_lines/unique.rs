@@ -214,6 +214,20 @@ fn a_motion_that_is_the_only_one_is_not() {
     assert!(!is_undecided::<f64>(["sign(x)", "0"], ["1e-9", "0.0"], ACCURATE));
 }
 
+/// A force that is so high gives in a short window what no motion has that passes by later.
+#[test]
+fn a_thin_slab_that_is_passed_is_no_place_to_stay() {
+    let text = "potential.coordinates = [\"x\"]\npotential.formula = \"0\"\nparticle.law = \"newtonian\"\n\
+                potential.force.x = \"-27169.38207704975*step(x - 9.474780975701895)*step(9.474791231129096 - x)\"\n\
+                initial = { x = 0.0, x_dot = 1.5722950139034708 }\ngrid.gamma_f = 12.559985806345239\n\
+                solver.accuracy = 7.242631601251633e-9";
+    let case = parsed(text, &[]);
+    let setup = case.setup::<f64>();
+    let found = run(&case, &setup, Wanted::default()).0.unwrap_or_else(|none| panic!("{none:?}"));
+    let judged = found.judged(&setup, false, false);
+    assert_eq!(judged.verdict.grade, Grade::Trusted, "{:?}", judged.verdict.reasons);
+}
+
 /// Where a decimal is, which is no double, one side of a surface has what rounding makes of a formula there.
 #[test]
 fn a_start_on_the_surface_of_a_jump_is_no_loss_of_digits() {
