@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::limits::take_limits;
 use super::witnesses::{Heard, Place};
-use crate::geometry::{Contraction, ForceTerm, Samples, Structure, Term};
+use crate::geometry::{Contraction, ForceTerm, Motion, OnNodes, Samples, Structure, Term};
 use crate::number::Real;
 use crate::number::norm::{larger, max_abs, times};
 use crate::solve::{Window, WindowNodes, WorldLine};
@@ -110,11 +110,11 @@ fn know_clocks<S: Real>(run: &WorldLine<S>, velocities: &mut [Vec<S>]) {
 }
 
 /// Beside a kink or a jump windows may be so short that D̄q^a is hardly more than rounding there. Velocities are those
-/// of the momenta at the ends then, and between these on a straight line: how they bend is less than rounding.
+/// of the momenta on the nodes then.
 fn know_in_short_windows<S: Real>(run: &WorldLine<S>, velocities: &mut [Vec<S>]) {
     let is_short = |view: &WindowNodes<'_, S>| view.window.length() <= S::from(SHORT) * run.length;
+    let (mut motion, mut rates) = (None, Vec::new());
     for view in run.views().filter(|view| run.accuracy.is_some() && is_short(view)) {
-        let (first, length) = (view.window.gamma_at(0), view.window.length());
         let ends = [view.start, view.end].map(|joint| run.velocities(joint));
         let rounding = S::EPSILON * S::from(row_sum(view.window, 0));
         let is_noisy = |(a, q): (usize, &S)| {
@@ -125,11 +125,14 @@ fn know_in_short_windows<S: Real>(run: &WorldLine<S>, velocities: &mut [Vec<S>])
         if !view.start.q.iter().enumerate().any(is_noisy) {
             continue;
         }
-        for (k, node) in view.window.nodes().enumerate() {
-            let share = if length > S::ZERO { (view.window.gamma_at(k) - first) / length } else { S::ZERO };
-            for (a, row) in velocities.iter_mut().enumerate() {
-                row[node] = ends[0][a] + share * (ends[1][a] - ends[0][a]);
-            }
+        let nodes = view.window.nodes();
+        let q: Vec<Vec<S>> = view.rows().into_iter().map(<[S]>::to_vec).collect();
+        let p: Vec<Vec<S>> = run.p.iter().map(|row| row[nodes.clone()].to_vec()).collect();
+        let motion = motion.get_or_insert_with(|| Motion::new(run.geometry()));
+        let on_nodes = OnNodes { q: &q, p: &p, start: view.start.p };
+        // A node outside of the domain is looked at elsewhere.
+        if motion.all_rates(on_nodes, nodes.len(), &mut rates).is_ok() {
+            velocities.iter_mut().zip(&rates).for_each(|(row, rates)| row[nodes.clone()].copy_from_slice(rates));
         }
     }
 }

@@ -159,3 +159,21 @@ fn hills_that_are_powers_are_met() {
         assert_ends_at(&line, x, &formula);
     }
 }
+
+/// In a hat that is 1e-6 wide all windows are short beside the run, and the velocity of s, which is quadratic in t,
+/// bends in each of them: K and the energy are those of the momenta on the nodes.
+#[test]
+fn a_thin_hat_leaves_all_witnesses_quiet() {
+    for (height, place, width) in [(-0.9055, 8.0923, 1.192e-6), (0.4, 5.31, 3.7e-7), (-0.2, 9.7, 8.1e-6)] {
+        let text = format!(
+            "potential.coordinates = ['x']\npotential.formula = '{height}*max(0, 1 - abs(x - {place})/{width:e})'\n\
+             particle.law = 'newtonian'\ninitial = {{ x = 0.0, x_dot = 1.4929 }}\ngrid.gamma_f = 22.88\n\
+             solver.accuracy = 4.6e-7"
+        );
+        let case = crate::common::parsed(&text, &[]);
+        let setup = case.setup::<f64>();
+        let found = geodesic_ivp::study::run::run(&case, &setup, geodesic_ivp::study::run::Wanted::default()).0;
+        let judged = found.unwrap_or_else(|none| panic!("{none:?}")).judged(&setup, false, false);
+        assert!(judged.verdict.reasons.is_empty(), "{width}: {:?}", judged.verdict.reasons);
+    }
+}
