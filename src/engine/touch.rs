@@ -17,7 +17,7 @@ const ROUNDED: f64 = 16.0 * f64::EPSILON;
 /// differs by a hundredth of that.
 const TOLD: f64 = 4096.0 * f64::EPSILON;
 
-/// What a value has differed by in the windows so far.
+/// The most that a value has differed by in a window so far.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Touched {
     widest: f64,
@@ -45,7 +45,7 @@ impl Touched {
         }
         let k = turning_point(&all).filter(|&k| all[k][1].abs() <= looked_at)?;
         let is_maximum = all[k][1] > all[k - 1][1];
-        // What begins on a side comes back to zero, and does not go on from it.
+        // A value that begins on a side comes back to zero, and does not go on from it.
         let has_side = values[0].abs() > near;
         if if has_side { is_maximum != (values[0] < 0.0) } else { is_first } {
             return None;

@@ -274,7 +274,7 @@ fn reduced_expressions_stay_exact_and_in_range() {
     }
 }
 
-/// Of many variables each node knows its own, and derivatives are formed of the terms that contain one.
+/// Each node knows which of many variables it has, and derivatives are formed of the terms that contain one.
 #[test]
 fn a_sum_of_many_variables_has_short_derivatives() {
     let mut graph = Graph::<f64>::default();
@@ -285,7 +285,7 @@ fn a_sum_of_many_variables_has_short_derivatives() {
     assert!((0..300).all(|variable| graph.may_contain(sum, variable)) && !graph.may_contain(sum, 300));
     let slopes: Vec<NodeId> = (0..300).map(|variable| graph.derivative(sum, variable)).collect();
     for (k, &slope) in slopes.iter().enumerate() {
-        // Of x_{k−1} x_k² and x_k x_{k+1}².
+        // It is the slope of x_{k−1} x_k² + x_k x_{k+1}².
         let others = (0..300).filter(|&other| graph.may_contain(slope, other));
         let wanted = (k.saturating_sub(1)..(k + 2).min(300)).filter(|&other| k > 0 || other > 0);
         assert_eq!(others.collect::<Vec<_>>(), wanted.collect::<Vec<_>>(), "{k}");

@@ -286,7 +286,7 @@ impl Further {
 fn rounded_along<S: Real>(formulas: &Formulas, line: &WorldLine<S>, sights: &Sights, momenta: &[f64]) -> Vec<f64> {
     let is_far = matches!(formulas, Formulas::Lost(lost) if lost.finding.far.is_some());
     let known = line.error_estimate.unwrap_or(0.0);
-    let rounded: Vec<f64> = sights.loudest.moved_by_rounding().skip(momenta.len()).collect();
+    let rounded: Vec<f64> = sights.loudest.moved_by_rounding().collect();
     let is_known = rounded.iter().zip(momenta).all(|(rounded, size)| *rounded <= known * size);
     if is_far || is_known { vec![0.0; momenta.len()] } else { rounded }
 }
@@ -340,8 +340,8 @@ struct Met {
 }
 
 impl Met {
-    /// What is `met`, and what the rounding of coordinates changes of forces that are steep. `None` if it is no more
-    /// than any formula loses, beside the sizes of momenta.
+    /// Adds up what is `met` and what the rounding of coordinates changes of forces that are steep. `None` if it is no
+    /// more than any formula loses, beside the sizes of momenta.
     fn new(geometry: &Geometry, [met, rounded]: [&[f64]; 2], momenta: &[f64]) -> Option<Self> {
         let off: Vec<f64> = met.iter().zip(rounded).map(|(met, rounded)| met + rounded).collect();
         let most = off.iter().zip(momenta).enumerate().max_by(|(_, one), (_, other)| one.0.total_cmp(other.0));

@@ -26,8 +26,8 @@ pub(super) struct Loudest {
     sizes: Vec<f64>,
     /// By how much what is lost at a node moves the run, with the node and its part of γ.
     kept: Vec<(f64, Seen)>,
-    /// The sums of squares of what the rounding of coordinates adds to each q^a and p_a, where it changes a rate by
-    /// more than is ordinary: on the steep sides of a pulse, say.
+    /// The sums of squares of what the rounding of coordinates adds to each p_a, where it changes a force by more than
+    /// is ordinary: on the steep sides of a pulse, say.
     rounded: Vec<f64>,
 }
 
@@ -45,8 +45,8 @@ impl Loudest {
         set: &[(usize, f64)],
     ) {
         if part.window_count == part.windows.len() {
-            self.sizes = vec![0.0; 2 * part.geometry().dimension()];
-            (self.kept, self.rounded) = (Vec::new(), self.sizes.clone());
+            let n = part.geometry().dimension();
+            (self.sizes, self.kept, self.rounded) = (vec![0.0; 2 * n], Vec::new(), vec![0.0; n]);
         }
         if S::IS_EXTENDED {
             return;
@@ -76,12 +76,12 @@ impl Loudest {
         let (rates, off) = here.off(seen);
         self.sizes.iter_mut().zip(&rates).for_each(|(size, rate)| *size = size.max(rate.abs()));
         let moved = here.moved_by_rounding(seen, &rates, pattern);
-        for ((square, by), size) in self.rounded.iter_mut().zip(moved).zip(&self.sizes) {
+        let n = self.sizes.len() / 2;
+        for ((square, by), size) in self.rounded.iter_mut().zip(&moved[n..]).zip(&self.sizes[n..]) {
             // Roundings of nodes are independent, and lie anywhere within half a unit: their variance is a third of
             // its square.
-            *square += if by > ORDINARY * size { (by * seen.part).powi(2) / (3.0 * nodes) } else { 0.0 };
+            *square += if *by > ORDINARY * size { (by * seen.part).powi(2) / (3.0 * nodes) } else { 0.0 };
         }
-        let n = self.sizes.len() / 2;
         let results = off.iter().zip(&self.sizes).enumerate().filter(|(k, _)| k % n < here.count);
         results.filter(|(_, (off, _))| **off > 0.0).map(|(_, (off, size))| off / size).fold(0.0, f64::max)
     }
@@ -95,7 +95,7 @@ impl Loudest {
         }
     }
 
-    /// By how much each q^a and p_a is moved in all as coordinates are rounded, where that is more than is ordinary.
+    /// By how much each p_a is moved in all as coordinates are rounded, where that is more than is ordinary.
     pub(super) fn moved_by_rounding(&self) -> impl Iterator<Item = f64> {
         self.rounded.iter().map(|square| DEVIATIONS * square.sqrt())
     }
